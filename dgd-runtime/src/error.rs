@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::integrate::locked::PerSampleError;
+use crate::integrate::fixed_step::PerSampleError;
 use crate::readings::{Reading, With};
 use crate::signal::InputError;
 use crate::solution::Solution;

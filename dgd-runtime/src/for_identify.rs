@@ -3,7 +3,7 @@
 pub use crate::delay::{LateTimes, delay_sensitivities, delays};
 pub use crate::discrete::{changes_by_mode, choose_sides, differential_somewhere};
 pub use crate::initial::start_values;
-pub use crate::integrate::locked::{
+pub use crate::integrate::fixed_step::{
     Sink, can_stream, inputs_change_by_sample, measure, per_sample_of_head, stream,
 };
 pub use crate::integrate::{Hat, NODES, Past, Seed, held_by_bounds, verify_inputs, verify_request};

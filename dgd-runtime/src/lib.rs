@@ -49,7 +49,9 @@ pub use integrate::begin::{OtherMethod, method_to_begin};
 pub use integrate::catalogue::{
     METHODS, Method, MethodKind, UnknownMethod, automatic as automatic_method, find as find_method,
 };
-pub use integrate::locked::{PerSample, PerSampleChoice, PerSampleError, Steps, choose_per_sample};
+pub use integrate::fixed_step::{
+    PerSample, PerSampleChoice, PerSampleError, Steps, choose_per_sample,
+};
 pub use integrate::{simulate, simulate_chosen, simulate_observed, simulate_with_sensitivities};
 pub use measured_start::{MeasuredStartError, start_from_outputs};
 pub use observe::{Observations, observe};

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use crate::delay::delays;
 use crate::error::BadRequest;
 use crate::integrate::catalogue::{self, Method};
-use crate::integrate::locked::Steps;
+use crate::integrate::fixed_step::Steps;
 use crate::signal::{Delayed, InputError, Inputs};
 use crate::state_selection::share_sizes;
 use crate::system::System;

@@ -5,8 +5,8 @@
 use super::dense::Polynomials;
 use super::lanes::{LANES, LaneStorage, Lanes};
 use super::stage::{LaneInputs, LaneTrial};
-use crate::integrate::butcher::RungeKuttaTableau;
-use crate::integrate::tableau::MAX_STAGES;
+use crate::integrate::tableaux::MAX_STAGES;
+use crate::integrate::tableaux::RungeKuttaTableau;
 use crate::system::{Storage, System};
 
 /// Work space.

@@ -23,7 +23,7 @@ use super::times::Times;
 use crate::initial::{Algebraic, Place, start_values};
 use crate::integrate::catalogue::MethodKind;
 use crate::integrate::drive::Drive;
-use crate::integrate::locked::Steps;
+use crate::integrate::fixed_step::Steps;
 use crate::integrate::{verify_inputs, verify_request};
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};

@@ -6,7 +6,7 @@ use super::dense::Polynomials;
 use super::elimination::LaneLu;
 use super::lanes::{LanePoint, LaneStorage, Lanes};
 use super::stage::{LaneInputs, LaneTrial};
-use crate::integrate::tableau::{MAX_STAGES, RosenbrockTableau};
+use crate::integrate::tableaux::{MAX_STAGES, RosenbrockTableau};
 use crate::system::{Storage, System};
 
 /// Work space.

@@ -4,9 +4,10 @@
 //! ones, too. Of x^1.5 at x = 0 they are not finite there, and are at the end of any step. Whether that is
 //! so at the start is seen before the run, so that no run changes its method on the way.
 
-use super::catalogue::{METHODS, Method, MethodKind};
-use super::stepper::Directions;
-use super::{Simulation, history};
+use crate::integrate::late::history;
+use crate::integrate::methods::catalogue::{METHODS, Method, MethodKind};
+use crate::integrate::methods::stepper::Directions;
+use crate::integrate::simulation::Simulation;
 use crate::problem::{Options, Problem};
 use crate::solution::Solution;
 use crate::system::System;

@@ -14,7 +14,7 @@ pub(crate) enum Law {
         /// β.
         beta: f64,
     },
-    /// Equal steps, changed by [`super::order`].
+    /// Equal steps, changed by the family itself.
     Piecewise,
 }
 

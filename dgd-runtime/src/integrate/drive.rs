@@ -1,6 +1,6 @@
 //! Inputs while a run goes on, and what delayed unknowns were.
 
-use super::history::{History, Past};
+use crate::integrate::late::history::{History, Past};
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::signal::Segment;

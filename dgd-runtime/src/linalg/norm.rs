@@ -1,3 +1,5 @@
+//! The norm of local errors: weighted by tolerances, the mean square over blocks.
+
 // Lengths are constants where storage has a fixed size, and only once inlined there.
 #![allow(clippy::inline_always)]
 
@@ -32,4 +34,29 @@ impl Tolerances {
         }
         sum / e.len() as f64
     }
+}
+
+/// The largest mean square over blocks of n numbers; NaN if one is.
+#[inline(always)]
+pub(crate) fn largest_block(
+    tolerances: Tolerances,
+    n: usize,
+    e: &[f64],
+    y: &[f64],
+    y_new: &[f64],
+    sizes: &[f64],
+) -> f64 {
+    let mut largest = 0.0;
+    for first in (0..e.len()).step_by(n) {
+        let block = first..first + n;
+        let [e, y, y_new] = [&e[block.clone()], &y[block.clone()], &y_new[block.clone()]];
+        largest = larger(largest, tolerances.mean_square(e, y, y_new, &sizes[block]));
+    }
+    largest
+}
+
+/// The larger of two numbers; NaN if one is.
+#[inline(always)]
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
+    if a >= b || a.is_nan() { a } else { b }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::{Failure, IntegrateError};
 use crate::integrate::Wanted;
-use crate::integrate::locked::Steps;
+use crate::integrate::fixed_step::Steps;
 use crate::problem::{Options, Problem};
 use crate::signal::Side;
 use crate::system::{Point, System};

@@ -13,7 +13,7 @@ use crate::delay::delays;
 use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers};
 use crate::error::IntegrateError;
 use crate::initial::{Algebraic, Place, add_terms, consistent_start};
-use crate::integrate::locked::Steps;
+use crate::integrate::fixed_step::Steps;
 use crate::integrate::simulate;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};

@@ -1,0 +1,189 @@
+//! Modes and what is known of their transitions while a run goes on.
+
+use crate::discrete::Schedule;
+use crate::integrate::events::instant::Instant;
+use crate::integrate::events::simultaneous::Together;
+use crate::integrate::events::watch::Samples;
+use crate::state_selection::selecting;
+use crate::system::{Crossing, Point, System, Trigger};
+
+/// Intervals that have shrunk so often in sequence are expected to go on so.
+const SHRINKING: usize = 4;
+
+/// Discrete numbers, and work space for instants at which they change; nothing of it is used by a
+/// model that has none.
+pub(in crate::integrate) struct Hybrid {
+    pub(in crate::integrate) schedule: Schedule,
+    pub(super) n_automata: usize,
+    /// Whether each automaton chooses states, so that its transitions are no events.
+    selecting: Vec<bool>,
+    /// Whether the condition of a transition has been false since its mode was entered.
+    pub(in crate::integrate) armed: Vec<bool>,
+    /// How far beyond its threshold an event function may be without consequences: as far as it was
+    /// when the solution came back from sliding along it, and as far as rounding takes it where the
+    /// solution starts on the threshold or has just passed it; infinite until that is known.
+    pub(in crate::integrate) slack: Vec<f64>,
+    /// The transition that the last step was cut at.
+    pub(in crate::integrate) located: Option<usize>,
+    /// The size of the last step that was to be cut at a corner, and could not be.
+    pub(in crate::integrate) uncut: f64,
+    /// Whether nothing but corners is watched.
+    only_corners: bool,
+    /// Event functions, and the same at the ends of the interval that holds an event.
+    pub(in crate::integrate) e: Vec<f64>,
+    pub(in crate::integrate) low: Vec<f64>,
+    pub(in crate::integrate) high: Vec<f64>,
+    /// The same along a step.
+    pub(in crate::integrate) samples: Samples,
+    /// The transition that only a turn within the step made due, and how far beyond its threshold the
+    /// event function turns.
+    pub(in crate::integrate) turned: Option<(usize, f64)>,
+    /// Transitions at one time: since when, and how many.
+    pub(in crate::integrate) crowd: (f64, usize),
+    /// When each transition was made.
+    pub(in crate::integrate) pasts: Vec<Past>,
+    /// Transitions at one time.
+    pub(in crate::integrate) together: Together,
+    /// ∂t/∂θ of the times of conditions.
+    pub(super) dtimes: Vec<f64>,
+    pub(in crate::integrate) instant: Instant,
+}
+
+impl Hybrid {
+    pub(in crate::integrate) fn new<S: System>(
+        system: &S,
+        p: &[f64],
+        from: f64,
+        n_s: usize,
+    ) -> Self {
+        let signature = system.signature();
+        let discrete = &signature.discrete;
+        let mut schedule = Schedule::new(system, p, from);
+        let n_e = discrete.transitions().count();
+        let mut dtimes = vec![0.0; discrete.n_time_conditions * n_s];
+        if !dtimes.is_empty() {
+            let at = Point { t: from, y: &[], u: &[], p, z: &[] };
+            system.condition_time_sensitivities(at, &mut dtimes);
+            schedule.tell_apart(&dtimes, n_s);
+        }
+        Self {
+            schedule,
+            n_automata: discrete.automata.len(),
+            selecting: selecting(signature).collect(),
+            slack: vec![0.0; n_e],
+            located: None,
+            uncut: f64::INFINITY,
+            only_corners: discrete.automata.iter().all(|a| a.kind.only_ends_steps()),
+            armed: discrete.transitions().map(|(_, t)| t.trigger == Trigger::Level).collect(),
+            e: vec![0.0; n_e],
+            low: vec![0.0; n_e],
+            high: vec![0.0; n_e],
+            samples: Samples::new(n_e),
+            turned: None,
+            crowd: (from, 0),
+            pasts: vec![Past::NONE; n_e],
+            together: Together::new(signature, n_s),
+            dtimes,
+            instant: Instant::new(signature, n_s),
+        }
+    }
+
+    /// The discrete numbers.
+    #[inline]
+    pub(in crate::integrate) fn z(&self) -> &[f64] {
+        &self.schedule.z
+    }
+
+    /// When the next condition on time switches; infinity when none does.
+    #[inline]
+    pub(in crate::integrate) fn next_switch(&self) -> f64 {
+        self.schedule.next_time()
+    }
+
+    #[inline]
+    pub(in crate::integrate) fn has_transitions(&self) -> bool {
+        !self.armed.is_empty()
+    }
+
+    /// Whether a transition that leaves this mode can be due.
+    pub(in crate::integrate) fn watches(
+        &self,
+        transition: usize,
+        automaton: usize,
+        from: usize,
+    ) -> bool {
+        self.is_event(automaton) && self.armed[transition] && self.is_active(automaton, from)
+    }
+
+    /// Whether transitions of an automaton are events: those that choose states are not.
+    pub(in crate::integrate) fn is_event(&self, automaton: usize) -> bool {
+        !self.selecting[automaton]
+    }
+
+    /// Whether states are chosen on the way.
+    #[inline]
+    pub(in crate::integrate) fn selects_states(&self) -> bool {
+        self.selecting.contains(&true)
+    }
+
+    /// Whether this value of its event function makes the k-th transition due.
+    pub(in crate::integrate) fn is_past(&self, k: usize, crossing: Crossing, e: f64) -> bool {
+        crossing.is_past(e) && e.abs() > self.slack[k]
+    }
+
+    /// Whether interior points of steps need not be looked at.
+    pub(in crate::integrate) fn only_corners(&self) -> bool {
+        self.only_corners
+    }
+
+    /// Whether a corner has been passed less than `calm` ago.
+    pub(in crate::integrate) fn flutters(&self, k: usize, t: f64, calm: f64) -> bool {
+        t - self.pasts[k].last < calm
+    }
+
+    /// Takes note of a corner that is passed, and waits for the way back.
+    pub(in crate::integrate) fn pass_corner(&mut self, k: usize, t: f64) {
+        self.pasts[k].last = t;
+        self.armed[k] = false;
+    }
+
+    /// How long the transition was made after the time before; infinity where it was not.
+    pub(in crate::integrate) fn last_interval(&self, transition: usize) -> f64 {
+        self.pasts[transition].interval
+    }
+
+    /// Whether the transition leaves the mode that its automaton is in.
+    pub(in crate::integrate) fn is_active(&self, automaton: usize, from: usize) -> bool {
+        self.z()[automaton] == from as f64
+    }
+}
+
+/// When a transition was made: the last time, how long that was after the time before, and for how
+/// many times in sequence that has become less.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::integrate) struct Past {
+    last: f64,
+    interval: f64,
+    shrinking: usize,
+    count: usize,
+}
+
+impl Past {
+    pub(in crate::integrate) const NONE: Self =
+        Self { last: f64::NEG_INFINITY, interval: f64::INFINITY, shrinking: 0, count: 0 };
+
+    /// Takes in the transition at `t`; how often it has been made, where it will be made infinitely
+    /// often within `soon`.
+    ///
+    /// Intervals that shrink by the ratio r add up to T r/(1 − r) from the last one, T, on.
+    pub(super) fn accumulates(&mut self, t: f64, soon: f64) -> Option<usize> {
+        let interval = t - self.last;
+        let ratio = interval / self.interval;
+        self.count += 1;
+        self.shrinking =
+            if self.interval.is_finite() && ratio < 1.0 { self.shrinking + 1 } else { 0 };
+        (self.last, self.interval) = (t, interval);
+        let ends = self.shrinking >= SHRINKING && interval * ratio < soon * (1.0 - ratio);
+        ends.then_some(self.count)
+    }
+}

@@ -1,0 +1,345 @@
+//! One instant: how unknowns and sensitivities go through a change of modes.
+//!
+//! The time t_e of the instant depends on the parameters, τ = dt_e/dθ:
+//!
+//! ```text
+//!   a condition on time        τ from the condition itself
+//!   e(t, y, u, p) passes zero  τ = −(∂e/∂y S⁻ + ∂e/∂θ) / ė,   ė = ∂e/∂y ẏ⁻ + ∂e/∂t + ∂e/∂u u̇
+//!   inputs jump at a sample    τ = 0
+//! ```
+//!
+//! With the total derivative D = d y(t_e)/dθ = S + ẏ τ, taken of all unknowns just before,
+//!
+//! ```text
+//!   kept:    y⁺ = y⁻,  D⁺ = D⁻
+//!   reset:   y⁺ = r,   D⁺ = ∂r/∂y S⁻ + ∂r/∂θ + (∂r/∂y ẏ⁻ + ∂r/∂t + ∂r/∂u u̇) τ
+//!   after:   S⁺ = D⁺ − ẏ⁺ τ where the unknown is differential, the others solve 0 = g_a
+//! ```
+//!
+//! "Just before" is before the whole instant: an unknown that becomes differential in a transition
+//! which a jump of an input triggers keeps the value it had before that jump.
+//!
+//! # Source
+//!
+//! Galán, Feehery and Barton, Parametric sensitivity functions for hybrid discrete/continuous
+//! systems, Applied Numerical Mathematics 31 (1999) 17–47.
+
+use crate::error::IntegrateError;
+use crate::integrate::events::transitions::SLIDING;
+use crate::integrate::simulation::Simulation;
+use crate::linalg::{Factorisation, Singular};
+use crate::problem::Problem;
+use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
+use crate::system::{Point, Signature, System};
+
+/// Work space of an instant; matrices by columns, one for each direction.
+pub(in crate::integrate) struct Instant {
+    /// τ.
+    pub(in crate::integrate) tau: Vec<f64>,
+    /// ẏ of all unknowns.
+    ydot: Vec<f64>,
+    /// y and D just before the instant; those of unknowns that are differential in a mode passed
+    /// through are theirs there.
+    y_left: Vec<f64>,
+    total_left: Vec<f64>,
+    /// D.
+    total: Vec<f64>,
+    mass: Vec<f64>,
+    pub(in crate::integrate) de: Vec<f64>,
+    dedy: Vec<f64>,
+    dedt: Vec<f64>,
+    r: Vec<f64>,
+    dr: Vec<f64>,
+    drdy: Vec<f64>,
+    drdt: Vec<f64>,
+}
+
+impl Instant {
+    pub(in crate::integrate) fn new(signature: &Signature, n_s: usize) -> Self {
+        let discrete = &signature.discrete;
+        let n = if discrete.is_empty() { 0 } else { signature.unknowns.len() };
+        let n_s = if discrete.is_empty() { 0 } else { n_s };
+        let n_e = discrete.transitions().count();
+        let n_r = discrete.transitions().map(|(_, transition)| transition.resets.len()).sum();
+        let zeros = |n: usize| vec![0.0; n];
+        Self {
+            tau: zeros(n_s),
+            ydot: zeros(n),
+            y_left: zeros(n),
+            total_left: zeros(n * n_s),
+            total: zeros(n * n_s),
+            mass: zeros(n),
+            de: zeros(n_e * n_s),
+            dedy: zeros(discrete.event_jacobian.len()),
+            dedt: zeros(n_e),
+            r: zeros(n_r),
+            dr: zeros(n_r * n_s),
+            drdy: zeros(discrete.reset_jacobian.len()),
+            drdt: zeros(n_r),
+        }
+    }
+
+    /// Whether the time of the instant depends on no parameter.
+    fn is_fixed(&self) -> bool {
+        self.tau.iter().all(|tau| *tau == 0.0)
+    }
+}
+
+impl<S: System> Simulation<'_, S> {
+    /// Begins the instant of a sample, at which inputs may jump.
+    #[inline]
+    pub(in crate::integrate) fn begin_sample(&mut self) {
+        if S::FEATURES.events && self.discrete.has_transitions() {
+            let instant = &mut self.discrete.instant;
+            instant.tau.fill(0.0);
+            instant.y_left.copy_from_slice(self.y.as_ref());
+            if let Some(d) = &self.directions {
+                instant.total_left.copy_from_slice(d.s.as_ref());
+            }
+        }
+    }
+
+    /// Begins an instant with the derivatives τ of its time as they have been set.
+    pub(in crate::integrate) fn begin_instant(&mut self, solution: &mut Solution) {
+        self.take_totals(solution);
+        let instant = &mut self.discrete.instant;
+        instant.y_left.copy_from_slice(self.y.as_ref());
+        instant.total_left.copy_from_slice(&instant.total);
+    }
+
+    /// Begins the instant at which the event function of a transition passes zero.
+    pub(in crate::integrate) fn begin_event(&mut self, k: usize, solution: &mut Solution) {
+        if self.is_continuous(k) {
+            self.discrete.instant.tau.fill(0.0);
+        } else if self.directions.is_some() && self.take_event_slopes(solution) {
+            let (rate, size) = self.event_rate(k);
+            let depth = match self.discrete.turned.take() {
+                Some((turned, depth)) if turned == k => depth,
+                _ => f64::INFINITY,
+            };
+            let touches = (rate * self.span).abs().min(depth) <= self.tolerances.atol * size;
+            if touches || rate == 0.0 || !rate.is_finite() {
+                self.end_sensitivities_at_threshold(k, solution);
+            } else {
+                let instant = &mut self.discrete.instant;
+                let n_e = instant.dedt.len();
+                for (j, tau) in instant.tau.iter_mut().enumerate() {
+                    *tau = -instant.de[j * n_e + k] / rate;
+                }
+            }
+        }
+        self.begin_instant(solution);
+    }
+
+    /// ∂e/∂y S + ∂e/∂θ, ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇ of all event functions, and ẏ, where
+    /// sensitivities are wanted and unknowns have slopes; whether that is so.
+    pub(in crate::integrate) fn take_event_slopes(&mut self, solution: &mut Solution) -> bool {
+        if !self.take_slopes(solution) {
+            return false;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let Some(d) = &self.directions else { return false };
+        let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
+        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+        let Instant { de, dedy, dedt, .. } = &mut self.discrete.instant;
+        system.event_sensitivities(at, udot, d.s.as_ref(), de, dedy, dedt);
+        true
+    }
+
+    /// ė = ∂e/∂y ẏ + ∂e/∂t + ∂e/∂u u̇, and what unknowns of their sizes would change e by.
+    pub(in crate::integrate) fn event_rate(&self, k: usize) -> (f64, f64) {
+        let instant = &self.discrete.instant;
+        let (mut rate, mut size) = (instant.dedt[k], 0.0_f64);
+        let pattern = &self.problem.system.signature().discrete.event_jacobian;
+        for ((row, column), slope) in pattern.positions().zip(instant.dedy.iter()) {
+            if row == k {
+                rate += slope * instant.ydot[column];
+                size += (slope * self.sizes.as_ref()[column]).abs();
+            }
+        }
+        (rate, size)
+    }
+
+    /// Whether ẏ is the same on both sides of a transition without resets: at corners, and where a
+    /// solution stops sliding along a surface. Then S is the same too, whatever τ is.
+    pub(in crate::integrate) fn is_continuous(&self, k: usize) -> bool {
+        let discrete = &self.problem.system.signature().discrete;
+        discrete.transitions().nth(k).is_some_and(|(automaton, transition)| {
+            let kind = discrete.automata[automaton].kind;
+            kind.keeps_slopes() || (kind.has_surface() && transition.from == SLIDING)
+        })
+    }
+
+    /// ẏ of all unknowns, where sensitivities are wanted and the algebraic ones have one; whether
+    /// that is so.
+    ///
+    /// ẏ_d = f_d and 0 = ∂f_a/∂y ẏ + ∂f_a/∂t + ∂f_a/∂u u̇.
+    fn take_slopes(&mut self, solution: &mut Solution) -> bool {
+        self.linearize_values();
+        let ydot = self.discrete.instant.ydot.as_mut_slice();
+        ydot.copy_from_slice(self.stepper.f.as_ref());
+        if self.algebraic.is_empty() {
+            return true;
+        }
+        let pattern = &self.problem.system.signature().jacobian;
+        let factorised = self.algebraic.factorise(pattern, self.stepper.jacobian.as_ref());
+        solution.statistics.factorisations += 1;
+        if let Err(Singular { row }) = factorised {
+            self.end_sensitivities(self.t, row, solution);
+            return false;
+        }
+        let mass = self.algebraic.mass.as_ref();
+        for ((ydot, dfdt), mass) in ydot.iter_mut().zip(self.stepper.dfdt.as_ref()).zip(mass) {
+            if *mass == 0.0 {
+                *ydot = *dfdt;
+            }
+        }
+        self.algebraic.factorisation.solve(ydot);
+        true
+    }
+
+    /// D = S + ẏ τ at (t, y).
+    fn take_totals(&mut self, solution: &mut Solution) {
+        if self.directions.is_none() {
+            return;
+        }
+        let is_fixed = self.discrete.instant.is_fixed();
+        if !is_fixed && !self.take_slopes(solution) {
+            return;
+        }
+        let Some(d) = &self.directions else { return };
+        let Instant { tau, ydot, total, .. } = &mut self.discrete.instant;
+        total.copy_from_slice(d.s.as_ref());
+        if !is_fixed {
+            for (total, tau) in total.chunks_exact_mut(ydot.len().max(1)).zip(tau.iter()) {
+                for (total, ydot) in total.iter_mut().zip(ydot.iter()) {
+                    *total += ydot * tau;
+                }
+            }
+        }
+    }
+
+    /// Gives the unknowns that a transition resets their new values and total derivatives, and
+    /// takes those of the others.
+    pub(in crate::integrate) fn reset(&mut self, k: usize, solution: &mut Solution) {
+        self.take_totals(solution);
+        let Problem { system, p, .. } = *self.problem;
+        let discrete = &system.signature().discrete;
+        let first: usize = discrete.transitions().take(k).map(|(_, t)| t.resets.len()).sum();
+        let Some((_, transition)) = discrete.transitions().nth(k) else { return };
+        if transition.resets.is_empty() {
+            return;
+        }
+        let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
+        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+        let instant = &mut self.discrete.instant;
+        system.resets(at, &mut instant.r);
+        if let Some(d) = &self.directions {
+            let (dr, drdy) = (&mut instant.dr, &mut instant.drdy);
+            system.reset_sensitivities(at, udot, d.s.as_ref(), dr, drdy, &mut instant.drdt);
+            // ṙ in the place of ∂r/∂t + ∂r/∂u u̇; where the time is fixed it does not count.
+            if !instant.is_fixed() {
+                for ((row, column), slope) in discrete.reset_jacobian.positions().zip(&instant.drdy)
+                {
+                    instant.drdt[row] += slope * instant.ydot[column];
+                }
+            }
+            let (n, n_r) = (instant.ydot.len(), instant.r.len());
+            for (j, tau) in instant.tau.iter().enumerate() {
+                for (q, unknown) in (first..).zip(transition.resets.iter()) {
+                    let along = if *tau == 0.0 { 0.0 } else { instant.drdt[q] * tau };
+                    instant.total[j * n + unknown] = instant.dr[j * n_r + q] + along;
+                }
+            }
+        }
+        for (q, unknown) in (first..).zip(transition.resets.iter()) {
+            self.y.as_mut()[*unknown] = instant.r[q];
+            // That is what it has where it becomes differential.
+            instant.y_left[*unknown] = instant.r[q];
+            for j in 0..instant.tau.len() {
+                let at = j * instant.ydot.len() + unknown;
+                instant.total_left[at] = instant.total[at];
+            }
+        }
+    }
+
+    /// Goes on with the discrete numbers as they are now: unknowns that become differential keep
+    /// what they had, the algebraic ones are solved for, and sensitivities follow.
+    pub(in crate::integrate) fn take_over(
+        &mut self,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        let Problem { system, p, .. } = *self.problem;
+        if self.discrete.has_transitions() {
+            self.select_states();
+            let mut mass = std::mem::take(&mut self.discrete.instant.mass);
+            let u = self.drive.at(self.t, self.y.as_ref());
+            let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
+            system.mass(at, &mut mass);
+            self.keep_what_becomes_differential(&mass);
+            self.algebraic.enter_modes(&mass);
+            self.discrete.instant.mass = mass;
+        }
+        self.make_values_consistent()?;
+        if self.directions.is_some() {
+            self.linearize_values();
+            let f = self.stepper.f.as_ref();
+            let n = f.len().max(1);
+            let Instant { tau, total, .. } = &self.discrete.instant;
+            if let Some(d) = &mut self.directions {
+                // S = D − f τ; algebraic rows are overwritten.
+                let columns = d.s.as_mut().chunks_exact_mut(n).zip(total.chunks_exact(n));
+                for ((s, total), tau) in columns.zip(tau) {
+                    for ((s, total), f) in s.iter_mut().zip(total).zip(f) {
+                        *s = if *tau == 0.0 { *total } else { total - f * tau };
+                    }
+                }
+            }
+            if !self.algebraic.is_empty() {
+                self.make_sensitivities_consistent(solution);
+            }
+        }
+        self.remember_differential();
+        Ok(())
+    }
+
+    /// Unknowns that the modes before had algebraic and those with this mass matrix have
+    /// differential start from where they were before the instant.
+    fn keep_what_becomes_differential(&mut self, mass: &[f64]) {
+        let n = mass.len();
+        let instant = &mut self.discrete.instant;
+        for (i, (before, after)) in self.algebraic.mass.as_ref().iter().zip(mass).enumerate() {
+            if *before == 0.0 && *after != 0.0 {
+                self.y.as_mut()[i] = instant.y_left[i];
+                for j in 0..instant.tau.len() {
+                    instant.total[j * n + i] = instant.total_left[j * n + i];
+                }
+            }
+        }
+    }
+
+    /// What is differential now has been kept: later transitions of the instant keep that.
+    fn remember_differential(&mut self) {
+        let n = self.y.as_ref().len();
+        let instant = &mut self.discrete.instant;
+        for (i, mass) in self.algebraic.mass.as_ref().iter().enumerate() {
+            if *mass != 0.0 {
+                instant.y_left[i] = self.y.as_ref()[i];
+                for j in 0..instant.tau.len() {
+                    instant.total_left[j * n + i] = instant.total[j * n + i];
+                }
+            }
+        }
+    }
+
+    fn end_sensitivities_at_threshold(&mut self, k: usize, solution: &mut Solution) {
+        self.directions = None;
+        let discrete = &self.problem.system.signature().discrete;
+        let automaton = discrete.transitions().nth(k).map(|(automaton, _)| automaton);
+        let equation =
+            automaton.map_or_else(String::new, |k| discrete.automata[k].name.to_string());
+        let cause = UndefinedCause::Grazing;
+        let (from, until) = (self.t, self.t);
+        solution.undefined.push(UndefinedSensitivity { from, until, equation, cause });
+    }
+}

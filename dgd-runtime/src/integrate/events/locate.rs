@@ -1,0 +1,203 @@
+//! Where in a step a transition is due.
+//!
+//! y(t + h) is what a step of size h gives, so that the event function is zero to rounding at the end
+//! of the shortened step, and its accuracy is that of the method. The interval that holds the event
+//! is narrowed by the Illinois variant of regula falsi, and by halving where that does not get on.
+//!
+//! # Source
+//!
+//! Dowell and Jarratt, A modified regula falsi method for computing the root of an equation, BIT 11
+//! (1971) 168–174.
+
+use crate::error::IntegrateError;
+use crate::integrate::controller::Controller;
+use crate::integrate::methods::stepper::Failed;
+use crate::integrate::simulation::{Simulation, Stop, Variables};
+use crate::problem::Problem;
+use crate::solution::Solution;
+use crate::system::{Crossing, Point, System};
+
+/// The interval is narrowed to this part of the step.
+const NARROW: f64 = 1e-13;
+/// Steps that end at corners need not become shorter than this part of the run, whatever their error.
+const NO_NEARER: f64 = 1e-9;
+/// Halving alone narrows any interval to rounding in as many trials.
+const MOST_TRIALS: usize = 120;
+
+impl<S: System> Simulation<'_, S> {
+    /// Shortens the step tried last to the first transition that is due in it, and makes it.
+    pub(in crate::integrate) fn step_to_event(
+        &mut self,
+        controller: &mut Controller,
+        h: f64,
+        t_new: f64,
+        times: &[f64],
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        let located = self.locate(h, solution);
+        let Ok(cut) = located else {
+            // The step itself could be made, a shorter one could not.
+            controller.abandon(h);
+            solution.statistics.rejected += 1;
+            return Ok(());
+        };
+        if let Some(error) = self.error_at_corner(cut, times) {
+            controller.reject(cut, error);
+            solution.statistics.rejected += 1;
+            return Ok(());
+        }
+        let again = self.end_at_event((h, cut), t_new, times, solution)?;
+        // It may happen again as soon as the last time, whatever the error allows.
+        controller.h = controller.h.min(again);
+        Ok(())
+    }
+
+    /// The error of a step that was cut at a corner, if it is too large: stages at its end see the slopes behind
+    /// the corner, which sensitivities follow. A step nearer to the corner leaves less for the one that ends there.
+    fn error_at_corner(&self, cut: f64, times: &[f64]) -> Option<f64> {
+        let span = times.last()? - times.first()?;
+        if self.directions.is_none() || self.stepper.is_multistep() || cut <= NO_NEARER * span {
+            return None;
+        }
+        let mut transitions = self.problem.system.signature().discrete.transitions();
+        let (automaton, _) = transitions.nth(self.due()?)?;
+        let automata = &self.problem.system.signature().discrete.automata;
+        let error = self.error();
+        (automata[automaton].kind.only_ends_steps() && error > 1.0 && error.is_finite())
+            .then_some(error)
+    }
+
+    /// Accepts the step that was cut at an event, and makes that; how soon it may happen again.
+    pub(in crate::integrate) fn end_at_event(
+        &mut self,
+        (h, cut): (f64, f64),
+        t_new: f64,
+        times: &[f64],
+        solution: &mut Solution,
+    ) -> Result<f64, IntegrateError> {
+        let due = self.due();
+        let t_event = if cut < h { self.t + cut } else { t_new };
+        self.accept(t_event, Stop::Change, times, solution);
+        self.stepper.restart();
+        match due {
+            Some(due) => {
+                self.make_events(due, solution)?;
+            }
+            None => self.settle(solution)?,
+        }
+        self.mark_instant();
+        // What else happens at this time comes first.
+        if t_event < self.stop() {
+            self.record_now(times, solution);
+        }
+        Ok(due.map_or(f64::INFINITY, |due| self.discrete.last_interval(due)))
+    }
+
+    /// The size of the step that just passes the first threshold. It has been tried last, with the
+    /// event functions at its end in `e`.
+    pub(in crate::integrate) fn locate(
+        &mut self,
+        h: f64,
+        solution: &mut Solution,
+    ) -> Result<f64, Failed> {
+        let Problem { system, p, .. } = *self.problem;
+        let (mut low, mut high) = (0.0, h);
+        self.discrete.high.copy_from_slice(&self.discrete.e);
+        {
+            let u = self.drive.at(self.t, self.y.as_ref());
+            let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+            system.event_functions(at, &mut self.discrete.low);
+        }
+        let narrow = (4.0 * f64::EPSILON * self.t.abs()).max(NARROW * h);
+        // Which end stayed in the last trials, and how often.
+        let mut stayed = (Side::None, 0);
+        let mut trials = 0;
+        while high - low > narrow && trials < MOST_TRIALS {
+            trials += 1;
+            let middle = 0.5 * (low + high);
+            // Regula falsi gets on slowly where the event function is very uneven.
+            let is_halving = trials % 8 == 0;
+            let root = if is_halving { middle } else { self.earliest_root(low, high) };
+            let inside = 0.5 * narrow.min(high - low);
+            let trial = root.clamp(low + inside, high - inside);
+            self.step_to(trial, Variables::Unknowns, solution)?;
+            self.evaluate_at_end(trial);
+            if self.due().is_some() {
+                high = trial;
+                self.discrete.high.copy_from_slice(&self.discrete.e);
+                stayed = stayed_again(stayed, Side::Low);
+                if stayed.1 > 1 {
+                    self.discrete.low.iter_mut().for_each(|e| *e *= 0.5);
+                }
+            } else {
+                low = trial;
+                self.discrete.low.copy_from_slice(&self.discrete.e);
+                stayed = stayed_again(stayed, Side::High);
+                if stayed.1 > 1 {
+                    self.discrete.high.iter_mut().for_each(|e| *e *= 0.5);
+                }
+            }
+        }
+        self.step_to(high, Variables::All, solution)?;
+        self.evaluate_at_end(high);
+        Ok(high)
+    }
+
+    /// Makes `y_new`, and `s_new` for all variables, what the solution is after h, which is no more than
+    /// the size of the step tried last.
+    pub(in crate::integrate) fn step_to(
+        &mut self,
+        h: f64,
+        variables: Variables,
+        solution: &mut Solution,
+    ) -> Result<(), Failed> {
+        if self.stepper.is_multistep() {
+            let directions = self.directions.as_mut().filter(|_| variables == Variables::All);
+            self.stepper.shorten(h, self.y.as_ref(), directions);
+            return Ok(());
+        }
+        self.try_step(h, variables, solution)
+    }
+
+    pub(in crate::integrate) fn evaluate_at_end(&mut self, h: f64) {
+        let Problem { system, p, .. } = *self.problem;
+        let t = self.t + h;
+        let u = self.drive.at(t, self.stepper.y_new.as_ref());
+        let at = Point { t, y: self.stepper.y_new.as_ref(), u, p, z: &self.discrete.schedule.z };
+        system.event_functions(at, &mut self.discrete.e);
+    }
+
+    /// The earliest root of the lines through the event functions that pass their thresholds.
+    fn earliest_root(&self, low: f64, high: f64) -> f64 {
+        let (at_low, at_high) = (&self.discrete.low, &self.discrete.high);
+        let transitions = self.problem.system.signature().discrete.transitions().enumerate();
+        let mut earliest = high;
+        for (k, (automaton, transition)) in transitions {
+            // What is past its threshold by no more than its slack is not due.
+            let slack = match transition.crossing {
+                Crossing::Rises => self.discrete.slack[k],
+                Crossing::Falls => -self.discrete.slack[k],
+            };
+            let (a, b) = (at_low[k] - slack, at_high[k] - slack);
+            if self.discrete.watches(k, automaton, transition.from)
+                && transition.crossing.is_past(b)
+                && !transition.crossing.is_past(a)
+            {
+                earliest = earliest.min(low + (high - low) * (a / (a - b)));
+            }
+        }
+        earliest
+    }
+}
+
+/// An end of the interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Side {
+    None,
+    Low,
+    High,
+}
+
+fn stayed_again((side, times): (Side, u32), now: Side) -> (Side, u32) {
+    if side == now { (now, times + 1) } else { (now, 1) }
+}

@@ -1,0 +1,50 @@
+//! A change of the unknowns that are states, on the way.
+
+use crate::error::IntegrateError;
+use crate::integrate::simulation::Simulation;
+use crate::problem::Problem;
+use crate::solution::Solution;
+use crate::state_selection::select_states;
+use crate::system::{Point, System};
+
+impl<S: System> Simulation<'_, S> {
+    /// Chooses the states that suit (t, y); whether others are chosen now. The mass matrix and what
+    /// follows from it are still those of before.
+    #[inline]
+    pub(in crate::integrate) fn select_states(&mut self) -> bool {
+        if !S::FEATURES.events || !self.discrete.selects_states() {
+            return false;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let u = self.drive.at(self.t, self.y.as_ref());
+        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
+        select_states(system, at, &mut self.discrete.schedule.z, &mut self.discrete.e)
+    }
+
+    /// Chooses the states for the first consistent values.
+    pub(in crate::integrate) fn select_first_states(&mut self) {
+        if S::FEATURES.events && self.select_states() {
+            let Problem { system, p, .. } = *self.problem;
+            let mut mass = self.algebraic.mass.clone();
+            let u = self.drive.at(self.t, self.y.as_ref());
+            let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
+            system.mass(at, mass.as_mut());
+            self.algebraic.enter_modes(mass.as_ref());
+        }
+    }
+
+    /// Goes on with other states where the present ones have become a bad choice. The solution does
+    /// not change, so that the time at which that happens has no influence.
+    #[inline]
+    pub(in crate::integrate) fn reselect_states(
+        &mut self,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        if !S::FEATURES.events || !self.select_states() {
+            return Ok(());
+        }
+        self.discrete.instant.tau.fill(0.0);
+        self.begin_instant(solution);
+        self.take_over(solution)
+    }
+}

@@ -1,0 +1,240 @@
+//! Transitions that are due at one time, each by itself.
+//!
+//! Each is an instant of its own, with the derivatives τ of its own time, in the order of the file.
+//! Where the times have the same derivatives, disturbed solutions have them at one time too. Where
+//! they do not, one or the other comes first, and S is defined only if that makes no difference: so
+//! they are made in the reverse order too, and the outcomes compared.
+
+use crate::error::IntegrateError;
+use crate::integrate::events::hybrid::Past;
+use crate::integrate::simulation::Simulation;
+use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
+use crate::system::{Signature, System};
+
+/// Event functions that pass zero within this part of the simulated time do so at one time.
+const AT_ONCE: f64 = 1e-10;
+/// Times have the same derivatives, and orders the same outcome, up to this part of them.
+const SAME: f64 = 1e-6;
+
+/// Transitions at one time, and what is needed to try them in another order.
+pub(in crate::integrate) struct Together {
+    /// The one that the step was cut at, then the others.
+    due: Vec<usize>,
+    before: State,
+    reversed: State,
+}
+
+/// What transitions change.
+#[derive(Default)]
+struct State {
+    y: Vec<f64>,
+    s: Vec<f64>,
+    z: Vec<f64>,
+    mass: Vec<f64>,
+    armed: Vec<bool>,
+    slack: Vec<f64>,
+    pasts: Vec<Past>,
+    crowd: (f64, usize),
+}
+
+impl State {
+    fn new(signature: &Signature, n_s: usize) -> Self {
+        let (n, n_e) = (signature.unknowns.len(), signature.discrete.transitions().count());
+        Self {
+            y: vec![0.0; n],
+            s: vec![0.0; n * n_s],
+            z: vec![0.0; signature.discrete.len()],
+            mass: vec![0.0; n],
+            armed: vec![false; n_e],
+            slack: vec![0.0; n_e],
+            pasts: vec![Past::NONE; n_e],
+            crowd: (0.0, 0),
+        }
+    }
+}
+
+impl Together {
+    pub(in crate::integrate) fn new(signature: &Signature, n_s: usize) -> Self {
+        let n_e = signature.discrete.transitions().count();
+        let state = || State::new(signature, if n_e > 1 { n_s } else { 0 });
+        Self { due: Vec::with_capacity(n_e), before: state(), reversed: state() }
+    }
+}
+
+impl<S: System> Simulation<'_, S> {
+    /// Makes the transition that the step was cut at, those that are due at the same time, and what
+    /// follows from them.
+    pub(in crate::integrate) fn make_events(
+        &mut self,
+        k: usize,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        if self.gather(k, solution) {
+            self.verify_order(solution);
+        }
+        self.make_event(k, solution)?;
+        for place in 1..self.discrete.together.due.len() {
+            let other = self.discrete.together.due[place];
+            self.evaluate_events();
+            if self.is_due(other) {
+                self.make_event(other, solution)?;
+            }
+        }
+        self.discrete.located = None;
+        self.settle(solution)
+    }
+
+    fn make_event(&mut self, k: usize, solution: &mut Solution) -> Result<(), IntegrateError> {
+        self.begin_event(k, solution);
+        self.discrete.located = Some(k);
+        self.make_transition(k, solution)
+    }
+
+    /// Collects what is due now; whether sensitivities may depend on the order.
+    fn gather(&mut self, k: usize, solution: &mut Solution) -> bool {
+        let discrete = &self.problem.system.signature().discrete;
+        self.discrete.together.due.clear();
+        self.discrete.together.due.push(k);
+        let watched = discrete.transitions().enumerate().filter(|(other, (automaton, t))| {
+            *other != k && self.discrete.watches(*other, *automaton, t.from)
+        });
+        if watched.count() == 0 {
+            return false;
+        }
+        // Without sensitivities only those count that are past their thresholds.
+        let with_slopes =
+            self.directions.is_some() && !self.is_continuous(k) && self.take_event_slopes(solution);
+        let mut differs = false;
+        for (other, (automaton, transition)) in discrete.transitions().enumerate() {
+            if other == k || !self.discrete.watches(other, automaton, transition.from) {
+                continue;
+            }
+            let e = self.discrete.e[other];
+            let is_past = self.discrete.is_past(other, transition.crossing, e);
+            if !with_slopes || self.is_continuous(other) {
+                if is_past {
+                    self.discrete.together.due.push(other);
+                }
+                continue;
+            }
+            let (rate, _) = self.event_rate(other);
+            let is_near =
+                transition.crossing.is_past(rate) && (e / rate).abs() <= AT_ONCE * self.span;
+            if is_past || is_near {
+                self.discrete.together.due.push(other);
+                differs |= is_near && self.times_differ(k, other);
+            }
+        }
+        differs
+    }
+
+    /// Whether the times of two events have different derivatives.
+    fn times_differ(&self, k: usize, other: usize) -> bool {
+        let de = &self.discrete.instant.de;
+        let n_e = self.discrete.e.len();
+        let rates = [k, other].map(|k| self.event_rate(k).0);
+        de.chunks_exact(n_e).any(|column| {
+            let (a, b) = (column[k] / rates[0], column[other] / rates[1]);
+            (a - b).abs() > SAME * a.abs().max(b.abs())
+        })
+    }
+
+    /// Tries the transitions in both orders; ends sensitivities where the outcomes differ.
+    fn verify_order(&mut self, solution: &mut Solution) {
+        let (n_events, n_undefined) = (solution.events.len(), solution.undefined.len());
+        let together = &mut self.discrete.together;
+        let mut before = std::mem::take(&mut together.before);
+        let mut reversed = std::mem::take(&mut together.reversed);
+        self.save(&mut before);
+        let backward = self.make_all(true, solution);
+        self.save(&mut reversed);
+        self.restore(&before);
+        let forward = self.make_all(false, solution);
+        let agree = backward.is_ok() && forward.is_ok() && self.agrees_with(&reversed);
+        self.restore(&before);
+        (self.discrete.together.before, self.discrete.together.reversed) = (before, reversed);
+        solution.events.truncate(n_events);
+        if self.directions.is_some() {
+            solution.undefined.truncate(n_undefined);
+            if !agree {
+                self.end_sensitivities_of_order(solution);
+            }
+        }
+    }
+
+    fn save(&mut self, state: &mut State) {
+        state.y.copy_from_slice(self.y.as_ref());
+        if let Some(d) = &self.directions {
+            state.s.copy_from_slice(d.s.as_ref());
+        }
+        let hybrid = &self.discrete;
+        state.z.copy_from_slice(hybrid.z());
+        state.mass.copy_from_slice(self.algebraic.mass.as_ref());
+        state.armed.copy_from_slice(&hybrid.armed);
+        state.slack.copy_from_slice(&hybrid.slack);
+        state.pasts.copy_from_slice(&hybrid.pasts);
+        state.crowd = hybrid.crowd;
+    }
+
+    fn restore(&mut self, state: &State) {
+        self.y.as_mut().copy_from_slice(&state.y);
+        if let Some(d) = &mut self.directions {
+            d.s.as_mut().copy_from_slice(&state.s);
+        }
+        let hybrid = &mut self.discrete;
+        hybrid.schedule.z.copy_from_slice(&state.z);
+        hybrid.armed.copy_from_slice(&state.armed);
+        hybrid.slack.copy_from_slice(&state.slack);
+        hybrid.pasts.copy_from_slice(&state.pasts);
+        hybrid.crowd = state.crowd;
+        self.algebraic.enter_modes(&state.mass);
+        self.linearized = false;
+    }
+
+    fn make_all(&mut self, reversed: bool, solution: &mut Solution) -> Result<(), IntegrateError> {
+        let n = self.discrete.together.due.len();
+        for place in 0..n {
+            let place = if reversed { n - 1 - place } else { place };
+            let k = self.discrete.together.due[place];
+            let discrete = &self.problem.system.signature().discrete;
+            // Another of them may have left its mode.
+            let mut transitions = discrete.transitions();
+            if transitions.nth(k).is_some_and(|(a, t)| self.discrete.is_active(a, t.from)) {
+                self.make_event(k, solution)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether modes, unknowns and sensitivities are what they were in the reverse order.
+    fn agrees_with(&self, reversed: &State) -> bool {
+        let Some(d) = &self.directions else { return true };
+        let close =
+            |a: f64, b: f64, size: f64| (a - b).abs() <= SAME * a.abs().max(b.abs()).max(size);
+        let sizes = self.sizes.as_ref();
+        let mut unknowns = self.y.as_ref().iter().zip(&reversed.y).zip(sizes);
+        let mut sensitivities = d.s.as_ref().iter().zip(&reversed.s).zip(d.sizes.as_ref());
+        self.discrete.z() == reversed.z
+            && unknowns.all(|((a, b), size)| close(*a, *b, *size))
+            && sensitivities.all(|((a, b), size)| close(*a, *b, *size))
+    }
+
+    fn end_sensitivities_of_order(&mut self, solution: &mut Solution) {
+        self.directions = None;
+        let discrete = &self.problem.system.signature().discrete;
+        let mut names: Vec<&str> = Vec::new();
+        for k in &self.discrete.together.due {
+            let automaton = discrete.transitions().nth(*k).map(|(automaton, _)| automaton);
+            let name = automaton.map_or("", |automaton| &*discrete.automata[automaton].name);
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        solution.undefined.push(UndefinedSensitivity {
+            from: self.t,
+            until: self.t,
+            equation: names.join("` and `"),
+            cause: UndefinedCause::Simultaneous,
+        });
+    }
+}

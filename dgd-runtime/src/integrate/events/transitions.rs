@@ -1,0 +1,343 @@
+//! Transitions between modes: which are due, and making them.
+
+use crate::discrete::{choose_sides, choose_start_modes};
+use crate::error::IntegrateError;
+use crate::integrate::events::hybrid::Hybrid;
+use crate::integrate::simulation::Simulation;
+use crate::problem::Problem;
+use crate::solution::{Event, Solution};
+use crate::system::{Crossing, Point, System, Trigger};
+
+/// Transitions within this part of the simulated time happen at one time.
+const ONE_TIME: f64 = 1e-9;
+/// So many transitions at one time are expected to go on without end, and for each transition of the
+/// model so many more.
+const MOST_TRANSITIONS: usize = 100;
+const MORE_FOR_EACH: usize = 10;
+/// The mode of a switch in which the solution slides along its surface.
+pub(in crate::integrate) const SLIDING: usize = 2;
+/// A slack that is still to be taken: what errors within the tolerance make of an event function, or what
+/// rounding does.
+const OF_TOLERANCE: f64 = f64::INFINITY;
+const OF_ROUNDING: f64 = f64::NEG_INFINITY;
+/// Rounding of an unknown that a step has added up, in units of its last place.
+const ROUNDINGS: f64 = 8.0;
+
+impl<S: System> Simulation<'_, S> {
+    /// Switches the conditions on time that switch now.
+    #[inline]
+    pub(in crate::integrate) fn switch_conditions(
+        &mut self,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        if !S::FEATURES.events {
+            return Ok(());
+        }
+        while self.discrete.next_switch() == self.t {
+            let hybrid = &mut self.discrete;
+            let n_c = hybrid.z().len() - hybrid.n_automata;
+            let condition = hybrid.schedule.next_condition().unwrap_or(0);
+            for (tau, column) in hybrid.instant.tau.iter_mut().zip(hybrid.dtimes.chunks_exact(n_c))
+            {
+                *tau = column[condition];
+            }
+            self.begin_instant(solution);
+            self.discrete.schedule.switch(self.discrete.n_automata);
+            self.take_over(solution)?;
+            self.settle(solution)?;
+            self.mark_instant();
+        }
+        Ok(())
+    }
+
+    /// Makes the transitions that are due now, one after another, until none is.
+    #[inline]
+    pub(in crate::integrate) fn settle(
+        &mut self,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        if !S::FEATURES.events || !self.discrete.has_transitions() {
+            return Ok(());
+        }
+        loop {
+            let torn_off = self.evaluate_events_at_jump();
+            self.take_slack();
+            if let Some(k) = torn_off {
+                self.make_transition(k, solution)?;
+                // It has not come back from sliding: the surface has gone.
+                self.set_slack_beside(k, OF_ROUNDING);
+                continue;
+            }
+            let Some(due) = self.due() else {
+                self.arm();
+                return Ok(());
+            };
+            self.make_transition(due, solution)?;
+        }
+    }
+
+    /// Where a solution leaves a surface that it has slid along, it does so tangentially: how far an
+    /// event function is beyond its threshold there, and what errors of the unknowns within the
+    /// tolerance make of it, says nothing of a return. Where it starts on a surface, or has just passed
+    /// it, what rounding makes of it says nothing.
+    fn take_slack(&mut self) {
+        self.take_slack_of(OF_TOLERANCE, self.tolerances.rtol, self.tolerances.atol);
+        let rounding = ROUNDINGS * f64::EPSILON;
+        self.take_slack_of(OF_ROUNDING, rounding, rounding);
+    }
+
+    /// The slacks that are marked, for unknowns that are known to these tolerances.
+    fn take_slack_of(&mut self, mark: f64, rtol: f64, atol: f64) {
+        if !self.discrete.slack.contains(&mark) {
+            return;
+        }
+        self.take_errors(rtol, atol);
+        let Hybrid { slack, e, high, .. } = &mut self.discrete;
+        for ((slack, error), e) in slack.iter_mut().zip(high.iter()).zip(e.iter()) {
+            if *slack == mark {
+                // What has passed a threshold by more than rounding has passed it.
+                let own = if mark == OF_ROUNDING { 0.0 } else { 2.0 * e.abs() };
+                *slack = error.max(own);
+            }
+        }
+    }
+
+    /// What errors of all unknowns within these tolerances make of event functions, in `high`.
+    fn take_errors(&mut self, rtol: f64, atol: f64) {
+        let Problem { system, p, .. } = *self.problem;
+        let Hybrid { schedule, e, low, high, .. } = &mut self.discrete;
+        let (y, u) = (self.y.as_ref(), self.drive.at(self.t, self.y.as_ref()));
+        high.fill(0.0);
+        for i in 0..y.len() {
+            let moved = self.row.as_mut();
+            moved.copy_from_slice(y);
+            moved[i] += rtol * y[i].abs() + atol * self.sizes.as_ref()[i];
+            let at = Point { t: self.t, y: self.row.as_ref(), u, p, z: &schedule.z };
+            system.event_functions(at, low);
+            for ((error, moved), e) in high.iter_mut().zip(low.iter()).zip(e.iter()) {
+                *error += (moved - e).abs();
+            }
+        }
+    }
+
+    /// e at (t, y), where inputs or unknowns may just have jumped. The transition of a switch from sliding to the
+    /// side of its surface that the solution is on now, where the jump has torn the two apart.
+    fn evaluate_events_at_jump(&mut self) -> Option<usize> {
+        let discrete = &self.problem.system.signature().discrete;
+        // Of each switch that slides, the event function of its surface before.
+        let transitions = || discrete.transitions().enumerate();
+        let before: Vec<(usize, usize, f64)> = transitions()
+            .filter(|(_, (automaton, transition))| {
+                discrete.automata[*automaton].kind.has_surface()
+                    && transition.trigger == Trigger::Level
+                    && transition.crossing == Crossing::Rises
+                    && transition.from != SLIDING
+                    && self.discrete.is_active(*automaton, SLIDING)
+            })
+            .map(|(k, (automaton, _))| (k, automaton, self.discrete.e[k]))
+            .collect();
+        self.evaluate_events();
+        if before.iter().all(|(k, _, e)| self.discrete.e[*k] == *e) {
+            return None;
+        }
+        self.take_errors(self.tolerances.rtol, self.tolerances.atol);
+        let Hybrid { e, high, .. } = &self.discrete;
+        let (k, automaton, _) =
+            before.into_iter().find(|(k, _, before)| (e[*k] - before).abs() > high[*k])?;
+        let crossing = if e[k] > 0.0 { Crossing::Rises } else { Crossing::Falls };
+        let left = transitions().find(|(_, (of, transition))| {
+            *of == automaton && transition.from == SLIDING && transition.crossing == crossing
+        });
+        left.map(|(k, _)| k)
+    }
+
+    /// Of all transitions of the automaton that the k-th belongs to.
+    fn set_slack_beside(&mut self, k: usize, slack: f64) {
+        let discrete = &self.problem.system.signature().discrete;
+        let of = discrete.transitions().nth(k).map(|(automaton, _)| automaton);
+        for (other, (automaton, _)) in discrete.transitions().enumerate() {
+            if Some(automaton) == of {
+                self.discrete.slack[other] = slack;
+            }
+        }
+    }
+
+    /// e at (t, y).
+    pub(in crate::integrate) fn evaluate_events(&mut self) {
+        let Problem { system, p, .. } = *self.problem;
+        let u = self.drive.at(self.t, self.y.as_ref());
+        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
+        system.event_functions(at, &mut self.discrete.e);
+    }
+
+    /// The first transition that is due by the event functions as they are in `e`.
+    pub(in crate::integrate) fn due(&self) -> Option<usize> {
+        let hybrid = &self.discrete;
+        let mut transitions = self.problem.system.signature().discrete.transitions().enumerate();
+        let due = transitions.find(|(k, (automaton, transition))| {
+            hybrid.watches(*k, *automaton, transition.from)
+                && hybrid.is_past(*k, transition.crossing, hybrid.e[*k])
+        });
+        due.map(|(k, _)| k)
+    }
+
+    /// Whether the k-th transition is due by the event functions as they are in `e`.
+    pub(in crate::integrate) fn is_due(&self, k: usize) -> bool {
+        let hybrid = &self.discrete;
+        let mut transitions = self.problem.system.signature().discrete.transitions();
+        transitions.nth(k).is_some_and(|(automaton, transition)| {
+            hybrid.watches(k, automaton, transition.from)
+                && hybrid.is_past(k, transition.crossing, hybrid.e[k])
+        })
+    }
+
+    /// Arms the transitions whose condition is false by the event functions as they are in `e`.
+    pub(in crate::integrate) fn arm(&mut self) {
+        let hybrid = &mut self.discrete;
+        let transitions = self.problem.system.signature().discrete.transitions();
+        for (k, (automaton, transition)) in transitions.enumerate() {
+            if !hybrid.is_active(automaton, transition.from) {
+                continue;
+            }
+            if transition.crossing.is_past(hybrid.e[k]) {
+                continue;
+            }
+            if hybrid.e[k].abs() > hybrid.slack[k] {
+                hybrid.slack[k] = 0.0;
+            }
+            if matches!(transition.trigger, Trigger::Edge | Trigger::Level) {
+                hybrid.armed[k] = true;
+            }
+        }
+    }
+
+    /// Begins in the modes that conditions on the start choose.
+    pub(in crate::integrate) fn begin_modes(&mut self) {
+        if !S::FEATURES.events {
+            return;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let u = self.drive.at(self.t, self.y.as_ref());
+        let Hybrid { e, schedule, .. } = &mut self.discrete;
+        let before = schedule.z.clone();
+        choose_start_modes(system, (self.t, self.y.as_ref(), u, p), e, &mut schedule.z);
+        if schedule.z != before {
+            let mut mass = self.algebraic.mass.clone();
+            let at = Point { t: self.t, y: &[], u, p, z: &schedule.z };
+            system.mass(at, mass.as_mut());
+            self.algebraic.enter_modes(mass.as_ref());
+        }
+    }
+
+    /// Begins on the sides of switches and bounds that the start values are on.
+    pub(in crate::integrate) fn begin_switches(&mut self) {
+        if !S::FEATURES.events {
+            return;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let place = (self.t, self.y.as_ref(), self.drive.at(self.t, self.y.as_ref()), p);
+        choose_sides(system, place, &mut self.discrete.e, &mut self.discrete.schedule.z);
+        let discrete = &system.signature().discrete;
+        for (slack, (automaton, _)) in self.discrete.slack.iter_mut().zip(discrete.transitions()) {
+            if discrete.automata[automaton].kind.has_surface() {
+                *slack = OF_ROUNDING;
+            }
+        }
+    }
+
+    /// Makes a transition: resets, the new mode, consistent values.
+    pub(in crate::integrate) fn make_transition(
+        &mut self,
+        k: usize,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        let discrete = &self.problem.system.signature().discrete;
+        let Some((position, transition)) = discrete.transitions().nth(k) else {
+            unreachable!("there are as many event functions as transitions")
+        };
+        let automaton = &discrete.automata[position];
+        if automaton.kind.only_ends_steps() {
+            // Slopes have changed, values have not.
+            self.discrete.pass_corner(k, self.t);
+            return self.make_consistent(solution);
+        }
+        self.verify_end(k, &automaton.name)?;
+        let has_surface = automaton.kind.has_surface();
+        // A side that does not lead onto the surface was left by rounding, and one that the solution has
+        // slid along has let it go.
+        let may_slide = has_surface && self.discrete.located == Some(k) && {
+            self.evaluate_events();
+            self.entry(position).is_some()
+        };
+
+        self.reset(k, solution);
+        self.discrete.schedule.z[position] = transition.to as f64;
+        let slack = match (has_surface, transition.from == SLIDING) {
+            (true, true) => OF_TOLERANCE,
+            (true, false) => OF_ROUNDING,
+            (false, _) => 0.0,
+        };
+        for (other, (of, next)) in discrete.transitions().enumerate() {
+            if of == position {
+                self.discrete.armed[other] = next.trigger == Trigger::Level;
+                self.discrete.slack[other] = slack;
+            }
+        }
+        self.take_over(solution)?;
+        solution.events.push(Event {
+            t: self.t,
+            automaton: automaton.name.clone(),
+            from: automaton.modes[transition.from].clone(),
+            to: automaton.modes[transition.to].clone(),
+        });
+        if has_surface && self.discrete.located.take() == Some(k) && may_slide {
+            self.slide(position, solution)?;
+        }
+        Ok(())
+    }
+
+    /// Lets a solution that has just entered one side of a surface, and is pushed back from there,
+    /// slide along it.
+    fn slide(&mut self, position: usize, solution: &mut Solution) -> Result<(), IntegrateError> {
+        self.evaluate_events();
+        match self.entry(position) {
+            Some(k) => self.make_transition(k, solution),
+            None => Ok(()),
+        }
+    }
+
+    /// The transition to sliding from the side that a switch is on, where that side leads onto its
+    /// surface by the event functions as they are in `e`.
+    fn entry(&self, position: usize) -> Option<usize> {
+        let hybrid = &self.discrete;
+        let discrete = &self.problem.system.signature().discrete;
+        let mut transitions = discrete.transitions().enumerate();
+        let found = transitions.find(|(k, (of, transition))| {
+            *of == position
+                && transition.trigger == Trigger::Entry
+                && hybrid.is_active(*of, transition.from)
+                && transition.crossing.is_past(hybrid.e[*k])
+        });
+        found.map(|(k, _)| k)
+    }
+
+    /// Whether events come to an end.
+    fn verify_end(&mut self, k: usize, automaton: &str) -> Result<(), IntegrateError> {
+        let most = MOST_TRANSITIONS + MORE_FOR_EACH * self.discrete.armed.len();
+        let (since, count) = &mut self.discrete.crowd;
+        if self.t - *since > ONE_TIME * self.span {
+            (*since, *count) = (self.t, 0);
+        }
+        *count += 1;
+        let crowded = (*count > most).then_some(most);
+        let accumulates = self.discrete.pasts[k].accumulates(self.t, ONE_TIME * self.span);
+        match crowded.or(accumulates) {
+            Some(transitions) => Err(IntegrateError::EndlessEvents {
+                t: self.t,
+                automaton: automaton.to_owned(),
+                transitions,
+            }),
+            None => Ok(()),
+        }
+    }
+}

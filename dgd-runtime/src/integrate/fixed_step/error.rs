@@ -1,0 +1,160 @@
+//! Why a run has no equal steps per sample.
+
+use std::fmt;
+
+use crate::integrate::methods::catalogue::{Method, MethodKind};
+use crate::integrate::methods::tableaux::TSIT5;
+use crate::integrate::methods::taylor;
+use crate::problem::Problem;
+use crate::system::{Signature, System};
+
+/// Why a run with equal steps per sample is not possible, or not as accurate as it should be.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PerSampleError {
+    /// Modes change when the solution says so, not when a step ends.
+    Modes {
+        /// A `modes` block, `when`, bound or switch.
+        automaton: String,
+    },
+    /// A condition on time switches between samples.
+    TimeCondition,
+    /// Something is read late.
+    Delay {
+        /// What is.
+        name: String,
+    },
+    /// The method does not make steps of given size.
+    Method {
+        /// The method.
+        method: &'static str,
+    },
+    /// The method goes along Taylor series, and the model has none, or none for these inputs.
+    Series {
+        /// The method.
+        method: &'static str,
+    },
+    /// The method is for models without algebraic unknowns.
+    Algebraic {
+        /// The method.
+        method: &'static str,
+        /// An algebraic unknown.
+        unknown: String,
+    },
+    /// The solution grows beyond all bounds: the steps are too long, or the model has no solution.
+    NotFinite {
+        /// Time of the step that leads there, s.
+        t: f64,
+        /// Steps per sample.
+        per_sample: u32,
+        /// The method.
+        method: &'static str,
+    },
+    /// Errors stay above the tolerance with as many steps as are tried.
+    Inaccurate {
+        /// Steps per sample.
+        per_sample: u32,
+        /// The method.
+        method: &'static str,
+        /// The largest local error, in units of the tolerance.
+        error: f64,
+    },
+}
+
+/// Whether a model can be run with equal steps per sample by a method.
+pub(crate) fn verify<S: System>(
+    problem: &Problem<'_, S>,
+    method: &Method,
+) -> Result<(), PerSampleError> {
+    if let Some(reason) = refusal(problem.system.signature()) {
+        return Err(reason);
+    }
+    match method.kind {
+        MethodKind::Rosenbrock(_) => Ok(()),
+        MethodKind::Explicit(tableau) if std::ptr::eq(tableau, &raw const TSIT5) => {
+            let mut unknowns = problem.system.signature().unknowns.iter();
+            match unknowns.find(|unknown| !unknown.differential) {
+                None => Ok(()),
+                Some(unknown) => Err(PerSampleError::Algebraic {
+                    method: method.name,
+                    unknown: unknown.name.to_string(),
+                }),
+            }
+        }
+        MethodKind::Taylor(_) => taylor::verify(problem, method.name)
+            .map_err(|_| PerSampleError::Series { method: method.name }),
+        MethodKind::Explicit(_) | MethodKind::Esdirk(_) | MethodKind::Bdf(_) => {
+            Err(PerSampleError::Method { method: method.name })
+        }
+    }
+}
+
+/// What about a model needs steps that end elsewhere, if anything does.
+fn refusal(signature: &Signature) -> Option<PerSampleError> {
+    if let Some(automaton) = signature.discrete.automata.first() {
+        return Some(PerSampleError::Modes { automaton: automaton.name.to_string() });
+    }
+    if signature.discrete.n_time_conditions > 0 {
+        return Some(PerSampleError::TimeCondition);
+    }
+    let late_input =
+        signature.delayed_inputs.first().map(|late| signature.inputs[late.input].name.clone());
+    let late_unknown =
+        signature.delayed_unknowns.first().map(|late| signature.unknowns.name(late.unknown));
+    let mut outputs = signature.outputs.iter();
+    let late_output = outputs.find(|output| output.delay.is_some());
+    let late_output = late_output.map(|output| output.name.clone());
+    late_input
+        .or(late_unknown)
+        .or(late_output)
+        .map(|name| PerSampleError::Delay { name: name.to_string() })
+}
+
+impl fmt::Display for PerSampleError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const INSTEAD: &str = "use adaptive steps (`--steps adaptive`, `Steps::Adaptive`)";
+        match self {
+            Self::Modes { automaton } => write!(
+                f,
+                "steps per sample cannot end where `{automaton}` changes, which is between \
+                 samples; {INSTEAD}"
+            ),
+            Self::TimeCondition => write!(
+                f,
+                "steps per sample cannot end where the model's condition on time switches, which \
+                 is between samples; {INSTEAD}"
+            ),
+            Self::Delay { name } => write!(
+                f,
+                "with steps per sample nothing is read late, and the model reads `{name}` late; \
+                 {INSTEAD}"
+            ),
+            Self::Method { method } => write!(
+                f,
+                "`{method}` makes no steps of given size; {INSTEAD}, or `rodas5p`, or `tsit5` \
+                 where the model is neither stiff nor algebraic"
+            ),
+            Self::Series { method } => write!(
+                f,
+                "`{method}` goes along Taylor series, and the model has none, or none for these inputs; \
+                 `rodas5p` needs none"
+            ),
+            Self::Algebraic { method, unknown } => write!(
+                f,
+                "`{method}` cannot solve for `{unknown}`, which no derivative determines; `rodas5p` can"
+            ),
+            Self::NotFinite { t, per_sample, method } => write!(
+                f,
+                "the step from t = {t} s, of {per_sample} per sample by `{method}`, leads beyond \
+                 all numbers: it is too long, or the model cannot go on there; adaptive steps say \
+                 which"
+            ),
+            Self::Inaccurate { per_sample, method, error } => write!(
+                f,
+                "with {per_sample} steps per sample by `{method}` the local error is still \
+                 {error:.1e} times the tolerance; {INSTEAD}"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for PerSampleError {}

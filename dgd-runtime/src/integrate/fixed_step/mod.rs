@@ -1,0 +1,321 @@
+//! Equal steps per sample of recorded inputs, their number chosen once.
+//!
+//! Where inputs change every second, that is where a method of order five has to step anyway, and
+//! looking for a better step costs more than making it. Here nothing is looked for: every segment of
+//! the inputs gets so many equal steps, none is rejected, and a run is a smooth function of parameters
+//! and start values whose derivatives are its sensitivities. In a fit, cost and gradient of every trial
+//! belong to the same steps.
+//!
+//! ```text
+//!   n steps per sample → largest local error e of the run, in units of the tolerance
+//!   n ← n e^(1/k) until e ≤ 1                  e ~ h^k
+//! ```
+//!
+//! Models with modes, conditions on time or delays need steps that end elsewhere ([`error::refusal`]).
+//! Where all unknowns are differential and the method is explicit, [`sweep`] is the loop: written once
+//! for the unknowns alone and for unknowns and sensitivities ([`carried`]), and for every method that
+//! makes steps of given size ([`fixed_step`]). What is to be done with such a method is a [`Task`], so
+//! that methods are told apart in [`dispatch`] alone. Rosenbrock methods make the general loop's steps
+//! ([`rosenbrock`]).
+
+// Lengths are constants where storage has a fixed size, and only once inlined there.
+#![allow(clippy::inline_always)]
+
+mod along;
+mod carried;
+mod choice;
+mod count;
+mod error;
+mod grid;
+mod method;
+mod rosenbrock;
+mod sweep;
+mod taylor;
+mod tsit5;
+
+use std::num::NonZeroU32;
+
+use crate::error::IntegrateError;
+use crate::integrate::methods::catalogue::MethodKind;
+use crate::integrate::methods::stepper::Directions;
+use crate::integrate::methods::tableaux::TSIT5;
+use crate::integrate::methods::taylor::order;
+use crate::integrate::request;
+use crate::integrate::simulation::Simulation;
+use crate::problem::{Options, Problem};
+use crate::signal::Segment;
+use crate::solution::Solution;
+use crate::system::System;
+use carried::{Carried, Unknowns, WithSensitivities};
+use choice::head;
+pub use choice::{
+    PerSampleChoice, choose_per_sample, inputs_change_by_sample, measure, per_sample_of_head,
+};
+use count::Count;
+pub use error::PerSampleError;
+use error::verify;
+use grid::{Grid, sample_interval};
+use method::FixedStep;
+pub use sweep::Sink;
+use sweep::{Course, Gauge, sweep};
+use taylor::Taylor;
+use tsit5::Tsit5;
+
+/// How long steps are.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Steps {
+    /// As the task wants them: in a simulation as long as the error allows; in a fit to recordings with
+    /// inputs that change from sample to sample, as many per sample as the error demands, where the
+    /// model allows it. A fit then also chooses between the default method and an explicit one.
+    #[default]
+    Automatic,
+    /// As long as the error allows.
+    Adaptive,
+    /// Equal steps between samples. A sample interval is the mean distance of the asked times or of the
+    /// points at which inputs change, whichever is the shorter; longer segments of the inputs get more
+    /// steps, shorter ones get one.
+    PerSample(PerSample),
+}
+
+/// How many steps a sample interval gets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PerSample {
+    /// As many as keep the local error of every step below the tolerance. A fit looks at the errors of
+    /// the unknowns alone: its sensitivities are the derivatives of what it computes, whatever the steps.
+    Automatic,
+    /// So many, whatever the error.
+    Exactly(NonZeroU32),
+}
+
+/// Runs with equal steps per sample.
+pub(super) fn run<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+    per_sample: PerSample,
+    directions: Option<Directions<S>>,
+    solution: &mut Solution,
+) -> Result<(), IntegrateError> {
+    let Some(&from) = times.first() else { return Ok(()) };
+    verify(problem, options.method).map_err(IntegrateError::PerSample)?;
+    solution.times.reserve(times.len());
+    solution.y.reserve(solution.n * times.len());
+    solution.s.reserve(solution.n * solution.n_s * times.len());
+    let with_sensitivities = directions.is_some();
+    let count = Count::new(per_sample, options.method.name);
+    if !is_swept(options.method.kind) {
+        return rosenbrock::run(problem, times, options, count, solution);
+    }
+    let mut simulation = Simulation::new(problem, options, from, directions);
+    simulation.start(solution)?;
+    if with_sensitivities {
+        whole_run::<S, WithSensitivities<S>>(&simulation, times, options, count, solution)
+    } else {
+        whole_run::<S, Unknowns<S>>(&simulation, times, options, count, solution)
+    }
+}
+
+fn whole_run<S: System, C: Carried<S>>(
+    simulation: &Simulation<'_, S>,
+    times: &[f64],
+    options: &Options,
+    count: Count,
+    solution: &mut Solution,
+) -> Result<(), IntegrateError> {
+    // Of Taylor series the order is chosen first, then the number.
+    let kind = match options.method.kind {
+        MethodKind::Taylor(None) if count.is_open() => {
+            let lowest = choice::lowest_order::<S, C>(simulation, times);
+            lowest.map_or(options.method.kind, |method| method.kind)
+        }
+        kind => kind,
+    };
+    let task = WholeRun::<S, C>::new(simulation, times, count, solution);
+    dispatch(simulation.problem.system, (kind, options.rtol), task)
+}
+
+/// Whether [`stream`] can run with these options.
+pub fn can_stream<S: System>(problem: &Problem<'_, S>, options: &Options) -> bool {
+    let is_fixed = matches!(options.steps, Steps::PerSample(PerSample::Exactly(_)));
+    is_fixed && is_swept(options.method.kind) && verify(problem, options.method).is_ok()
+}
+
+/// Runs with sensitivities and with so many steps per sample, and keeps nothing: every asked time goes
+/// to the sink as it is reached.
+pub fn stream<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+    sink: &mut impl Sink,
+) -> Result<(), IntegrateError> {
+    let Steps::PerSample(per_sample @ PerSample::Exactly(_)) = options.steps else {
+        unreachable!("the number of steps is given");
+    };
+    request::verify(problem, times, options)?;
+    let Some(&from) = times.first() else { return Ok(()) };
+    let mut solution = Solution::empty(problem.system.signature(), 0);
+    let directions = Some(Directions::new(problem.system));
+    let mut simulation = Simulation::new(problem, options, from, directions);
+    simulation.start(&mut solution)?;
+    let count = Count::new(per_sample, options.method.name);
+    let task = Streamed::<S, WithSensitivities<S>, _>::new(&simulation, times, count, sink);
+    dispatch(problem.system, (options.method.kind, options.rtol), task)
+}
+
+/// What is to be done with a method that makes steps of given size.
+trait Task<S: System, C: Carried<S>> {
+    type Done;
+
+    fn with<M: FixedStep<S, C>>(self, method: M) -> Self::Done;
+}
+
+/// Does it with the method of this kind; [`verify`] has found that there is one.
+#[inline(always)]
+fn dispatch<S: System, C: Carried<S>, T: Task<S, C>>(
+    system: &S,
+    (kind, rtol): (MethodKind, f64),
+    task: T,
+) -> T::Done {
+    match kind {
+        MethodKind::Explicit(tableau) if std::ptr::eq(tableau, &raw const TSIT5) => {
+            task.with(Tsit5::new(system))
+        }
+        MethodKind::Taylor(asked) => {
+            let n_s = if C::HAS_SENSITIVITIES { system.signature().directions.len() } else { 0 };
+            task.with(Taylor::new(system, order(asked, rtol), n_s))
+        }
+        _ => unreachable!("only methods that make equal steps get here"),
+    }
+}
+
+/// Whether [`sweep`] is the loop for this kind of methods.
+fn is_swept(kind: MethodKind) -> bool {
+    !matches!(kind, MethodKind::Rosenbrock(_))
+}
+
+/// A run with a given number of steps, into a sink.
+struct Streamed<'a, S: System, C, K> {
+    problem: Problem<'a, S>,
+    times: &'a [f64],
+    max_steps: usize,
+    count: Count,
+    start: C,
+    sink: &'a mut K,
+}
+
+impl<'a, S: System, C: Carried<S>, K: Sink> Streamed<'a, S, C, K> {
+    fn new(
+        simulation: &Simulation<'a, S>,
+        times: &'a [f64],
+        count: Count,
+        sink: &'a mut K,
+    ) -> Self {
+        let Simulation { problem, max_steps, .. } = *simulation;
+        let (start, _) = started(simulation);
+        Self { problem: *problem, times, max_steps, count, start, sink }
+    }
+}
+
+impl<S: System, C: Carried<S>, K: Sink> Task<S, C> for Streamed<'_, S, C, K> {
+    type Done = Result<(), IntegrateError>;
+
+    fn with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
+        let Self { problem, times, max_steps, mut count, mut start, sink } = self;
+        let Problem { system, p, inputs, .. } = problem;
+        let grid = Grid::new(sample_interval(inputs, times), count.n);
+        let course = Course { system, p, inputs, times, grid, max_steps };
+        match sweep(&course, &mut method, &mut start, None, sink) {
+            Ok(_) => Ok(()),
+            Err(stopped) => stopped.into_error(max_steps, |t| count.refuse(t)),
+        }
+    }
+}
+
+/// A run to all asked times into a solution; where the number of steps is sought, over its beginning
+/// first.
+struct WholeRun<'a, S: System, C> {
+    problem: Problem<'a, S>,
+    times: &'a [f64],
+    max_steps: usize,
+    count: Count,
+    start: C,
+    gauge: Gauge<C>,
+    solution: &'a mut Solution,
+}
+
+impl<'a, S: System, C: Carried<S>> WholeRun<'a, S, C> {
+    fn new(
+        simulation: &Simulation<'a, S>,
+        times: &'a [f64],
+        count: Count,
+        solution: &'a mut Solution,
+    ) -> Self {
+        let (start, sizes) = started(simulation);
+        let gauge = Gauge::new(simulation.tolerances, sizes);
+        let max_steps = simulation.max_steps;
+        Self { problem: *simulation.problem, times, max_steps, count, start, gauge, solution }
+    }
+}
+
+impl<S: System, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
+    type Done = Result<(), IntegrateError>;
+
+    fn with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
+        let Self { problem, times, max_steps, mut count, start, mut gauge, solution } = self;
+        let Problem { system, p, inputs, .. } = problem;
+        let interval = sample_interval(inputs, times);
+        let mut rows = if count.is_open() { head(times) } else { times.len() };
+        loop {
+            solution.forget_rows();
+            solution.statistics.per_sample = count.n;
+            gauge.reset();
+            let gauged = if count.is_open() { Some(&mut gauge) } else { None };
+            let grid = Grid::new(interval, count.n);
+            let course = Course { system, p, inputs, times: &times[..rows], grid, max_steps };
+            let mut now = start.clone();
+            match sweep(&course, &mut method, &mut now, gauged, solution) {
+                Ok(steps) => {
+                    solution.statistics.steps = steps;
+                    solution.statistics.evaluations = steps * M::EVALUATIONS;
+                    solution.statistics.segments = course.segments();
+                    if count.settle(gauge.measured(), method.exponent())? {
+                        if rows == times.len() {
+                            return Ok(());
+                        }
+                        rows = times.len();
+                    }
+                }
+                Err(stopped) => stopped.into_error(max_steps, |t| count.refuse(t))?,
+            }
+        }
+    }
+}
+
+/// What a run carries on where it starts, and the sizes of that.
+fn started<S: System, C: Carried<S>>(simulation: &Simulation<'_, S>) -> (C, C) {
+    let system = simulation.problem.system;
+    let (mut start, mut sizes) = (C::zeros(system), C::zeros(system));
+    let directions = simulation.directions.as_ref();
+    let s = directions.map_or(&[][..], |d| d.s.as_ref());
+    let sizes_of_s = directions.map_or(&[][..], |d| d.sizes.as_ref());
+    start.set(simulation.y.as_ref(), s);
+    sizes.set(simulation.sizes.as_ref(), sizes_of_s);
+    (start, sizes)
+}
+
+impl Sink for Solution {
+    #[inline(always)]
+    fn take(&mut self, t: f64, _segment: Segment<'_>, y: &[f64], s: &[f64]) {
+        self.times.push(t);
+        self.y.extend_from_slice(y);
+        self.s.extend_from_slice(s);
+    }
+}
+
+/// Keeps nothing.
+struct Nothing;
+
+impl Sink for Nothing {
+    #[inline(always)]
+    fn take(&mut self, _t: f64, _segment: Segment<'_>, _y: &[f64], _s: &[f64]) {}
+}

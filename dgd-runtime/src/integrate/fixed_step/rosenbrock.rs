@@ -1,0 +1,121 @@
+//! Equal steps per sample for stiff models and those with algebraic unknowns, by the general loop's
+//! own steps: what is consistent after a jump, and where sensitivities end, is the same.
+
+use super::choice::{Measured, head};
+use super::count::Count;
+use super::error::PerSampleError;
+use super::grid::{Grid, sample_interval};
+use crate::error::IntegrateError;
+use crate::integrate::methods::stepper::{Directions, Failed};
+use crate::integrate::simulation::{Simulation, Stop, Variables};
+use crate::linalg::norm::larger;
+use crate::problem::{Options, Problem};
+use crate::solution::Solution;
+use crate::system::System;
+
+/// Runs to all `times`; where a number of steps turns out to be too small, it is made larger and the
+/// run made again.
+pub(super) fn run<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+    mut count: Count,
+    solution: &mut Solution,
+) -> Result<(), IntegrateError> {
+    let interval = sample_interval(problem.inputs, times);
+    let exponent = options.method.kind.estimate_order(options.rtol) + 1;
+    let mut rows = if count.is_open() { head(times) } else { times.len() };
+    loop {
+        solution.forget_rows();
+        let directions = (solution.n_s > 0).then(|| Directions::new(problem.system));
+        let mut simulation = Simulation::new(problem, options, times[0], directions);
+        let grid = Grid::new(interval, count.n);
+        match measure(&mut simulation, &times[..rows], grid, solution) {
+            Ok(measured) => {
+                if count.settle(measured, exponent)? {
+                    if rows == times.len() {
+                        return Ok(());
+                    }
+                    rows = times.len();
+                }
+            }
+            Err(IntegrateError::PerSample(PerSampleError::NotFinite { t, .. })) => {
+                count.refuse(t)?;
+            }
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// One run over the grid, for its errors too.
+pub(super) fn measure<S: System>(
+    simulation: &mut Simulation<'_, S>,
+    times: &[f64],
+    grid: Grid,
+    solution: &mut Solution,
+) -> Result<Measured, IntegrateError> {
+    solution.statistics.per_sample = grid.per_sample();
+    let outcome = simulation.step_equally(times, grid, solution);
+    for stretch in &mut solution.undefined {
+        stretch.until = simulation.t;
+    }
+    Ok(Measured { largest: outcome?, stiffness: 0.0 })
+}
+
+impl<S: System> Simulation<'_, S> {
+    /// One run over the grid; gives the square of its largest local error.
+    fn step_equally(
+        &mut self,
+        times: &[f64],
+        grid: Grid,
+        solution: &mut Solution,
+    ) -> Result<f64, IntegrateError> {
+        let until = times[times.len() - 1];
+        self.start(solution)?;
+        self.record_now(times, solution);
+        self.span = until - self.t;
+        let mut largest = 0.0;
+        while self.t < until {
+            let (begin, end) = (self.t, self.stop().min(until));
+            let count = grid.steps(end - begin);
+            if solution.statistics.steps + count > self.max_steps {
+                return Err(self.too_many_steps(self.max_steps));
+            }
+            let h = (end - begin) / count as f64;
+            for k in 1..=count {
+                let t_new = if k == count { end } else { begin + k as f64 * h };
+                self.linearize_for_step(solution);
+                let outcome = self.try_step(h, Variables::All, solution);
+                if outcome != Ok(()) || !self.is_finite() {
+                    return Err(self.too_long(h, grid.per_sample(), outcome));
+                }
+                largest = larger(self.error(), largest);
+                let stop = if t_new == self.stop() { Stop::Change } else { Stop::None };
+                self.accept(t_new, stop, times, solution);
+            }
+            if self.t == self.segment_end && solution.times.len() < times.len() {
+                self.enter_next_segment(solution)?;
+                self.record_now(times, solution);
+            }
+        }
+        Ok(largest)
+    }
+
+    /// Whether the step tried last leads to numbers.
+    fn is_finite(&self) -> bool {
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        finite(self.stepper.y_new.as_ref())
+            && self.directions.as_ref().is_none_or(|d| finite(d.s_new.as_ref()))
+    }
+
+    fn too_long(&self, h: f64, per_sample: u32, outcome: Result<(), Failed>) -> IntegrateError {
+        match outcome {
+            Err(Failed::Singular { row }) => self.singular_iteration(h, row),
+            _ => IntegrateError::PerSample(PerSampleError::NotFinite {
+                t: self.t,
+                per_sample,
+                method: self.method.name,
+            }),
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Steps of given size along Taylor series.
+
+// Lengths are constants where storage has a fixed size, and only once inlined there.
+#![allow(clippy::inline_always)]
+
+use super::carried::Carried;
+use super::method::{Equations, FixedStep, Made};
+use crate::integrate::methods::taylor::Expansion;
+use crate::system::{Point, Storage, System};
+
+/// Work space of the method.
+pub(crate) struct Taylor<S: System> {
+    /// Inputs where the step begins or ends, where they change.
+    u: S::Inputs,
+    /// Slopes where the step made last ends.
+    f: S::Vector,
+    g: Vec<f64>,
+    expansion: Expansion,
+}
+
+impl<S: System> Taylor<S> {
+    /// Work space for a model and so many directions.
+    pub(crate) fn new(system: &S, order: usize, n_s: usize) -> Self {
+        Self {
+            u: S::Inputs::zeros(system.signature().n_u()),
+            f: S::Vector::zeros(system.signature().unknowns.len()),
+            g: vec![0.0; system.signature().unknowns.len() * n_s],
+            expansion: Expansion::new(system, order, n_s),
+        }
+    }
+}
+
+impl<S: System, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
+    const EVALUATIONS: usize = 1;
+
+    fn exponent(&self) -> u32 {
+        self.expansion.order() as u32
+    }
+
+    #[inline(always)]
+    fn enter(&mut self) {}
+
+    #[inline(always)]
+    fn step(&mut self, equations: Equations<'_, S>, t: f64, h: f64, now: &C, next: &mut C) {
+        let Equations { system, p, inputs } = equations;
+        let at = Point { t, y: now.y(), u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+        self.expansion.compute(system, at, inputs.slope(), h, now.s());
+        let (y, s) = next.parts_mut();
+        self.expansion.sum(1.0, now.y(), y);
+        if C::HAS_SENSITIVITIES {
+            self.expansion.sum_sensitivities(1.0, now.s(), y.len(), s);
+        }
+    }
+
+    /// No rate of the model is known; where steps are too long for one, terms of the series are large.
+    #[inline(always)]
+    fn estimate(&mut self, equations: Equations<'_, S>, made: Made<'_, C>, error: &mut C) -> f64 {
+        let (y, s) = error.parts_mut();
+        self.expansion.error(1.0, y);
+        if C::HAS_SENSITIVITIES {
+            self.expansion.sensitivity_error(1.0, y.len(), s);
+        }
+        let t = made.t + made.h;
+        let Equations { system, p, inputs } = equations;
+        let at = Point { t, y: made.to.y(), u: inputs.at(t, self.u.as_mut()), p, z: &[] };
+        let slopes = (self.f.as_mut(), &mut self.g[..]);
+        self.expansion.add_defects((system, at), 1.0, made.to.s(), slopes, (y, s));
+        0.0
+    }
+
+    fn interpolate(&mut self, _: Equations<'_, S>, made: Made<'_, C>, theta: f64, out: &mut C) {
+        let (y, s) = out.parts_mut();
+        self.expansion.sum(theta, made.from.y(), y);
+        if C::HAS_SENSITIVITIES {
+            self.expansion.sum_sensitivities(theta, made.from.s(), y.len(), s);
+        }
+    }
+}

@@ -1,0 +1,483 @@
+//! What delayed unknowns were: the history of a run, looked up at α = t − τ.
+//!
+//! Every accepted step leaves a polynomial ([`polynomial`]) of the unknowns that are read late, and of
+//! their sensitivities. Before the start an unknown has the history that the model gives it, otherwise
+//! its start value.
+//!
+//! Where a solution is not smooth it is *marked*. A delay that reaches a mark makes what is read late
+//! change its piece there: a *break* of the run, at which a step ends ([`super::breaks`]). Between two
+//! breaks a delay reads what lies between two marks, however α is rounded.
+//!
+//! A mark of level l has a jump in the l-th derivative. The solution integrates what it reads late, so
+//! that a break at a mark of level l is a mark of level l + 1. Marks are followed up to
+//! [`MOST_LEVEL`]; beyond, the error estimate of any method sees nothing of them. Where very many are
+//! on their way, as with recordings of every second and a long delay, only those are followed up that
+//! values or sensitivities jump at: levels 0 and 1.
+
+mod given;
+mod look_up;
+mod passing;
+mod polynomial;
+
+use crate::delay::{delay_sensitivities, delays};
+use crate::error::{BadRequest, IntegrateError};
+use crate::linalg::norm::Tolerances;
+use crate::problem::Problem;
+use crate::system::{PastLayout, Point, System};
+use polynomial::divide;
+
+pub use given::{Hat, Past, Seed};
+pub use polynomial::NODES;
+
+/// Marks up to this level are followed up.
+const MOST_LEVEL: u32 = 6;
+/// With so many marks on their way to the longest delay, weak ones are not followed up.
+const MANY: usize = 32;
+/// Marks below this level are always followed up.
+const WEAK: u32 = 2;
+/// Times closer than this, relative to themselves, are one: the rounding of t + τ.
+pub(in crate::integrate) const ONE_TIME: f64 = 4.0 * f64::EPSILON;
+/// Values may differ by this part of the tolerance without a jump: algebraic ones are solved for.
+const NO_JUMP: f64 = 1e-2;
+/// Pieces that no delay reaches any more are dropped when there are so many.
+const MANY_PASSED: usize = 1024;
+
+/// The past of a run.
+pub(in crate::integrate) struct History {
+    layout: PastLayout,
+    from: f64,
+    /// What a jump is measured with; sizes of all unknowns.
+    tolerances: Tolerances,
+    sizes: Vec<f64>,
+    /// Directions that are recorded.
+    n_s: usize,
+    /// Unknowns that are read late, each once.
+    watched: Vec<usize>,
+    lags: Vec<Lag>,
+    begun: Begun,
+    /// What the model says of delayed unknowns before the start.
+    before: Before,
+    /// Watched values, then their sensitivities direction by direction: before the start, and where
+    /// the solution stands.
+    origin: Vec<f64>,
+    now: Vec<f64>,
+    /// Pieces: begin and end, and the divided differences of each. The first has this number.
+    first: usize,
+    ends: Vec<[f64; 2]>,
+    differences: Vec<f64>,
+    /// Where the solution is not smooth, ascending. The first one kept has this number.
+    first_mark: usize,
+    marks: Vec<Mark>,
+    /// The shortest delay that is not zero and does not vary.
+    shortest: f64,
+    /// Delays that vary, at the place looked at last.
+    varying: Vec<f64>,
+    /// Whether something was read of what the solution has not reached yet.
+    reads_beyond: bool,
+    /// Whether the last piece is that of a step that is only tried.
+    is_trial: bool,
+    /// A delay that varies reaches a mark within the step: which, when, and whether from behind.
+    crossing: Option<(usize, f64, bool)>,
+}
+
+/// Whether a history has begun.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Begun {
+    /// The run has no consistent start values.
+    NotYet,
+    /// At the start, with what the model says of the time before.
+    Anew,
+    /// With a past that was given.
+    FromAPast,
+}
+
+/// A delay, and what it reads.
+struct Lag {
+    /// Its value, or its position among those that vary.
+    tau: Tau,
+    /// ∂τ/∂θ.
+    dtau: Vec<f64>,
+    reads: Vec<Read>,
+    /// The mark that it reaches next.
+    mark: usize,
+    /// The piece that it read last.
+    piece: usize,
+}
+
+/// A delay.
+#[derive(Clone, Copy)]
+enum Tau {
+    Constant(f64),
+    Varying(usize),
+}
+
+/// A delayed unknown.
+#[derive(Clone, Copy)]
+struct Read {
+    /// Its position among the delayed unknowns, and that of the unknown among the watched ones.
+    delayed: usize,
+    watched: usize,
+    has_history: bool,
+}
+
+/// Numbers of the model about times before the start, one for each delayed unknown.
+#[derive(Default)]
+struct Before {
+    values: Vec<f64>,
+    rates: Vec<f64>,
+    curvatures: Vec<f64>,
+    s: Vec<f64>,
+    s_rates: Vec<f64>,
+}
+
+/// A point at which the solution is not smooth.
+struct Mark {
+    t: f64,
+    /// The first piece behind it.
+    piece: usize,
+    level: u32,
+    /// dt/dθ.
+    dt: Vec<f64>,
+    /// Watched values just before it, where some of them jump.
+    left: Vec<f64>,
+}
+
+/// A delay has reached a mark.
+pub(in crate::integrate) struct Break {
+    lag: usize,
+    /// Whether the delay goes back behind the mark.
+    back: bool,
+    pub(in crate::integrate) level: u32,
+    /// Derivatives of its time; those of the mark for a delay that varies.
+    pub(in crate::integrate) dt: Vec<f64>,
+    /// Which delay that varies.
+    pub(in crate::integrate) varying: Option<usize>,
+}
+
+/// Whether delays of unknowns can be followed.
+pub(in crate::integrate) fn verify<S: System>(
+    problem: &Problem<'_, S>,
+    with_sensitivities: bool,
+) -> Result<(), IntegrateError> {
+    let signature = problem.system.signature();
+    if signature.delayed_unknowns.is_empty() {
+        return Ok(());
+    }
+    let (tau, dtau) = (delays(problem), delay_sensitivities(problem));
+    for delayed in signature.delayed_unknowns.iter().filter(|delayed| !delayed.varies) {
+        let unknown = signature.unknowns.at(delayed.unknown);
+        let value = tau[delayed.delay];
+        let moves = || dtau.chunks_exact(tau.len()).any(|column| column[delayed.delay] != 0.0);
+        let is_known = value.is_finite() && value >= 0.0;
+        // The derivative to a delay of zero is −ẋ, which only an equation of x itself gives.
+        let has_rate = unknown.differential && signature.discrete.automata.is_empty();
+        if is_known && (value > 0.0 || has_rate || !with_sensitivities || !moves()) {
+            continue;
+        }
+        let unknown = unknown.name.to_string();
+        let delay = signature.delays[delayed.delay].to_string();
+        return Err(IntegrateError::BadRequest(if is_known {
+            BadRequest::DerivativeToNoDelay { unknown, delay }
+        } else {
+            BadRequest::UnknownDelay { unknown, delay, value }
+        }));
+    }
+    Ok(())
+}
+
+impl Lag {
+    fn constant(&self) -> Option<f64> {
+        match self.tau {
+            Tau::Constant(tau) => Some(tau),
+            Tau::Varying(_) => None,
+        }
+    }
+}
+
+impl History {
+    /// `None` where no unknown is read late, with delays that are not zero.
+    pub(in crate::integrate) fn new<S: System>(
+        problem: &Problem<'_, S>,
+        from: f64,
+        n_s: usize,
+        tolerances: Tolerances,
+    ) -> Option<Box<Self>> {
+        let signature = problem.system.signature();
+        let layout = signature.past();
+        if layout.is_empty() {
+            return None;
+        }
+        let (tau, dtau) = (delays(problem), delay_sensitivities(problem));
+        let mut watched: Vec<usize> =
+            signature.delayed_unknowns.iter().map(|delayed| delayed.unknown).collect();
+        watched.sort_unstable();
+        watched.dedup();
+        let reads = |varies: bool, delay: usize| {
+            let delayed = signature.delayed_unknowns.iter().enumerate();
+            let these = delayed.filter(|(_, read)| read.varies == varies && read.delay == delay);
+            let reads = these.map(|(k, read)| Read {
+                delayed: k,
+                watched: watched.partition_point(|unknown| *unknown < read.unknown),
+                has_history: read.has_history,
+            });
+            reads.collect::<Vec<_>>()
+        };
+        let constant = (0..tau.len()).map(|delay| Lag {
+            tau: Tau::Constant(tau[delay]),
+            dtau: (0..n_s).map(|j| dtau[j * tau.len() + delay]).collect(),
+            reads: reads(false, delay),
+            mark: 0,
+            piece: 0,
+        });
+        let n_varying = signature.varying_delays.len();
+        let varying = (0..n_varying).map(|delay| Lag {
+            tau: Tau::Varying(delay),
+            dtau: Vec::new(),
+            reads: reads(true, delay),
+            mark: 0,
+            piece: 0,
+        });
+        // What is not late, and will not be for other parameters, is what it is.
+        let is_late = |lag: &Lag| match lag.tau {
+            Tau::Constant(tau) => tau > 0.0 || lag.dtau.iter().any(|dtau| *dtau != 0.0),
+            Tau::Varying(_) => true,
+        };
+        let lags = constant.chain(varying).filter(|lag| !lag.reads.is_empty() && is_late(lag));
+        let lags: Vec<Lag> = lags.collect();
+        if lags.is_empty() {
+            return None;
+        }
+        let n = watched.len() * (1 + n_s);
+        Some(Box::new(Self {
+            layout,
+            from,
+            tolerances,
+            sizes: Vec::new(),
+            n_s,
+            begun: Begun::NotYet,
+            origin: vec![0.0; n],
+            now: vec![0.0; n],
+            first: 0,
+            ends: Vec::new(),
+            differences: Vec::new(),
+            first_mark: 0,
+            marks: Vec::new(),
+            shortest: lags
+                .iter()
+                .filter_map(Lag::constant)
+                .filter(|tau| *tau > 0.0)
+                .fold(f64::INFINITY, f64::min),
+            varying: vec![0.0; n_varying],
+            reads_beyond: false,
+            is_trial: false,
+            crossing: None,
+            before: Before {
+                values: vec![0.0; layout.n_v],
+                rates: vec![0.0; layout.n_v],
+                curvatures: vec![0.0; layout.n_v],
+                s: vec![0.0; layout.n_v * layout.n_s],
+                s_rates: vec![0.0; layout.n_v * layout.n_s],
+            },
+            lags,
+            watched,
+        }))
+    }
+
+    /// The longest step after which all that is read late is known.
+    pub(in crate::integrate) fn reach(&self) -> f64 {
+        self.shortest
+    }
+
+    /// Begins with consistent start values.
+    pub(in crate::integrate) fn begin<S: System>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        (t, y, s): (f64, &[f64], Option<&[f64]>),
+        sizes: &[f64],
+        u: &[f64],
+    ) {
+        self.sizes = sizes.to_vec();
+        if self.begun == Begun::FromAPast {
+            gather(&self.watched, self.n_s, y, s, &mut self.now);
+            self.mark(t, 1, &[], y, s);
+            self.pass_all_until(t);
+            return;
+        }
+        gather(&self.watched, self.n_s, y, s, &mut self.origin);
+        // What was just before is in the place of what is now.
+        self.now.copy_from_slice(&self.origin);
+        let at = Point { t: self.from, y: &[], u: &[], p: problem.p, z: &[] };
+        let Before { values, rates, curvatures, .. } = &mut self.before;
+        problem.system.histories(at, values, rates, curvatures);
+        for read in self.lags.iter().flat_map(|lag| &lag.reads).filter(|read| read.has_history) {
+            self.now[read.watched] = self.before.values[read.delayed];
+        }
+        self.begun = Begun::Anew;
+        self.mark(self.from, 1, &[], y, s);
+        // A delay that is zero at the start reads what follows.
+        self.look_up(problem, self.from, y, u);
+        for lag in 0..self.lags.len() {
+            if self.lags[lag].constant().is_none() && self.tau(lag) <= self.rounding(self.from) {
+                self.lags[lag].mark = 1;
+            }
+        }
+    }
+
+    /// Whether one of the unknowns that are read late is of a kind.
+    pub(in crate::integrate) fn watches(&self, is_one: impl Fn(usize) -> bool) -> bool {
+        self.watched.iter().any(|unknown| is_one(*unknown))
+    }
+
+    /// Whether it goes on from a past that was given.
+    pub(in crate::integrate) fn is_resumed(&self) -> bool {
+        self.begun == Begun::FromAPast
+    }
+
+    /// Begins with these sensitivities, at the start.
+    pub(in crate::integrate) fn begin_sensitivities(&mut self, y: &[f64], s: &[f64]) {
+        gather(&self.watched, self.n_s, y, Some(s), &mut self.now);
+        let n_w = self.watched.len();
+        self.origin[n_w..].copy_from_slice(&self.now[n_w..]);
+    }
+
+    /// Whether something was read of what the solution has not reached yet, in this trial.
+    pub(in crate::integrate) fn has_read_beyond(&self) -> bool {
+        self.reads_beyond
+    }
+
+    /// Whether the step tried last reads itself.
+    pub(in crate::integrate) fn has_trial(&self) -> bool {
+        self.is_trial
+    }
+
+    /// Before a step is tried: what another one left is gone.
+    pub(in crate::integrate) fn forget_trial(&mut self) {
+        self.remove_trial();
+        self.reads_beyond = false;
+    }
+
+    fn remove_trial(&mut self) {
+        if std::mem::take(&mut self.is_trial) && self.ends.pop().is_some() {
+            self.differences.truncate(self.ends.len() * self.now.len() * NODES.len());
+        }
+    }
+
+    /// Makes room for a step from `t0` to `t1`, perhaps for now; its values at the nodes follow.
+    pub(in crate::integrate) fn begin_piece(&mut self, t0: f64, t1: f64, for_now: bool) {
+        self.remove_trial();
+        self.is_trial = for_now;
+        self.drop_passed(t0);
+        self.ends.push([t0, t1]);
+        let n = self.now.len();
+        self.differences.resize(self.ends.len() * n * NODES.len(), 0.0);
+    }
+
+    /// The values at a node of the step that was begun last.
+    pub(in crate::integrate) fn set_node(&mut self, node: usize, y: &[f64], s: Option<&[f64]>) {
+        let n = self.now.len();
+        let at = ((self.ends.len() - 1) * NODES.len() + node) * n;
+        gather(&self.watched, self.n_s, y, s, &mut self.differences[at..at + n]);
+        if node == 1 && !self.is_trial {
+            self.now.copy_from_slice(&self.differences[at..at + n]);
+        }
+    }
+
+    /// All values at the nodes are there.
+    pub(in crate::integrate) fn end_piece(&mut self) {
+        let n = self.now.len();
+        let at = (self.ends.len() - 1) * NODES.len() * n;
+        divide(&mut self.differences[at..], n);
+    }
+
+    /// Marks `t`, where the solution goes on with these values. The level is 0 where they jump.
+    pub(in crate::integrate) fn mark(
+        &mut self,
+        t: f64,
+        level: u32,
+        dt: &[f64],
+        y: &[f64],
+        s: Option<&[f64]>,
+    ) {
+        self.crossing = None;
+        let jumps = self.watched.iter().zip(&self.now).any(|(unknown, before)| {
+            let after = y[*unknown];
+            let allowed =
+                self.tolerances.weight(after.abs().max(before.abs()), self.sizes[*unknown]);
+            (after - before).abs() > NO_JUMP * allowed
+        });
+        let level = if jumps { 0 } else { level };
+        let left = if jumps { self.now[..self.watched.len()].to_vec() } else { Vec::new() };
+        let piece = self.first + self.ends.len();
+        let again = self.marks.last().is_some_and(|last| last.t == t && last.piece == piece);
+        if again && !jumps {
+            if let Some(last) = self.marks.last_mut() {
+                last.level = last.level.min(level);
+            }
+            gather(&self.watched, self.n_s, y, s, &mut self.now);
+            return;
+        }
+        let passed = self.lags.iter().map(|lag| lag.mark).min().unwrap_or(0);
+        let on_their_way = self.first_mark + self.marks.len() - passed;
+        let most = if on_their_way < MANY { MOST_LEVEL } else { WEAK - 1 };
+        if level > most {
+            gather(&self.watched, self.n_s, y, s, &mut self.now);
+            return;
+        }
+        if again {
+            // Between two jumps at one time lies a piece without length.
+            self.ends.push([t, t]);
+            let n = self.now.len();
+            self.differences.extend_from_slice(&self.now);
+            self.differences.resize(self.ends.len() * n * NODES.len(), 0.0);
+        }
+        gather(&self.watched, self.n_s, y, s, &mut self.now);
+        let piece = self.first + self.ends.len();
+        let mut dt = dt.to_vec();
+        dt.resize(self.n_s, 0.0);
+        self.marks.push(Mark { t, piece, level, dt, left });
+    }
+
+    /// Forgets, now and then, what no delay reaches any more from `t` on.
+    fn drop_passed(&mut self, t: f64) {
+        // A delay that varies may grow without bound.
+        if self.ends.len() < 2 * MANY_PASSED || self.varies() {
+            return;
+        }
+        // A delay that is still before the start will read the first piece of all.
+        let oldest = self.lags.iter().map(|lag| self.piece_at(lag, t)).min().unwrap_or(self.first);
+        let passed = oldest - self.first;
+        if passed < MANY_PASSED {
+            return;
+        }
+        self.ends.drain(..passed);
+        self.differences.drain(..passed * self.now.len() * NODES.len());
+        self.first = oldest;
+        let behind = self.lags.iter().map(|lag| lag.mark.saturating_sub(1)).min();
+        let mark = behind.unwrap_or(self.first_mark);
+        self.marks.drain(..mark - self.first_mark);
+        self.first_mark = mark;
+    }
+
+    /// The piece that a delay reads at `t`. The last stage of a step that is being recorded has read a
+    /// later one than the rows within the step will.
+    fn piece_at(&self, lag: &Lag, t: f64) -> usize {
+        let alpha = t - lag.constant().unwrap_or(0.0) - self.rounding(t);
+        let read = lag.piece.saturating_sub(self.first).min(self.ends.len());
+        let before = self.ends[..read].iter().rev().take_while(|[_, end]| *end >= alpha).count();
+        self.first + read - before
+    }
+}
+
+/// Watched values, then their sensitivities; zeros where there are none any more.
+fn gather(watched: &[usize], n_s: usize, y: &[f64], s: Option<&[f64]>, out: &mut [f64]) {
+    let (values, sensitivities) = out.split_at_mut(watched.len());
+    for (value, unknown) in values.iter_mut().zip(watched) {
+        *value = y[*unknown];
+    }
+    for j in 0..n_s {
+        let column = &mut sensitivities[j * watched.len()..(j + 1) * watched.len()];
+        for (value, unknown) in column.iter_mut().zip(watched) {
+            *value = s.map_or(0.0, |s| s[j * y.len() + unknown]);
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! One step of a singly diagonally implicit Runge–Kutta method, for the unknowns alone or with their
+//! sensitivities.
+//!
+//! ```text
+//!   0 = f(t + cᵢ h, Yᵢ) − M (Yᵢ − Ȳᵢ)/(h γ),   Ȳᵢ = y + h Σⱼ aᵢⱼ kⱼ,   kᵢ = (Yᵢ − Ȳᵢ)/(h γ)
+//! ```
+//!
+//! kᵢ from the difference and not from f: so algebraic unknowns have slopes as the others do, and what
+//! Newton's method leaves is not multiplied by the rates of a stiff model. All stages share a matrix.
+
+use crate::integrate::drive::Drive;
+use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
+use crate::integrate::methods::tableaux::MAX_STAGES;
+use crate::integrate::methods::tableaux::{RungeKuttaTableau, extrapolate};
+use crate::solution::Statistics;
+use crate::system::System;
+
+/// Iterations of Newton's method for a stage.
+const MOST_ITERATIONS: i32 = 7;
+
+impl<S: System> Stepper<S> {
+    /// Tries a step; J is known where it starts.
+    pub(in crate::integrate) fn attempt_esdirk(
+        &mut self,
+        tableau: &RungeKuttaTableau,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        mut directions: Option<&mut Directions<S>>,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        let Trial { base, y, h, .. } = trial;
+        let y = y.as_ref();
+        let c = 1.0 / (h * tableau.gamma);
+        self.factorise_iteration(&trial, c, statistics)?;
+        for i in 1..tableau.stages() {
+            let t = base.t + tableau.c[i] * h;
+            let guess = predictor(tableau, i);
+            extrapolate(y, h, &self.k[..i], &tableau.a[i], self.stage.as_mut());
+            let (known, k) = (self.stage.as_ref(), &self.k[..i]);
+            extrapolate(known, h * tableau.gamma, k, &guess, self.y_new.as_mut());
+            self.solve_unknowns(&trial, drive, t, c, MOST_ITERATIONS, statistics)?;
+            slope(self.k[i].as_mut(), c, self.y_new.as_ref(), self.stage.as_ref());
+
+            if let Some(d) = &mut directions {
+                extrapolate(d.s.as_ref(), h, &d.v[..i], &tableau.a[i], d.stage.as_mut());
+                let (known, v) = (d.stage.as_ref(), &d.v[..i]);
+                extrapolate(known, h * tableau.gamma, v, &guess, d.s_new.as_mut());
+                self.solve_sensitivities(&trial, drive, t, c, d, statistics)?;
+                slope(d.v[i].as_mut(), c, d.s_new.as_ref(), d.stage.as_ref());
+            }
+        }
+        tableau.local_error(h, &self.k, self.error.as_mut());
+        if let Some(d) = directions {
+            tableau.local_error(h, &d.v, d.error.as_mut());
+        }
+        Ok(())
+    }
+}
+
+/// k ← c (Y − Ȳ).
+fn slope(k: &mut [f64], c: f64, y: &[f64], known: &[f64]) {
+    for ((k, y), known) in k.iter_mut().zip(y).zip(known) {
+        *k = c * (y - known);
+    }
+}
+
+/// Weights of the slopes of earlier stages in the guess of the i-th: the line through the two that
+/// stand nearest to it.
+fn predictor(tableau: &RungeKuttaTableau, i: usize) -> [f64; MAX_STAGES] {
+    let mut weights = [0.0; MAX_STAGES];
+    let c = tableau.c;
+    let distance = |j: usize| (c[i] - c[j]).abs();
+    let nearest = |but: Option<usize>| {
+        let others = (0..i).filter(|j| Some(*j) != but);
+        others.min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
+    };
+    let Some(first) = nearest(None) else { return weights };
+    match nearest(Some(first)) {
+        None => weights[first] = 1.0,
+        Some(second) => {
+            let along = (c[i] - c[first]) / (c[second] - c[first]);
+            weights[first] = 1.0 - along;
+            weights[second] = along;
+        }
+    }
+    weights
+}

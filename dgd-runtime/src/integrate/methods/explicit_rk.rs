@@ -1,0 +1,108 @@
+//! One step of an explicit Runge–Kutta method, for the unknowns alone or with their sensitivities.
+//!
+//! The method is applied to the system of y and S together, ẏ = f and Ṡ = g. It is for models
+//! without algebraic unknowns.
+//!
+//! Where the model is stiff for it, steps are as long as stability allows and errors far below the
+//! tolerance. The last two stages stand at the same time and tell the largest rate λ of the model
+//! from the difference of their slopes,
+//!
+//! ```text
+//!   h |λ| ≈ h ‖k_s − k_{s−1}‖ / ‖Y_s − Y_{s−1}‖
+//! ```
+//!
+//! # Source
+//!
+//! Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), §IV.2.
+
+use crate::integrate::drive::Drive;
+use crate::integrate::methods::stepper::{Base, Directions, Spoilt, Stepper, Trial};
+use crate::integrate::methods::tableaux::{RungeKuttaTableau, extrapolate};
+use crate::solution::Statistics;
+use crate::system::{Point, System};
+
+/// So many steps at the limit of stability make a model stiff for the method.
+const STIFF: u32 = 15;
+/// So many others in a row take that back.
+const NOT_STIFF: u32 = 6;
+
+impl<S: System> Stepper<S> {
+    /// Tries a step.
+    pub(in crate::integrate) fn attempt_explicit(
+        &mut self,
+        tableau: &RungeKuttaTableau,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        mut directions: Option<&mut Directions<S>>,
+        statistics: &mut Statistics,
+    ) {
+        let Trial { base: Base { system, p, z, t, .. }, y, h, .. } = trial;
+        let y = y.as_ref();
+        let last = tableau.stages() - 1;
+        for i in 1..=last {
+            let (earlier, rest) = self.k.split_at_mut(i);
+            let stage = if i == last { &mut self.y_new } else { &mut self.stage };
+            extrapolate(y, h, earlier, &tableau.a[i], stage.as_mut());
+            let t = t + tableau.c[i] * h;
+            let at = Point { t, y: stage.as_ref(), u: drive.at(t, stage.as_ref()), p, z };
+            match &mut directions {
+                None => system.rhs(at, rest[0].as_mut()),
+                Some(d) => {
+                    let (earlier, rest_v) = d.v.split_at_mut(i);
+                    let stage = if i == last { &mut d.s_new } else { &mut d.stage };
+                    extrapolate(d.s.as_ref(), h, earlier, &tableau.a[i], stage.as_mut());
+                    let (f, g) = (rest[0].as_mut(), rest_v[0].as_mut());
+                    system.sensitivity_rhs(at, stage.as_ref(), f, g);
+                }
+            }
+        }
+        statistics.evaluations += last;
+        tableau.local_error(h, &self.k, self.error.as_mut());
+        if let Some(d) = directions {
+            tableau.local_error(h, &d.v, d.error.as_mut());
+        }
+    }
+
+    /// Takes note of whether stability limits the step tried last, which is accepted.
+    pub(in crate::integrate) fn note_stiffness(&mut self, tableau: &RungeKuttaTableau, h: f64) {
+        let last = tableau.stages() - 1;
+        let distance = |a: &[f64], b: &[f64]| -> f64 {
+            a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+        };
+        let slopes = distance(self.k[last].as_ref(), self.k[last - 1].as_ref());
+        let values = distance(self.y_new.as_ref(), self.stage.as_ref());
+        let (stiff, others) = self.stiff_steps;
+        self.stiff_steps = if h * slopes > 0.9 * tableau.stability * values {
+            (stiff + 1, 0)
+        } else if others + 1 == NOT_STIFF {
+            (0, 0)
+        } else {
+            (stiff, others + 1)
+        };
+    }
+
+    /// Whether the model has turned out to be stiff for an explicit method.
+    pub(in crate::integrate) fn is_stiff(&self) -> bool {
+        self.stiff_steps.0 >= STIFF
+    }
+
+    /// The first slope of the step tried last that is not finite, and its time.
+    pub(in crate::integrate) fn spoilt_slope(
+        &self,
+        tableau: &RungeKuttaTableau,
+        trial: Trial<'_, S>,
+        directions: Option<&Directions<S>>,
+    ) -> Option<(f64, Spoilt)> {
+        let n = trial.y.as_ref().len();
+        let bad = |values: &[f64]| values.iter().position(|value| !value.is_finite());
+        (0..tableau.stages()).find_map(|i| {
+            let of_f = bad(self.k[i].as_ref()).map(Spoilt::Equation);
+            let of_g = || {
+                let row = directions.and_then(|d| bad(d.v[i].as_ref()));
+                row.map(|row| Spoilt::Derivative(row % n))
+            };
+            let spoilt = of_f.or_else(of_g)?;
+            Some((trial.base.t + tableau.c[i] * trial.h, spoilt))
+        })
+    }
+}

@@ -1,0 +1,11 @@
+//! Families of methods: each tries a step, and leaves it to its caller to judge it.
+
+pub mod catalogue;
+mod esdirk;
+mod explicit_rk;
+pub(in crate::integrate) mod multistep;
+mod newton;
+pub(in crate::integrate) mod rosenbrock;
+pub(in crate::integrate) mod stepper;
+pub mod tableaux;
+pub(in crate::integrate) mod taylor;

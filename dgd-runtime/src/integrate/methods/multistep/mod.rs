@@ -1,0 +1,4 @@
+//! Methods with several steps.
+
+pub(in crate::integrate) mod bdf;
+mod order;

@@ -1,0 +1,293 @@
+//! The equations of an implicit stage or step, for y and then for S.
+//!
+//! ```text
+//!   0 = f(t, Y) − c M (Y − Ȳ),      W Δ = f − c M (Y − Ȳ),   Y ← Y + Δ,   W = c M − J
+//!   0 = g(t, Y, S) − c M (S − S̄)    with the same W, once Y is known
+//! ```
+//!
+//! Ȳ collects what is known from before. W stems from another point, so that corrections fall by
+//! about the same factor ρ each time; what is left after the last one is ρ/(1 − ρ) of it. The equations for
+//! S are linear with the matrix of this very point: where a W from elsewhere does not lead to them, one
+//! from here does at once.
+//!
+//! Equations that are fulfilled to the rounding of their terms are solved, though corrections be larger
+//! than the tolerance: what is left of 0 = 1 − y₁ − y₂ − y₃ is rounding of one, whatever the size of y₃.
+//!
+//! # Source
+//!
+//! Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), §IV.8. Sensitivities
+//! after the unknowns: Caracotsios and Stewart, Computers & Chemical Engineering 9 (1985) 359–365.
+
+use crate::initial::{self, add_terms};
+use crate::integrate::drive::Drive;
+use crate::integrate::methods::stepper::{Directions, Failed, Spoilt, Stepper, Trial};
+use crate::linalg::norm::Tolerances;
+use crate::linalg::norm::largest_block;
+use crate::linalg::{Factorisation, Singular};
+use crate::solution::Statistics;
+use crate::system::{Pattern, Point, System};
+
+/// For equations that are linear, and a matrix that may be from an earlier step.
+const MOST_LINEAR_ITERATIONS: i32 = 10;
+
+/// The most that may be left, in units of the tolerance, and the most that rounding may: corrections
+/// that are smaller than this and do not shrink are rounding of the equations.
+const MOST_LEFT: f64 = 0.03;
+const ROUNDING: f64 = 0.03;
+/// Convergence is not expected to be faster than this at first.
+const LEAST_EXPECTED: f64 = 0.1;
+
+/// Follows the corrections of one iteration.
+struct Convergence {
+    /// What may be left, in units of the tolerance.
+    target: f64,
+    previous: f64,
+    left: i32,
+    /// ρ/(1 − ρ)
+    eta: f64,
+}
+
+/// What a correction says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    Converged,
+    GoOn,
+    Diverges,
+}
+
+impl Convergence {
+    /// `eta` is that of the iteration before with a matrix like this one.
+    fn new(tolerances: Tolerances, eta: f64, most: i32) -> Self {
+        let rounding = f64::EPSILON / tolerances.rtol;
+        Self {
+            target: tolerances.rtol.sqrt().min(MOST_LEFT).max(10.0 * rounding),
+            previous: f64::INFINITY,
+            left: most,
+            eta: eta.powf(0.8).max(LEAST_EXPECTED),
+        }
+    }
+
+    /// Judges a correction of this size, in units of the tolerance.
+    fn judge(&mut self, norm: f64) -> Verdict {
+        self.left -= 1;
+        let mut shrinks = true;
+        if self.previous.is_finite() {
+            let rate = norm / self.previous;
+            self.eta = if rate < 1.0 { rate / (1.0 - rate) } else { f64::INFINITY };
+            // What is to be left after the iterations that may follow
+            shrinks = rate.powi(self.left) * self.eta * norm <= self.target;
+        }
+        self.previous = norm;
+        if norm == 0.0 || self.eta * norm <= self.target {
+            Verdict::Converged
+        } else if norm.is_finite() && shrinks && self.left > 0 {
+            Verdict::GoOn
+        } else if norm <= ROUNDING {
+            Verdict::Converged
+        } else {
+            Verdict::Diverges
+        }
+    }
+}
+
+impl<S: System> Stepper<S> {
+    /// Factorises W = c M − J with J as it is.
+    pub(in crate::integrate) fn factorise_iteration(
+        &mut self,
+        trial: &Trial<'_, S>,
+        c: f64,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        let mass = trial.base.mass.as_ref();
+        let pattern = &trial.base.system.signature().jacobian;
+        let jacobian = self.jacobian.as_ref();
+        statistics.factorisations += 1;
+        let factorised = self.factorisation.factorise(c, |i| mass[i] != 0.0, pattern, jacobian);
+        factorised.map_err(|singular| failed(singular, trial.base.t, pattern, jacobian))
+    }
+
+    /// Takes J at (t, y_new), if f is finite there.
+    pub(in crate::integrate) fn renew_jacobian(
+        &mut self,
+        trial: &Trial<'_, S>,
+        drive: &mut Drive<S>,
+        t: f64,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        let (u, udot) = drive.with_slope(t, self.y_new.as_ref());
+        let at = Point { t, y: self.y_new.as_ref(), u, p: trial.base.p, z: trial.base.z };
+        let (f, jacobian, dfdt) = (self.f.as_mut(), self.jacobian.as_mut(), self.dfdt.as_mut());
+        trial.base.system.linearize(at, udot, f, jacobian, dfdt);
+        statistics.linearizations += 1;
+        self.moved = true;
+        match f.iter().position(|f| !f.is_finite()) {
+            None => Ok(()),
+            Some(row) => Err(Failed::NotFinite { t, spoilt: Spoilt::Equation(row) }),
+        }
+    }
+
+    /// Solves for Y in `y_new`, which holds a guess, with Ȳ in `stage`, in at most so many iterations.
+    pub(in crate::integrate) fn solve_unknowns(
+        &mut self,
+        trial: &Trial<'_, S>,
+        drive: &mut Drive<S>,
+        t: f64,
+        c: f64,
+        most: i32,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        let Trial { base, y, sizes, tolerances, .. } = *trial;
+        let y = y.as_ref();
+        let mut convergence = Convergence::new(tolerances, self.eta, most);
+        loop {
+            let at = Point {
+                t,
+                y: self.y_new.as_ref(),
+                u: drive.at(t, self.y_new.as_ref()),
+                p: base.p,
+                z: base.z,
+            };
+            let r = self.rhs.as_mut();
+            base.system.rhs(at, r);
+            statistics.evaluations += 1;
+            if let Some(row) = r.iter().position(|r| !r.is_finite()) {
+                return Err(Failed::NotFinite { t, spoilt: Spoilt::Equation(row) });
+            }
+            subtract(r, c, base.mass.as_ref(), self.y_new.as_ref(), self.stage.as_ref());
+            self.factorisation.solve(r);
+            let norm = tolerances.mean_square(r, y, self.y_new.as_ref(), sizes).sqrt();
+            let verdict = convergence.judge(norm);
+            if verdict == Verdict::Diverges {
+                let relative = |i: usize| r[i].abs() / tolerances.weight(y[i], sizes[i]);
+                let unknown =
+                    (0..y.len()).max_by(|&i, &j| relative(i).total_cmp(&relative(j))).unwrap_or(0);
+                if self.is_solved(trial, drive, t, c, statistics) {
+                    return Ok(());
+                }
+                return Err(Failed::NotConverged { unknown });
+            }
+            for (y_new, r) in self.y_new.as_mut().iter_mut().zip(r) {
+                *y_new += *r;
+            }
+            if verdict == Verdict::Converged {
+                self.eta = convergence.eta;
+                return Ok(());
+            }
+        }
+    }
+
+    /// Whether what is left of each equation at `y_new` is rounding of its terms. Overwrites `rhs`, and
+    /// `error`, which is not known yet.
+    #[cold]
+    fn is_solved(
+        &mut self,
+        trial: &Trial<'_, S>,
+        drive: &mut Drive<S>,
+        t: f64,
+        c: f64,
+        statistics: &mut Statistics,
+    ) -> bool {
+        let Trial { base, .. } = *trial;
+        let (y, known, mass) = (self.y_new.as_ref(), self.stage.as_ref(), base.mass.as_ref());
+        let (left, terms) = (self.rhs.as_mut(), self.error.as_mut());
+        base.system.rhs(Point { t, y, u: drive.at(t, y), p: base.p, z: base.z }, left);
+        statistics.evaluations += 1;
+        subtract(left, c, mass, y, known);
+        for (((terms, mass), y), known) in terms.iter_mut().zip(mass).zip(y).zip(known) {
+            *terms = mass * c * (y.abs() + known.abs());
+        }
+        add_terms(terms, &base.system.signature().jacobian, self.jacobian.as_ref(), y);
+        left.iter().zip(terms).all(|(left, terms)| left.abs() <= initial::ROUNDING * *terms)
+    }
+
+    /// Solves for S in `s_new`, which holds a guess, with S̄ in `stage` and Y in `y_new`.
+    pub(in crate::integrate) fn solve_sensitivities(
+        &mut self,
+        trial: &Trial<'_, S>,
+        drive: &mut Drive<S>,
+        t: f64,
+        c: f64,
+        d: &mut Directions<S>,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        let mut outcome = self.iterate_sensitivities(trial, drive, t, c, d, statistics);
+        if let Err(Failed::NotConverged { .. }) = outcome {
+            self.renew_jacobian(trial, drive, t, statistics)?;
+            self.factorise_iteration(trial, c, statistics)?;
+            outcome = self.iterate_sensitivities(trial, drive, t, c, d, statistics);
+        }
+        outcome
+    }
+
+    fn iterate_sensitivities(
+        &mut self,
+        trial: &Trial<'_, S>,
+        drive: &mut Drive<S>,
+        t: f64,
+        c: f64,
+        d: &mut Directions<S>,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        let Trial { base, tolerances, y, .. } = *trial;
+        let y = y.as_ref();
+        let n = y.len().max(1);
+        let mut convergence = Convergence::new(tolerances, 1.0, MOST_LINEAR_ITERATIONS);
+        loop {
+            let at = Point {
+                t,
+                y: self.y_new.as_ref(),
+                u: drive.at(t, self.y_new.as_ref()),
+                p: base.p,
+                z: base.z,
+            };
+            let r = d.rhs.as_mut();
+            base.system.sensitivity_rhs(at, d.s_new.as_ref(), self.rhs.as_mut(), r);
+            statistics.evaluations += 1;
+            if let Some(row) = r.iter().position(|r| !r.is_finite()) {
+                return Err(Failed::NotFinite { t, spoilt: Spoilt::Derivative(row % n) });
+            }
+            let columns = r.chunks_exact_mut(n).zip(d.s_new.as_ref().chunks_exact(n));
+            for ((r, s), known) in columns.zip(d.stage.as_ref().chunks_exact(n)) {
+                subtract(r, c, base.mass.as_ref(), s, known);
+            }
+            self.factorisation.solve(r);
+            let (s, s_new) = (d.s.as_ref(), d.s_new.as_ref());
+            let norm = largest_block(tolerances, n, r, s, s_new, d.sizes.as_ref()).sqrt();
+            let verdict = convergence.judge(norm);
+            if verdict == Verdict::Diverges {
+                let worst = (0..r.len()).max_by(|&i, &j| r[i].abs().total_cmp(&r[j].abs()));
+                return Err(Failed::NotConverged { unknown: worst.unwrap_or(0) % n });
+            }
+            for (s_new, r) in d.s_new.as_mut().iter_mut().zip(r) {
+                *s_new += *r;
+            }
+            if verdict == Verdict::Converged {
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// Why a matrix with this Jacobian at `t` could not be factorised: singular it may be called where its
+/// numbers are finite.
+#[cold]
+pub(in crate::integrate) fn failed(
+    singular: Singular,
+    t: f64,
+    pattern: &Pattern,
+    jacobian: &[f64],
+) -> Failed {
+    match jacobian.iter().position(|j| !j.is_finite()) {
+        None => singular.into(),
+        Some(k) => Failed::NotFinite { t, spoilt: Spoilt::Derivative(pattern.position(k).0) },
+    }
+}
+
+/// r ← r − c M (Y − Ȳ).
+fn subtract(r: &mut [f64], c: f64, mass: &[f64], y: &[f64], known: &[f64]) {
+    for (((r, mass), y), known) in r.iter_mut().zip(mass).zip(y).zip(known) {
+        if *mass != 0.0 {
+            *r -= c * (y - known);
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! Coefficients of methods: what a tableau holds, and one file of numbers per method.
+
+mod kencarp4;
+mod rodas5p;
+mod rosenbrock;
+mod runge_kutta;
+mod triangle;
+mod tsit5;
+
+pub use kencarp4::KENCARP4;
+pub use rodas5p::RODAS5P;
+pub use rosenbrock::RosenbrockTableau;
+pub use runge_kutta::RungeKuttaTableau;
+pub(in crate::integrate) use runge_kutta::extrapolate;
+pub use triangle::{MAX_STAGES, Triangle, triangle};
+pub use tsit5::TSIT5;

@@ -1,0 +1,27 @@
+//! Strictly lower triangles of coefficients.
+
+/// The most stages a method may have; work space is laid out for so many.
+pub const MAX_STAGES: usize = 8;
+
+/// A strictly lower triangle of coefficients, with zeros in and above the diagonal.
+pub type Triangle = [[f64; MAX_STAGES]; MAX_STAGES];
+
+/// A triangle of which row i has i entries.
+///
+/// # Panics
+///
+/// If there are more than [`MAX_STAGES`] rows, or a row has another number of entries.
+pub const fn triangle(rows: &[&[f64]]) -> Triangle {
+    let mut triangle = [[0.0; MAX_STAGES]; MAX_STAGES];
+    let mut i = 0;
+    while i < rows.len() {
+        assert!(rows[i].len() == i, "row i of a strictly lower triangle has i entries");
+        let mut j = 0;
+        while j < i {
+            triangle[i][j] = rows[i][j];
+            j += 1;
+        }
+        i += 1;
+    }
+    triangle
+}

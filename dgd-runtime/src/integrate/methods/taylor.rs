@@ -1,0 +1,376 @@
+//! One step along the Taylor series of the solution, for the unknowns alone or with their
+//! sensitivities.
+//!
+//! The coefficients at (t, y) are computed once, for a step h₀ that is about as long as the one to be
+//! tried, and serve every size of it:
+//!
+//! ```text
+//!   y(t + h) = Σₖ yₖ θᵏ,   θ = h/h₀,   k = 0 … p
+//! ```
+//!
+//! between step ends, too. The local error is taken from the last two terms: the last one is that of
+//! the series without it, and where series are even or odd it may vanish by chance.
+//!
+//! The order that needs least work for a tolerance ε is
+//!
+//! ```text
+//!   p = 1 − ln(ε)/2
+//! ```
+//!
+//! as terms then shrink by e² from one to the next, and the work of a step grows with p².
+//!
+//! # Source
+//!
+//! Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order
+//! Taylor methods, Experimental Mathematics 14 (2005) 99–117, §3.
+
+// Lengths are constants where storage has a fixed size, and only once inlined there.
+#![allow(clippy::inline_always)]
+
+use crate::error::IntegrateError;
+use crate::integrate::drive::Drive;
+use crate::integrate::methods::stepper::{Base, Directions, Spoilt, Stepper, Trial};
+use crate::linalg::norm::larger;
+use crate::problem::Problem;
+use crate::system::{Interpolation, Point, System};
+use crate::taylor::{MOST_ORDER, Terms};
+
+/// The lowest order that is taken for a tolerance.
+pub(crate) const LEAST_ORDER: usize = 2;
+/// The last term but one counts as an error by this part: where terms shrink by e² it is about as large
+/// as the last.
+const BUT_ONE: f64 = 0.1;
+
+/// The order that is asked for, or the one for a relative tolerance.
+pub(crate) fn order(asked: Option<usize>, rtol: f64) -> usize {
+    // A tolerance is positive; one above 1 asks for no accuracy.
+    let order = asked.unwrap_or_else(|| (1.0 - 0.5 * rtol.ln()).ceil().max(0.0) as usize);
+    order.clamp(LEAST_ORDER, MOST_ORDER)
+}
+
+/// Series of a solution, and the work space to compute them.
+#[derive(Debug, Default)]
+pub(crate) struct Expansion {
+    order: usize,
+    /// h₀.
+    h: f64,
+    has_branches: bool,
+    kept: Vec<Terms>,
+    /// yₖ, order by order.
+    y: Vec<f64>,
+    /// Sₖ, order by order, row by row.
+    s: Vec<f64>,
+    /// A sum of S, row by row.
+    rows: Vec<f64>,
+}
+
+impl Expansion {
+    /// Work space for a system that has series, and for so many directions.
+    pub(crate) fn new<S: System>(system: &S, order: usize, n_s: usize) -> Self {
+        let Ok(kept) = system.taylor_series() else { return Self::default() };
+        let n = system.signature().unknowns.len();
+        Self {
+            order,
+            h: 1.0,
+            has_branches: kept.has_branches,
+            kept: vec![[0.0; MOST_ORDER + 1]; kept.unknowns.max(kept.sensitivities)],
+            y: vec![0.0; (order + 1) * n],
+            s: vec![0.0; (order + 1) * n * n_s],
+            rows: vec![0.0; n * n_s],
+        }
+    }
+
+    /// Adds to errors at h₀θ by how much the slopes there, g, are not those of the series: a solution
+    /// that has left its branch is not the one that the series goes on with.
+    fn add_defect(
+        &self,
+        series: &[f64],
+        theta: f64,
+        slopes: impl Fn(usize) -> f64,
+        error: &mut [f64],
+    ) {
+        let len = error.len();
+        for (i, error) in error.iter_mut().enumerate() {
+            let (mut power, mut slope) = (theta, 0.0);
+            for k in 1..=self.order {
+                slope += k as f64 * power * series[k * len + i];
+                power *= theta;
+            }
+            *error = larger(*error, (self.h * theta * slopes(i) - slope).abs());
+        }
+    }
+
+    /// Adds the defects of y⁺ and S⁺, at the end of a step by h₀θ, to their errors.
+    pub(in crate::integrate) fn add_defects<S: System>(
+        &mut self,
+        (system, at): (&S, Point<'_>),
+        theta: f64,
+        s: &[f64],
+        (f, g): (&mut [f64], &mut [f64]),
+        (error, error_of_s): (&mut [f64], &mut [f64]),
+    ) {
+        if !self.has_branches {
+            return;
+        }
+        if s.is_empty() {
+            system.rhs(at, f);
+        } else {
+            system.sensitivity_rhs(at, s, f, g);
+            let n = f.len();
+            let n_s = s.len() / n.max(1);
+            let mut rows = std::mem::take(&mut self.rows);
+            transpose(error_of_s, n, &mut rows, n_s);
+            self.add_defect(&self.s, theta, |at| g[at % n_s * n + at / n_s], &mut rows);
+            transpose(&rows, n_s, error_of_s, n);
+            self.rows = rows;
+        }
+        self.add_defect(&self.y, theta, |i| f[i], error);
+    }
+
+    /// The order of the series.
+    pub(in crate::integrate) fn order(&self) -> usize {
+        self.order
+    }
+
+    /// Computes the series at a point, for steps of about the size h; S is given for the beginning, or
+    /// nothing where it is not wanted.
+    #[inline(always)]
+    pub(in crate::integrate) fn compute<S: System>(
+        &mut self,
+        system: &S,
+        at: Point<'_>,
+        udot: &[f64],
+        h: f64,
+        given: &[f64],
+    ) {
+        let Self { order, h: own, kept, y, s, .. } = self;
+        *own = h;
+        if given.is_empty() {
+            system.taylor(at, udot, h, *order, kept, y);
+            return;
+        }
+        let n = at.y.len();
+        let n_s = given.len() / n.max(1);
+        transpose(given, n, &mut s[..given.len()], n_s);
+        system.sensitivity_taylor(at, udot, h, *order, kept, y, s);
+    }
+
+    /// y at h₀θ, from its series.
+    #[inline(always)]
+    pub(in crate::integrate) fn sum(&self, theta: f64, y: &[f64], out: &mut [f64]) {
+        add_terms(&self.y, self.order, theta, out);
+        // What is added to y is small against it: only this sum rounds.
+        for (out, y) in out.iter_mut().zip(y) {
+            *out += y;
+        }
+    }
+
+    /// S at h₀θ.
+    #[inline(always)]
+    pub(in crate::integrate) fn sum_sensitivities(
+        &mut self,
+        theta: f64,
+        s: &[f64],
+        n: usize,
+        out: &mut [f64],
+    ) {
+        let rows = &mut self.rows[..out.len()];
+        add_terms(&self.s, self.order, theta, rows);
+        transpose(rows, s.len() / n.max(1), out, n);
+        for (out, s) in out.iter_mut().zip(s) {
+            *out += s;
+        }
+    }
+
+    /// Error of y at h₀θ.
+    #[inline(always)]
+    pub(in crate::integrate) fn error(&self, theta: f64, error: &mut [f64]) {
+        last_terms(&self.y, self.order, theta, error);
+    }
+
+    /// Error of S at h₀θ.
+    #[inline(always)]
+    pub(in crate::integrate) fn sensitivity_error(
+        &mut self,
+        theta: f64,
+        n: usize,
+        error: &mut [f64],
+    ) {
+        let rows = &mut self.rows[..error.len()];
+        last_terms(&self.s, self.order, theta, rows);
+        transpose(rows, error.len() / n.max(1), error, n);
+    }
+}
+
+/// The terms of series but those of order 0.
+#[inline(always)]
+fn add_terms(series: &[f64], order: usize, theta: f64, out: &mut [f64]) {
+    let len = out.len();
+    out.fill(0.0);
+    let terms = series[len..(order + 1) * len].chunks_exact(len.max(1));
+    // Steps of the size that the series are made for: the same without factors of 1.
+    if theta == 1.0 {
+        for row in terms {
+            for (out, term) in out.iter_mut().zip(row) {
+                *out += term;
+            }
+        }
+        return;
+    }
+    let mut power = 1.0;
+    for row in terms {
+        power *= theta;
+        for (out, term) in out.iter_mut().zip(row) {
+            *out += power * term;
+        }
+    }
+}
+
+/// The larger of the last two terms of series, the last but one by its part.
+#[inline(always)]
+fn last_terms(series: &[f64], order: usize, theta: f64, error: &mut [f64]) {
+    let len = error.len();
+    let mut before = 1.0;
+    for _ in 1..order {
+        before *= theta;
+    }
+    let last = series[order * len..].iter().zip(&series[(order - 1) * len..]);
+    for (error, (last, but_one)) in error.iter_mut().zip(last) {
+        *error = larger((theta * before * last).abs(), (BUT_ONE * before * but_one).abs());
+    }
+}
+
+/// Numbers by `m` columns of n made those by n columns of `m`.
+#[inline(always)]
+fn transpose(from: &[f64], n: usize, to: &mut [f64], m: usize) {
+    for j in 0..m {
+        for i in 0..n {
+            to[i * m + j] = from[j * n + i];
+        }
+    }
+}
+
+impl<S: System> Stepper<S> {
+    /// Computes the series at (t, y).
+    #[inline]
+    pub(in crate::integrate) fn expand(
+        &mut self,
+        base: Base<'_, S>,
+        drive: &mut Drive<S>,
+        y: &[f64],
+        h: f64,
+        directions: Option<&Directions<S>>,
+    ) {
+        let (u, udot) = drive.with_slope(base.t, y);
+        let at = Point { t: base.t, y, u, p: base.p, z: base.z };
+        let s = directions.map_or(&[][..], |directions| directions.s.as_ref());
+        self.expansion.compute(base.system, at, udot, h, s);
+    }
+
+    /// Tries a step along the series at (t, y).
+    #[inline]
+    pub(in crate::integrate) fn attempt_taylor(
+        &mut self,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        directions: Option<&mut Directions<S>>,
+    ) {
+        let Self { expansion, y_new, error, rhs, .. } = self;
+        let theta = trial.h / expansion.h;
+        let n = trial.y.as_ref().len();
+        expansion.sum(theta, trial.y.as_ref(), y_new.as_mut());
+        expansion.error(theta, error.as_mut());
+        if let Some(d) = directions {
+            expansion.sum_sensitivities(theta, d.s.as_ref(), n, d.s_new.as_mut());
+            expansion.sensitivity_error(theta, n, d.error.as_mut());
+            let at = end(trial, drive, y_new.as_ref());
+            let slopes = (rhs.as_mut(), d.rhs.as_mut());
+            let errors = (error.as_mut(), d.error.as_mut());
+            expansion.add_defects((trial.base.system, at), theta, d.s_new.as_ref(), slopes, errors);
+        } else {
+            let at = end(trial, drive, y_new.as_ref());
+            let (slopes, errors) = ((rhs.as_mut(), &mut [][..]), (error.as_mut(), &mut [][..]));
+            expansion.add_defects((trial.base.system, at), theta, &[], slopes, errors);
+        }
+    }
+
+    /// y at a time h after the start of the step tried last.
+    pub(in crate::integrate) fn series_at(&self, h: f64, y: &[f64], out: &mut [f64]) {
+        self.expansion.sum(h / self.expansion.h, y, out);
+    }
+
+    /// S at a time h after the start of the step tried last.
+    pub(in crate::integrate) fn sensitivity_series_at(&self, h: f64, s: &[f64], out: &mut [f64]) {
+        let Expansion { order, h: own, s: series, .. } = &self.expansion;
+        let n = self.y_new.as_ref().len().max(1);
+        let (theta, n_s) = (h / own, s.len() / n);
+        out.fill(0.0);
+        let mut power = 1.0;
+        for rows in series.chunks_exact(s.len().max(1)).skip(1).take(*order) {
+            power *= theta;
+            for (i, row) in rows.chunks_exact(n_s).enumerate() {
+                for (j, term) in row.iter().enumerate() {
+                    out[j * n + i] += power * term;
+                }
+            }
+        }
+        for (out, s) in out.iter_mut().zip(s) {
+            *out += s;
+        }
+    }
+
+    /// The first coefficient, or slope at the end of the step, that is not finite.
+    pub(in crate::integrate) fn spoilt_series(&self, trial: Trial<'_, S>) -> Option<(f64, Spoilt)> {
+        let n = trial.y.as_ref().len().max(1);
+        let bad = |numbers: &[f64]| numbers.iter().position(|number| !number.is_finite());
+        let Expansion { y, s, has_branches, .. } = &self.expansion;
+        let of_y = bad(y).map(|at| match at / n {
+            0 | 1 => Spoilt::Equation(at % n),
+            _ => Spoilt::Derivative(at % n),
+        });
+        let n_s = s.len() / y.len().max(1);
+        let of_s = || bad(s).map(|at| Spoilt::Derivative(at / n_s % n));
+        if let Some(spoilt) = of_y.or_else(of_s) {
+            return Some((trial.base.t, spoilt));
+        }
+        // The slopes at the end, where those of a branch are looked at.
+        let of_end = bad(self.rhs.as_ref()).filter(|_| *has_branches);
+        of_end.map(|at| (trial.base.t + trial.h, Spoilt::Equation(at)))
+    }
+}
+
+/// Where a step ends.
+fn end<'a, S: System>(trial: Trial<'a, S>, drive: &'a mut Drive<S>, y: &'a [f64]) -> Point<'a> {
+    let Base { p, z, t, .. } = trial.base;
+    let t = t + trial.h;
+    Point { t, y, u: drive.at(t, y), p, z }
+}
+
+/// Whether a problem can be solved along Taylor series.
+pub(crate) fn verify<S: System>(
+    problem: &Problem<'_, S>,
+    method: &'static str,
+) -> Result<(), IntegrateError> {
+    let Problem { system, inputs, .. } = problem;
+    system.taylor_series().map_err(|why| IntegrateError::NoTaylorSeries { method, why })?;
+    // Series are made for inputs that go on between samples as the model declares it.
+    let declared = system.signature().inputs.iter().enumerate();
+    let mut held = declared.filter(|(_, input)| input.interpolation == Interpolation::Hold);
+    match held.find(|(position, _)| inputs.has_slopes(*position)) {
+        None => Ok(()),
+        Some((_, input)) => {
+            Err(IntegrateError::HeldInputMoves { method, input: input.name.to_string() })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::order;
+
+    #[test]
+    fn the_order_follows_the_tolerance() {
+        // 1 − ln(1e-6)/2 = 7.9, 1 − ln(1e-12)/2 = 14.8.
+        assert_eq!([1e-6, 1e-12, 1e6, 1e-40].map(|rtol| order(None, rtol)), [8, 15, 2, 31]);
+    }
+}

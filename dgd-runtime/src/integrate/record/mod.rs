@@ -1,0 +1,185 @@
+//! Values at the asked times.
+
+mod chosen;
+
+use crate::integrate::drive::Drive;
+use crate::integrate::simulation::{Simulation, Stop};
+use crate::problem::Problem;
+use crate::projection::Rows;
+use crate::solution::Solution;
+use crate::system::System;
+
+impl<S: System> Simulation<'_, S> {
+    /// Records asked times in (t, t_new].
+    #[inline]
+    pub(in crate::integrate) fn record_step(
+        &mut self,
+        t_new: f64,
+        stop: Stop,
+        times: &[f64],
+        solution: &mut Solution,
+    ) {
+        let asked = &times[solution.times.len()..];
+        let (inside, at_end) = due(asked, t_new, stop);
+        if inside + at_end == 0 {
+            return;
+        }
+        if let Some(chosen) = self.chosen {
+            self.record_chosen(chosen, &asked[..inside], at_end, t_new, solution);
+            return;
+        }
+
+        if !self.algebraic.is_empty() {
+            self.begin_projection();
+        }
+        if inside > 0 {
+            self.record_inside(t_new, &asked[..inside], solution);
+        }
+        for _ in 0..at_end {
+            let recorded = (solution.y.len(), solution.s.len());
+            solution.y.extend_from_slice(self.stepper.y_new.as_ref());
+            if let Some(d) = &self.directions {
+                solution.s.extend_from_slice(d.s_new.as_ref());
+            }
+            self.project_recorded(&[t_new], recorded, solution);
+            record_past(&mut self.drive, t_new, self.stepper.y_new.as_ref(), solution);
+        }
+        if S::FEATURES.events {
+            for _ in 0..inside + at_end {
+                solution.z.extend_from_slice(self.discrete.z());
+            }
+        }
+        solution.times.extend_from_slice(&asked[..inside + at_end]);
+        fill_undefined(solution);
+    }
+
+    /// Records times between the ends of the step to `t_new`.
+    fn record_inside(&mut self, t_new: f64, asked: &[f64], solution: &mut Solution) {
+        self.stepper.prepare_dense(self.y.as_ref(), self.directions.as_mut());
+        let step = (self.t, t_new);
+        let (recorded, recorded_s) = (solution.y.len(), solution.s.len());
+        self.stepper.interpolate_all(step, asked, &self.y, &mut self.row, &mut solution.y);
+        if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
+            self.stepper.interpolate_all_sensitivities(step, asked, d, row, &mut solution.s);
+        }
+        self.project_recorded(asked, (recorded, recorded_s), solution);
+        if S::FEATURES.past && solution.n_past > 0 {
+            for (k, t) in asked.iter().enumerate() {
+                let row = recorded + k * solution.n..recorded + (k + 1) * solution.n;
+                self.row.as_mut().copy_from_slice(&solution.y[row]);
+                record_past(&mut self.drive, *t, self.row.as_ref(), solution);
+            }
+        }
+    }
+
+    /// Records the asked times that are now.
+    #[inline]
+    pub(in crate::integrate) fn record_now(&mut self, times: &[f64], solution: &mut Solution) {
+        while times.get(solution.times.len()) == Some(&self.t) {
+            if let Some(chosen) = self.chosen {
+                self.record_chosen_now(chosen, solution);
+                continue;
+            }
+            solution.times.push(self.t);
+            if S::FEATURES.events {
+                solution.z.extend_from_slice(self.discrete.z());
+            }
+            record_past(&mut self.drive, self.t, self.y.as_ref(), solution);
+            let recorded = (solution.y.len(), solution.s.len());
+            solution.y.extend_from_slice(self.y.as_ref());
+            if let Some(d) = &self.directions {
+                solution.s.extend_from_slice(d.s.as_ref());
+            }
+            self.begin_projection_anew();
+            self.project_recorded(&[self.t], recorded, solution);
+        }
+        fill_undefined(solution);
+    }
+
+    /// Begins to move rows of the step tried last onto the algebraic equations.
+    pub(in crate::integrate) fn begin_projection(&mut self) {
+        if let Some(projection) = &mut self.projection {
+            let pattern = &self.problem.system.signature().jacobian;
+            projection.begin(&mut self.algebraic, pattern, self.stepper.jacobian.as_ref());
+        }
+    }
+
+    /// Begins to move a row that belongs to no step.
+    pub(in crate::integrate) fn begin_projection_anew(&mut self) {
+        if let Some(projection) = &mut self.projection {
+            projection.begin_anew();
+        }
+    }
+
+    /// Moves the rows at `times`, recorded from these places on, onto the algebraic equations.
+    #[inline]
+    fn project_recorded(
+        &mut self,
+        times: &[f64],
+        (first, first_s): (usize, usize),
+        solution: &mut Solution,
+    ) {
+        if self.algebraic.is_empty() {
+            return;
+        }
+        let Solution { y, s, n, n_s, .. } = solution;
+        let has_s = s.len() > first_s;
+        let mut rows_s = s[first_s..].chunks_exact_mut((*n * *n_s).max(1));
+        for (t, row) in times.iter().zip(y[first..].chunks_exact_mut(*n)) {
+            let row_s = if has_s { rows_s.next() } else { None };
+            self.project(*t, row, row_s);
+        }
+    }
+
+    /// Moves the algebraic unknowns of a row, and their sensitivities, onto their equations.
+    pub(in crate::integrate) fn project(&mut self, t: f64, y: &mut [f64], s: Option<&mut [f64]>) {
+        let Some(projection) = &mut self.projection else { return };
+        let Problem { system, p, .. } = *self.problem;
+        let (sizes, z) = (self.sizes.as_ref(), self.discrete.z());
+        let rows = Rows { system, p, z, sizes, tolerances: self.tolerances };
+        projection.project(&mut self.algebraic, &rows, &mut self.drive, t, y);
+        if let (Some(s), Some(d)) = (s, &mut self.directions) {
+            let (s, g) = ((s, d.sizes.as_ref()), d.rhs.as_mut());
+            projection.project_sensitivities(
+                &mut self.algebraic,
+                &rows,
+                &mut self.drive,
+                (t, y),
+                s,
+                g,
+            );
+        }
+    }
+}
+
+/// How many of the asked times are within the step to `t_new`, and how many at its end.
+#[inline]
+fn due(asked: &[f64], t_new: f64, stop: Stop) -> (usize, usize) {
+    // By eights, each counted at once.
+    let eights = asked.as_chunks::<8>().0.iter().take_while(|eight| eight[7] < t_new).count();
+    let rest = asked[8 * eights..].iter().take_while(|&&t| t < t_new).count();
+    let inside = 8 * eights + rest;
+    let at_end = asked[inside..].iter().take_while(|&&t| t == t_new).count();
+    // The last of equal times at a jump is a right value, which is had after it.
+    match stop {
+        Stop::Change => (inside, at_end.saturating_sub(1)),
+        Stop::None => (inside, at_end),
+    }
+}
+
+/// Records what is known of delayed unknowns at `t`, where outputs read it.
+fn record_past<S: System>(drive: &mut Drive<'_, S>, t: f64, y: &[f64], solution: &mut Solution) {
+    if S::FEATURES.past && solution.n_past > 0 {
+        let u = drive.at(t, y);
+        solution.past.extend_from_slice(&u[u.len() - solution.n_past..]);
+    }
+}
+
+/// Sensitivities that were not recorded are undefined.
+#[inline]
+fn fill_undefined(solution: &mut Solution) {
+    let len = solution.times.len() * solution.n * solution.n_s;
+    if solution.s.len() < len {
+        solution.s.resize(len, f64::NAN);
+    }
+}

@@ -1,0 +1,340 @@
+//! What a run is asked for: the public functions, and whether what they are given makes sense.
+
+use crate::delay::LateTimes;
+use crate::error::{BadRequest, Failure, IntegrateError};
+use crate::integrate::fixed_step::{self, Steps};
+use crate::integrate::late::history::{self, Past};
+use crate::integrate::late::memory::Memory;
+use crate::integrate::methods::catalogue::MethodKind;
+use crate::integrate::methods::stepper::Directions;
+use crate::integrate::methods::taylor;
+use crate::integrate::simulation::Simulation;
+use crate::observe::observe;
+use crate::problem::{Options, Problem};
+use crate::signal::InputError;
+use crate::solution::Solution;
+use crate::system::{Signature, System};
+
+/// Integrates from the first of the asked `times` to the last and gives the unknowns at all of
+/// them.
+///
+/// Times ascend; one that occurs twice means just before and just after a jump of the inputs
+/// ([`side`](crate::side)).
+///
+/// # Errors
+///
+/// [`Failure`], with what was reached.
+///
+/// # Panics
+///
+/// When the problem has another number of parameters or inputs than the model, or replaces the start
+/// value of an unknown that does not exist.
+pub fn simulate<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+) -> Result<Solution, Failure> {
+    S::integrate(problem, times, options, Wanted::Unknowns)
+}
+
+/// [`simulate`], of which only the unknowns at the positions `chosen` are kept, in this order: a run of a
+/// large model then needs no memory for each of its unknowns at each time.
+///
+/// # Errors
+///
+/// [`Failure`], with what was reached.
+///
+/// # Panics
+///
+/// As [`simulate`], and where an unknown does not exist.
+pub fn simulate_chosen<S: System>(
+    problem: &Problem<'_, S>,
+    chosen: &[usize],
+    times: &[f64],
+    options: &Options,
+) -> Result<Solution, Failure> {
+    S::integrate(problem, times, options, Wanted::Chosen(chosen))
+}
+
+/// [`simulate_chosen`], with the outputs, which are evaluated while the run goes on and may read any unknown:
+/// [`observe`](crate::observe) gives them. So a run of a large model needs memory for what it is asked for
+/// alone. Where an output is read late, or steps are equal, all is kept on the way.
+///
+/// # Errors
+///
+/// [`Failure`], with what was reached.
+///
+/// # Panics
+///
+/// As [`simulate_chosen`].
+pub fn simulate_observed<S: System>(
+    problem: &Problem<'_, S>,
+    chosen: &[usize],
+    times: &[f64],
+    options: &Options,
+) -> Result<Solution, Failure> {
+    let outputs = &problem.system.signature().outputs;
+    let is_late = outputs.iter().any(|output| output.delay.is_some());
+    if !is_late && !matches!(options.steps, Steps::PerSample(_)) {
+        return S::integrate(problem, times, options, Wanted::Observed(chosen));
+    }
+    let observed = |mut solution: Solution| {
+        solution.w = observe(problem, &solution).w;
+        solution.keep(chosen);
+        solution
+    };
+    match S::integrate(problem, times, options, Wanted::Unknowns) {
+        Ok(solution) => Ok(observed(solution)),
+        Err(Failure { error, partial }) => {
+            Err(Failure { error, partial: Box::new(observed(*partial)) })
+        }
+    }
+}
+
+/// [`simulate`], with the sensitivities of all unknowns to the model's directions.
+///
+/// # Errors
+///
+/// [`Failure`], with what was reached.
+///
+/// # Panics
+///
+/// As [`simulate`].
+pub fn simulate_with_sensitivities<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+) -> Result<Solution, Failure> {
+    S::integrate(problem, times, options, Wanted::Sensitivities)
+}
+
+/// What a run gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Wanted<'a> {
+    /// The unknowns alone.
+    Unknowns,
+    /// The unknowns, and what is known of delayed ones ([`Solution::past`]) even where no output reads it.
+    UnknownsAndPast,
+    /// The unknowns at these positions alone, in this order.
+    Chosen(&'a [usize]),
+    /// The same with all outputs; no output is read late, and steps are adaptive.
+    Observed(&'a [usize]),
+    /// The unknowns and their sensitivities to the model's directions.
+    Sensitivities,
+    /// The unknowns of a run that can be gone on from ([`Solution::memory`]), and goes on from another one's
+    /// end: the problem has start values of all unknowns then, and the run begins where the other one ended.
+    /// Outputs are not read late.
+    Resumed(Before<'a>),
+    /// The same with sensitivities.
+    ResumedSensitivities(Before<'a>),
+}
+
+/// What a run goes on from, beside its unknowns.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Before<'a> {
+    /// What the run before remembers; `None` for the first one.
+    pub memory: Option<&'a Memory>,
+    /// What unknowns that are read late were.
+    pub past: Option<&'a Past>,
+}
+
+impl<'a> Wanted<'a> {
+    /// The unknowns to be kept, where that is not all.
+    fn chosen(self) -> Option<&'a [usize]> {
+        match self {
+            Wanted::Chosen(chosen) | Wanted::Observed(chosen) => Some(chosen),
+            _ => None,
+        }
+    }
+
+    fn with_sensitivities(self) -> bool {
+        matches!(self, Wanted::Sensitivities | Wanted::ResumedSensitivities(_))
+    }
+
+    /// What the run goes on from.
+    fn resumed(self) -> Before<'a> {
+        match self {
+            Wanted::Resumed(before) | Wanted::ResumedSensitivities(before) => before,
+            _ => Before::default(),
+        }
+    }
+
+    /// Whether another run is to go on from this one.
+    fn is_remembered(self) -> bool {
+        matches!(self, Wanted::Resumed(_) | Wanted::ResumedSensitivities(_))
+    }
+}
+
+/// What [`simulate`] and [`simulate_with_sensitivities`] do, with this very type of system.
+///
+/// # Errors
+///
+/// [`Failure`], with what was reached.
+///
+/// # Panics
+///
+/// As [`simulate`].
+pub fn integrate<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+    wanted: Wanted<'_>,
+) -> Result<Solution, Failure> {
+    run(problem, times, options, wanted)
+}
+
+/// Runs to all times that the outputs need, and gives the solution at the asked ones.
+fn run<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+    wanted: Wanted<'_>,
+) -> Result<Solution, Failure> {
+    let signature = problem.system.signature();
+    let chosen = wanted.chosen();
+    let directions = wanted.with_sensitivities().then(|| Directions::new(problem.system));
+    assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
+    assert_eq!(problem.inputs.len(), signature.inputs.len(), "number of inputs");
+    if let Some(chosen) = chosen {
+        let n = signature.unknowns.len();
+        assert!(chosen.iter().all(|i| *i < n), "chosen unknowns");
+    }
+    let n_s = if directions.is_some() { signature.directions.len() } else { 0 };
+    let mut solution = Solution::empty(signature, n_s);
+    let reads_past = matches!(wanted, Wanted::UnknownsAndPast)
+        || wanted.is_remembered()
+        || outputs_read_past(signature)
+        || (n_s > 0 && signature.outputs.iter().any(|output| output.delay.is_some()));
+    if chosen.is_none() && reads_past {
+        solution.n_past = signature.past().len();
+    }
+    let verified = verify(problem, times, options).and_then(|()| {
+        history::verify(problem, n_s > 0)?;
+        if let MethodKind::Taylor(_) = options.method.kind {
+            taylor::verify(problem, options.method.name)?;
+        }
+        let late = if wanted.is_remembered() { None } else { LateTimes::new(problem, times)? };
+        Ok((late, problem.inputs_read().map_err(IntegrateError::Inputs)?))
+    });
+    let (late, inputs) = match verified {
+        Ok(verified) => verified,
+        Err(error) => return Err(Failure { error, partial: Box::new(solution) }),
+    };
+    let read = Problem { inputs: &inputs, ..*problem };
+    let all = late.as_ref().map_or(times, |late| &late.all);
+    let outcome = match options.steps {
+        Steps::PerSample(per_sample) => {
+            let outcome =
+                fixed_step::run(&read, all, options, per_sample, directions, &mut solution);
+            if let Some(chosen) = chosen {
+                solution.keep(chosen);
+            }
+            outcome
+        }
+        Steps::Automatic | Steps::Adaptive => {
+            solution.n = chosen.map_or(solution.n, <[usize]>::len);
+            run_to(&read, all, options, directions, wanted, &mut solution)
+        }
+    };
+    if let Some(late) = late {
+        solution = late.split(times, solution);
+    }
+    match outcome {
+        Ok(()) => Ok(solution),
+        Err(error) => Err(Failure { error, partial: Box::new(solution) }),
+    }
+}
+
+/// Runs to `times`; the problem's inputs are those that the model reads.
+fn run_to<'a, S: System>(
+    problem: &'a Problem<'a, S>,
+    times: &[f64],
+    options: &Options,
+    directions: Option<Directions<S>>,
+    wanted: Wanted<'a>,
+    solution: &mut Solution,
+) -> Result<(), IntegrateError> {
+    let (Some(&from), Some(&until)) = (times.first(), times.last()) else {
+        return Ok(());
+    };
+    solution.times.reserve(times.len());
+    solution.y.reserve(solution.n * times.len());
+    solution.s.reserve(solution.n * solution.n_s * times.len());
+    solution.z.reserve(solution.n_z * times.len());
+    solution.past.reserve(solution.n_past * times.len());
+    let mut simulation = Simulation::new(problem, options, from, directions);
+    simulation.chosen = wanted.chosen();
+    if let Wanted::Observed(_) = wanted {
+        let n_w = problem.system.signature().outputs.len();
+        solution.w.reserve(n_w * times.len());
+        simulation.observed = Some(vec![0.0; n_w]);
+    }
+    let before = wanted.resumed();
+    simulation.resumed = before.memory;
+    if let Some(past) = before.past {
+        simulation.drive.resume_history(past, from);
+    }
+    let outcome = simulation.integrate(times, until, solution);
+    if wanted.is_remembered() {
+        solution.memory = Some(simulation.memory());
+    }
+    let reached = simulation.t;
+    for stretch in &mut solution.undefined {
+        stretch.until = reached;
+    }
+    outcome
+}
+
+/// Whether outputs may read what is known of delayed unknowns: in a condition, too, of which no derivative
+/// tells.
+fn outputs_read_past(signature: &Signature) -> bool {
+    !signature.past().is_empty() && !signature.outputs.is_empty()
+}
+
+pub(super) fn verify<S: System>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+) -> Result<(), IntegrateError> {
+    verify_request(times, options).map_err(IntegrateError::BadRequest)?;
+    verify_inputs(problem, times).map_err(IntegrateError::Inputs)
+}
+
+/// Whether options and times make sense.
+pub fn verify_request(times: &[f64], options: &Options) -> Result<(), BadRequest> {
+    options.verify().and_then(|()| verify_times(times))
+}
+
+/// Whether the inputs reach as far as the times, and are smooth where they must be.
+pub fn verify_inputs<S: System>(problem: &Problem<'_, S>, times: &[f64]) -> Result<(), InputError> {
+    match (times.first(), times.last()) {
+        (Some(&from), Some(&until)) => {
+            let covered = problem.inputs.cover(from, until);
+            covered.and_then(|()| problem.verify_smooth(from, until))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn verify_times(times: &[f64]) -> Result<(), BadRequest> {
+    // Counted without a way out in the middle, so that many are compared at once. What ascends from
+    // one finite number to another is finite.
+    let ascending = times.iter().zip(times.iter().skip(1)).filter(|(t, next)| t < next).count();
+    if let (Some(first), Some(last)) = (times.first(), times.last())
+        && first.is_finite()
+        && last.is_finite()
+        && ascending + 1 == times.len()
+    {
+        return Ok(());
+    }
+    if let Some(index) = times.iter().position(|t| !t.is_finite()) {
+        return Err(BadRequest::TimeNotFinite { index });
+    }
+    if let Some(pair) = times.windows(2).find(|pair| pair[1] < pair[0]) {
+        return Err(BadRequest::TimeBackwards { at: pair[1], previous: pair[0] });
+    }
+    if let Some(three) = times.windows(3).find(|three| three[0] == three[2]) {
+        return Err(BadRequest::TimeRepeated { at: three[0] });
+    }
+    Ok(())
+}

@@ -1,0 +1,99 @@
+//! Segments of smooth inputs, and how a run goes from one to the next.
+
+use crate::error::IntegrateError;
+use crate::integrate::drive::Drive;
+use crate::integrate::methods::stepper::{At, Directions};
+use crate::integrate::simulation::Simulation;
+use crate::problem::Problem;
+use crate::signal::Segment;
+use crate::solution::Solution;
+use crate::system::{Point, System};
+
+impl<S: System> Simulation<'_, S> {
+    /// Makes the next segment of the inputs the current one.
+    pub(super) fn enter_next_segment(
+        &mut self,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        solution.statistics.segments += 1;
+        self.segment += 1;
+        let segment = self.problem.inputs.segment(self.segment);
+        self.segment_end = segment.t1;
+        if S::FEATURES.past
+            && let Some(mut moving) = self.moving.take()
+            && (self.directions.is_some() || self.discrete.has_transitions())
+        {
+            let entered = self.enter_with_moving_jumps(segment, &mut moving, solution);
+            self.moving = Some(moving);
+            return entered;
+        }
+        let level = self.level_of(segment);
+        self.jump(segment, solution)?;
+        self.mark(level, &[]);
+        Ok(())
+    }
+
+    /// Goes on with the inputs of a segment that begins at a time of its own, and makes the
+    /// transitions that their jump triggers.
+    pub(super) fn jump(
+        &mut self,
+        segment: Segment<'_>,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        self.begin_sample();
+        self.enter(segment, solution)?;
+        self.settle(solution)
+    }
+
+    /// Goes on with the inputs of a segment.
+    pub(super) fn enter(
+        &mut self,
+        segment: Segment<'_>,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        self.change_inputs(solution, |drive| drive.enter(segment))
+    }
+
+    /// Goes on with inputs that change as `enter` says.
+    pub(super) fn change_inputs(
+        &mut self,
+        solution: &mut Solution,
+        enter: impl FnOnce(&mut Drive<S>),
+    ) -> Result<(), IntegrateError> {
+        let Problem { system, p, .. } = *self.problem;
+        self.linearized = false;
+        self.stepper.restart();
+        if self.algebraic.is_empty() {
+            enter(&mut self.drive);
+            return Ok(());
+        }
+
+        // Most jumps are not seen by algebraic equations.
+        let (t, y, z) = (self.t, self.y.as_ref(), self.discrete.z());
+        let (before, after) = (&mut self.stepper.f, &mut self.stepper.y_new);
+        let mut evaluate = |drive: &mut Drive<S>, f: &mut S::Vector, place: At| {
+            let at = Point { t, y, u: drive.at(t, y), p, z };
+            match (&mut self.directions, place) {
+                (None, _) => system.rhs(at, f.as_mut()),
+                (Some(Directions { s, g, .. }), At::Start) => {
+                    system.sensitivity_rhs(at, s.as_ref(), f.as_mut(), g.as_mut());
+                }
+                (Some(Directions { s, s_new, .. }), At::End) => {
+                    system.sensitivity_rhs(at, s.as_ref(), f.as_mut(), s_new.as_mut());
+                }
+            }
+        };
+        evaluate(&mut self.drive, before, At::Start);
+        enter(&mut self.drive);
+        evaluate(&mut self.drive, after, At::End);
+        let seen = self
+            .directions
+            .as_ref()
+            .is_some_and(|d| self.algebraic.differs(d.g.as_ref(), d.s_new.as_ref()));
+        solution.statistics.evaluations += 2;
+        if seen || self.algebraic.differs(before.as_ref(), after.as_ref()) {
+            self.make_consistent(solution)?;
+        }
+        Ok(())
+    }
+}

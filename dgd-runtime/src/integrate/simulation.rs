@@ -1,0 +1,173 @@
+//! A simulation under way: all that a run carries from step to step.
+
+// Lengths are constants where storage has a fixed size, and only once inlined there.
+#![allow(clippy::inline_always)]
+
+use crate::initial::Algebraic;
+use crate::integrate::drive::Drive;
+use crate::integrate::events::Hybrid;
+use crate::integrate::late::breaks::Breaks;
+use crate::integrate::late::memory::Memory;
+use crate::integrate::late::moving_jump::MovingJumps;
+use crate::integrate::methods::catalogue::{Method, MethodKind};
+use crate::integrate::methods::stepper::{Base, Directions, Stepper};
+use crate::integrate::methods::taylor::{self, Expansion};
+use crate::linalg::norm::Tolerances;
+use crate::problem::{Options, Problem};
+use crate::projection::Projection;
+use crate::signal::Side;
+use crate::system::{Storage, System};
+
+/// What happens at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stop {
+    /// Nothing.
+    None,
+    /// Inputs or modes change: values just after are not those just before.
+    Change,
+}
+
+/// What a step is tried for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Variables {
+    /// Unknowns, and sensitivities where they are wanted.
+    All,
+    /// Unknowns alone.
+    Unknowns,
+}
+
+/// A simulation under way.
+pub(super) struct Simulation<'a, S: System> {
+    pub(super) problem: &'a Problem<'a, S>,
+    pub(super) tolerances: Tolerances,
+    pub(super) max_steps: usize,
+    pub(super) initial_step: Option<f64>,
+    pub(super) method: &'static Method,
+    pub(super) stepper: Stepper<S>,
+    /// `None` without sensitivities, and once they are undefined.
+    pub(super) directions: Option<Directions<S>>,
+    pub(super) algebraic: Algebraic<S>,
+    /// The current segment of the inputs, and where it ends.
+    pub(super) segment: usize,
+    pub(super) segment_end: f64,
+    pub(super) drive: Drive<'a, S>,
+    /// Modes, conditions on time, and what is known of the instant at which they change.
+    pub(super) discrete: Hybrid,
+    /// Where jumps of the inputs move with parameters.
+    pub(super) moving: Option<MovingJumps<S>>,
+    /// Where unknowns are read late.
+    pub(super) breaks: Option<Breaks<S>>,
+    pub(super) t: f64,
+    pub(super) y: S::Vector,
+    /// Sizes of the unknowns, for tolerances.
+    pub(super) sizes: S::Vector,
+    /// Whether the stepper is linearised at (t, y) with the current inputs.
+    pub(super) linearized: bool,
+    /// Whether algebraic unknowns were made consistent again after a rejection at t.
+    pub(super) corrected: bool,
+    /// Length of the simulation.
+    pub(super) span: f64,
+    pub(super) row: S::Vector,
+    pub(super) sensitivity_row: Option<S::Sensitivity>,
+    /// Of recorded rows; `None` where no mode has algebraic unknowns.
+    pub(super) projection: Option<Box<Projection<S>>>,
+    /// The unknowns to be recorded; all without it.
+    pub(super) chosen: Option<&'a [usize]>,
+    /// Work space for outputs, where they are recorded.
+    pub(super) observed: Option<Vec<f64>>,
+    /// What the run goes on from.
+    pub(super) resumed: Option<&'a Memory>,
+    /// The natural step size, for a run that goes on from this one.
+    pub(super) natural_step: Option<f64>,
+}
+
+impl<'a, S: System> Simulation<'a, S> {
+    pub(super) fn new(
+        problem: &'a Problem<'a, S>,
+        options: &Options,
+        from: f64,
+        directions: Option<Directions<S>>,
+    ) -> Self {
+        let system = problem.system;
+        debug_assert!(S::FEATURES.cover(system.signature()), "features that the type leaves out");
+        let n = system.signature().unknowns.len();
+        let segment = problem.inputs.segment_at(from, Side::Right);
+        let n_s = if directions.is_some() { system.signature().directions.len() } else { 0 };
+        let discrete = Hybrid::new(system, problem.p, from, n_s);
+        // With transitions the jumps are taken one by one in either case, so that one mode follows
+        // the other in the same way.
+        let moves = S::FEATURES.past && (n_s > 0 || discrete.has_transitions());
+        let moving = moves.then(|| MovingJumps::new(problem));
+        let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
+        let drive = Drive::new(problem, problem.inputs.segment(segment), from, n_s, tolerances);
+        let has_algebraic =
+            S::FEATURES.algebraic && !Algebraic::<S>::is_explicit(system.signature());
+        let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
+        let kind = options.method.kind;
+        let mut stepper = Stepper::new(system, kind);
+        if let MethodKind::Taylor(order) = kind {
+            let order = taylor::order(order, options.rtol);
+            stepper.expansion = Expansion::new(system, order, n_s);
+        }
+        Self {
+            problem,
+            tolerances,
+            max_steps: options.max_steps,
+            initial_step: options.initial_step,
+            method: options.method,
+            stepper,
+            directions,
+            algebraic: Algebraic::new(system),
+            projection: has_algebraic.then(|| Box::new(Projection::new(system, n_s))),
+            segment,
+            segment_end: problem.inputs.segment(segment).t1,
+            breaks: drive.history.is_some().then(|| Breaks::new(n, sensitivity_row.clone())),
+            drive,
+            discrete,
+            moving: moving.flatten(),
+            t: from,
+            y: S::Vector::zeros(n),
+            sizes: S::Vector::zeros(n),
+            linearized: false,
+            corrected: false,
+            span: 0.0,
+            row: S::Vector::zeros(n),
+            sensitivity_row,
+            chosen: None,
+            observed: None,
+            resumed: None,
+            natural_step: None,
+        }
+    }
+
+    /// Where the next step must end: something changes there.
+    #[inline]
+    pub(super) fn stop(&self) -> f64 {
+        let mut stop = self.segment_end;
+        if S::FEATURES.events {
+            stop = stop.min(self.discrete.next_switch());
+        }
+        if S::FEATURES.past {
+            stop = stop.min(self.next_break());
+        }
+        stop
+    }
+}
+
+/// Where a step from t starts.
+#[inline(always)]
+pub(super) fn base<'a, S: System>(
+    problem: &Problem<'a, S>,
+    algebraic: &'a Algebraic<S>,
+    discrete: &'a Hybrid,
+    t: f64,
+) -> Base<'a, S> {
+    let Problem { system, p, .. } = *problem;
+    Base { system, p, z: discrete.z(), mass: &algebraic.mass, t }
+}
+
+pub(super) fn multiply(values: &mut [f64], by: &[f64]) {
+    for (value, by) in values.iter_mut().zip(by) {
+        *value *= by;
+    }
+}

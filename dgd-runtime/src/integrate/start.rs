@@ -1,0 +1,160 @@
+//! Consistent values: where a run begins, and where inputs or modes have changed.
+
+use crate::error::IntegrateError;
+use crate::initial::{Place, start_values};
+use crate::integrate::events::singular_point::Weak;
+use crate::integrate::methods::stepper::Base;
+use crate::integrate::simulation::Simulation;
+use crate::linalg::Singular;
+use crate::problem::{Problem, parameter_size, unknown_sizes};
+use crate::solution::Solution;
+use crate::system::{Direction, Point, System};
+
+/// Corrections of sensitivities at the start of a history, and the part of the tolerance that is none.
+const MOST_CORRECTIONS: usize = 8;
+const CORRECTED: f64 = 1e-6;
+
+impl<S: System> Simulation<'_, S> {
+    /// Consistent start values and sensitivities.
+    pub(super) fn start(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
+        let Problem { system, p, start, .. } = *self.problem;
+        let n = self.y.as_ref().len();
+        let u = self.drive.at(self.t, self.y.as_ref());
+        let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
+        start_values(self.problem, at, self.y.as_mut()).map_err(IntegrateError::Initial)?;
+        unknown_sizes(system, self.y.as_ref(), self.sizes.as_mut());
+        if let Some(d) = &mut self.directions {
+            system.start_sensitivities(at, d.s.as_mut());
+            let directions = &system.signature().directions;
+            // A replaced start value depends on nothing but itself.
+            for &(i, _) in start {
+                let columns = d.s.as_mut().chunks_exact_mut(n);
+                for (column, direction) in columns.zip(directions.iter()) {
+                    column[i] = f64::from(u8::from(*direction == Direction::Start(i)));
+                }
+            }
+            let columns = d.sizes.as_mut().chunks_exact_mut(n.max(1));
+            for (column, direction) in columns.zip(directions.iter()) {
+                let of_direction = match *direction {
+                    Direction::Parameter(position) => parameter_size(system, position),
+                    Direction::Start(i) => self.sizes.as_ref()[i],
+                };
+                for (size, unknown) in column.iter_mut().zip(self.sizes.as_ref()) {
+                    *size = unknown / of_direction;
+                }
+            }
+        }
+        solution.statistics.segments = 1;
+        match self.resumed {
+            None => self.begin_modes(),
+            Some(memory) => self.recall_modes(memory),
+        }
+        self.select_first_states();
+        self.begin_switches();
+        if let Some(memory) = self.resumed {
+            self.recall_bounds(memory);
+        }
+        self.make_consistent(solution)?;
+        self.reselect_states(solution)?;
+        // What is beyond its bound at the start; other conditions that are true from the start act
+        // once they have been false.
+        self.begin_sample();
+        self.settle(solution)?;
+        self.begin_history();
+        self.pass_breaks(solution)
+    }
+
+    /// Makes algebraic unknowns and their sensitivities consistent with the current inputs.
+    pub(super) fn make_consistent(
+        &mut self,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        self.make_values_consistent()?;
+        if !self.algebraic.is_empty() && self.directions.is_some() {
+            self.linearize_values();
+            self.make_sensitivities_consistent(solution);
+        }
+        Ok(())
+    }
+
+    /// Makes algebraic unknowns consistent with the current inputs and modes.
+    pub(super) fn make_values_consistent(&mut self) -> Result<(), IntegrateError> {
+        self.linearized = false;
+        self.stepper.restart();
+        if self.algebraic.is_empty() {
+            return Ok(());
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let at =
+            Place { t: self.t, u: self.drive.at(self.t, self.y.as_ref()), p, z: self.discrete.z() };
+        self.algebraic
+            .make_consistent(
+                system,
+                at,
+                self.y.as_mut(),
+                self.stepper.jacobian.as_mut(),
+                self.sizes.as_ref(),
+                self.tolerances,
+            )
+            .map_err(IntegrateError::Initial)
+    }
+
+    /// Linearises at (t, y), sensitivities left aside: no step can start from that.
+    pub(super) fn linearize_values(&mut self) {
+        let Problem { system, p, .. } = *self.problem;
+        let (mass, z) = (&self.algebraic.mass, self.discrete.z());
+        let base = Base { system, p, z, mass, t: self.t };
+        self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
+        self.linearized = false;
+    }
+
+    /// Makes the sensitivities of algebraic unknowns follow those of the others, or ends them where
+    /// they are not determined. The stepper is linearised at (t, y).
+    pub(super) fn make_sensitivities_consistent(&mut self, solution: &mut Solution) {
+        let Problem { system, p, .. } = *self.problem;
+        if self.directions.is_none() {
+            return;
+        }
+        let singular = self.weak_equation(self.t, Weak::Singular);
+        let Some(d) = &mut self.directions else { return };
+        let pattern = &system.signature().jacobian;
+        let jacobian = self.stepper.jacobian.as_ref();
+        let singular = singular.or_else(|| {
+            self.algebraic.factorise(pattern, jacobian).err().map(|Singular { row }| row)
+        });
+        solution.statistics.factorisations += 2;
+        if let Some(row) = singular {
+            self.end_sensitivities(self.t, row, solution);
+        } else {
+            let u = self.drive.at(self.t, self.y.as_ref());
+            let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+            let (s, g) = (d.s.as_mut(), d.g.as_mut());
+            self.algebraic.make_sensitivities_consistent(system, at, s, g);
+        }
+    }
+
+    /// Makes sensitivities of algebraic unknowns consistent with a history that has begun with them: until
+    /// then what is read late was read as if it were not, with the derivative −ẋ to a delay, although nothing
+    /// moved before the start. Linear but for delays that vary, so that one correction is most of it.
+    pub(super) fn make_sensitivities_consistent_with_history(&mut self) {
+        let Problem { system, p, .. } = *self.problem;
+        let history = self.drive.history.as_ref();
+        if self.algebraic.is_empty() || history.is_none_or(|history| history.is_resumed()) {
+            return;
+        }
+        for _ in 0..MOST_CORRECTIONS {
+            let Some(d) = &mut self.directions else { return };
+            let u = self.drive.at(self.t, self.y.as_ref());
+            let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+            let (s, g) = (d.s.as_mut(), d.g.as_mut());
+            self.algebraic.correct_sensitivities(system, at, s, g);
+            let Some(history) = &mut self.drive.history else { return };
+            history.begin_sensitivities(self.y.as_ref(), s);
+            let (sizes, atol) = (d.sizes.as_ref(), self.tolerances.atol);
+            let is_small = |(g, size): (&f64, &f64)| g.abs() <= CORRECTED * atol * size;
+            if g.iter().zip(sizes).all(is_small) {
+                return;
+            }
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! What to say when no step is small enough.
+
+use crate::error::{Evaluation, IntegrateError};
+use crate::integrate::methods::stepper::{Spoilt, Trial};
+use crate::integrate::simulation::{Simulation, base};
+use crate::problem::Problem;
+use crate::readings::readings;
+use crate::system::{Point, System};
+
+impl<S: System> Simulation<'_, S> {
+    pub(in crate::integrate) fn singular_iteration(&self, h: f64, row: usize) -> IntegrateError {
+        let equation = self.problem.system.signature().equations.at(row).to_string();
+        IntegrateError::SingularIteration { t: self.t, h, equation }
+    }
+
+    pub(in crate::integrate) fn step_size_too_small(&self, h: f64) -> IntegrateError {
+        let signature = self.problem.system.signature();
+        let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
+        let n = y.len();
+        let mut worst = (0, 0.0);
+        let mut consider = |index: usize, e: f64, y: f64, y_new: f64, size: f64| {
+            let error = e.abs() / self.tolerances.weight(y.abs().max(y_new.abs()), size);
+            if error > worst.1 {
+                worst = (index, error);
+            }
+        };
+        for (i, e) in self.stepper.local_error().iter().enumerate() {
+            consider(i, *e, y[i], y_new[i], self.sizes.as_ref()[i]);
+        }
+        if let Some(d) = &self.directions {
+            for (i, e) in self.stepper.sensitivity_error(d).iter().enumerate() {
+                let (s, s_new) = (d.s.as_ref()[i], d.s_new.as_ref()[i]);
+                consider(n + i, *e, s, s_new, d.sizes.as_ref()[i]);
+            }
+        }
+        let (index, error) = worst;
+        let parameter = (index / n)
+            .checked_sub(1)
+            .map(|direction| signature.direction_name(direction).to_string());
+        IntegrateError::StepSizeTooSmall {
+            t: self.t,
+            h,
+            unknown: signature.unknowns.name(index % n).to_string(),
+            parameter,
+            error,
+        }
+    }
+
+    pub(in crate::integrate) fn not_finite(&mut self, h: f64) -> IntegrateError {
+        let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
+        let sizes = self.sizes.as_ref();
+        let trial = Trial { base, y: &self.y, h, sizes, tolerances: self.tolerances };
+        match self.stepper.spoilt(trial, &mut self.drive, self.directions.as_mut()) {
+            Some((t, spoilt)) => self.spoilt(t, spoilt),
+            // Finite evaluations, but a solution beyond the largest number.
+            None => self.step_size_too_small(h),
+        }
+    }
+
+    pub(in crate::integrate) fn spoilt(&mut self, t: f64, spoilt: Spoilt) -> IntegrateError {
+        let (row, what) = match spoilt {
+            Spoilt::Equation(row) => (row, Evaluation::Equation),
+            Spoilt::Derivative(row) => (row, Evaluation::Derivative),
+        };
+        let Problem { system, p, .. } = *self.problem;
+        let signature = system.signature();
+        let equation = signature.equations.at(row).to_string();
+        let unknown = signature.unknowns.name(row).to_string();
+        let u = self.drive.at(self.t, self.y.as_ref());
+        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
+        let values = readings(system, at, row);
+        IntegrateError::NotFinite { t, equation, unknown, what, values }
+    }
+
+    pub(in crate::integrate) fn newton_diverged(&self, h: f64, unknown: usize) -> IntegrateError {
+        let unknown = self.problem.system.signature().unknowns.name(unknown).to_string();
+        IntegrateError::NewtonDiverged { t: self.t, h, unknown }
+    }
+
+    pub(in crate::integrate) fn too_many_steps(&self, steps: usize) -> IntegrateError {
+        let (t, method) = (self.t, self.method.name);
+        if self.stepper.is_stiff() {
+            IntegrateError::TooStiff { t, steps, method }
+        } else {
+            IntegrateError::TooManySteps { t, steps }
+        }
+    }
+
+    /// The method cannot solve for algebraic unknowns, and there are some.
+    pub(in crate::integrate) fn unsuited_method(&self) -> IntegrateError {
+        let mut masses = self.algebraic.mass.as_ref().iter();
+        let unknown = masses.position(|mass| *mass == 0.0).unwrap_or(0);
+        let unknown = self.problem.system.signature().unknowns.name(unknown).to_string();
+        IntegrateError::UnsuitedMethod { t: self.t, method: self.method.name, unknown }
+    }
+}
