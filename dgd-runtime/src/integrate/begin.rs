@@ -5,7 +5,8 @@
 //! so at the start is seen before the run, so that no run changes its method on the way.
 
 use crate::integrate::late::history;
-use crate::integrate::methods::catalogue::{METHODS, Method, MethodKind};
+use crate::integrate::methods::catalogue::{METHODS, Method};
+use crate::integrate::methods::family::Needs;
 use crate::integrate::methods::stepper::Directions;
 use crate::integrate::simulation::Simulation;
 use crate::problem::{Options, Problem};
@@ -37,7 +38,9 @@ pub fn method_to_begin<S: System>(
     t: f64,
     options: &Options,
 ) -> Option<OtherMethod> {
-    let MethodKind::Rosenbrock(_) = options.method.kind else { return None };
+    if !options.method.kind.traits().wants_all_derivatives() {
+        return None;
+    }
     options.verify().ok()?;
     problem.inputs.cover(t, t).ok()?;
     let system = problem.system;
@@ -67,9 +70,10 @@ impl<S: System> Simulation<'_, S> {
         {
             return None;
         }
-        let named = |kind: fn(MethodKind) -> bool| METHODS.iter().find(|method| kind(method.kind));
+        let needing =
+            |needs| METHODS.iter().find(|m| m.kind.is_implicit() && m.kind.traits().needs == needs);
         if let Some(k) = bad(self.stepper.jacobian.as_ref()) {
-            let method = named(|kind| matches!(kind, MethodKind::Bdf(_)))?;
+            let method = needing(Needs::Nothing)?;
             return Some((method, signature.jacobian.position(k).0));
         }
         let of_time = bad(self.stepper.dfdt.as_ref());
@@ -79,6 +83,6 @@ impl<S: System> Simulation<'_, S> {
             let second = || bad(d.dgdy.as_ref()).map(|k| pattern.position(k).0 % n);
             bad(d.dgdt.as_ref()).map(|row| row % n).or_else(second)
         })?;
-        Some((named(|kind| matches!(kind, MethodKind::Esdirk(_)))?, row))
+        Some((needing(Needs::Jacobian)?, row))
     }
 }

@@ -75,7 +75,7 @@ impl<S: System> Simulation<'_, S> {
             }
             if solution.times.len() == times.len() {
                 // A method with several steps begins with its lowest order.
-                self.natural_step = (!self.stepper.is_multistep()).then_some(controller.h);
+                self.natural_step = (!self.stepper.traits.is_multistep()).then_some(controller.h);
                 return Ok(());
             }
             if self.t == self.segment_end {

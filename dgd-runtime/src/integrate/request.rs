@@ -5,9 +5,7 @@ use crate::error::{BadRequest, Failure, IntegrateError};
 use crate::integrate::fixed_step::{self, Steps};
 use crate::integrate::late::history::{self, Past};
 use crate::integrate::late::memory::Memory;
-use crate::integrate::methods::catalogue::MethodKind;
 use crate::integrate::methods::stepper::Directions;
-use crate::integrate::methods::taylor;
 use crate::integrate::simulation::Simulation;
 use crate::observe::observe;
 use crate::problem::{Options, Problem};
@@ -210,9 +208,7 @@ fn run<S: System>(
     }
     let verified = verify(problem, times, options).and_then(|()| {
         history::verify(problem, n_s > 0)?;
-        if let MethodKind::Taylor(_) = options.method.kind {
-            taylor::verify(problem, options.method.name)?;
-        }
+        options.method.kind.verify(problem, options.method.name)?;
         let late = if wanted.is_remembered() { None } else { LateTimes::new(problem, times)? };
         Ok((late, problem.inputs_read().map_err(IntegrateError::Inputs)?))
     });

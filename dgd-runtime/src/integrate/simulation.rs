@@ -9,9 +9,8 @@ use crate::integrate::events::Hybrid;
 use crate::integrate::late::breaks::Breaks;
 use crate::integrate::late::memory::Memory;
 use crate::integrate::late::moving_jump::MovingJumps;
-use crate::integrate::methods::catalogue::{Method, MethodKind};
+use crate::integrate::methods::catalogue::Method;
 use crate::integrate::methods::stepper::{Base, Directions, Stepper};
-use crate::integrate::methods::taylor::{self, Expansion};
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem};
 use crate::projection::Projection;
@@ -103,12 +102,8 @@ impl<'a, S: System> Simulation<'a, S> {
         let has_algebraic =
             S::FEATURES.algebraic && !Algebraic::<S>::is_explicit(system.signature());
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
-        let kind = options.method.kind;
-        let mut stepper = Stepper::new(system, kind);
-        if let MethodKind::Taylor(order) = kind {
-            let order = taylor::order(order, options.rtol);
-            stepper.expansion = Expansion::new(system, order, n_s);
-        }
+        let mut stepper = Stepper::new(system, options.method.kind);
+        stepper.lay_out(system, options.rtol, n_s);
         Self {
             problem,
             tolerances,

@@ -56,7 +56,10 @@ impl<S: System> Simulation<'_, S> {
     /// the corner, which sensitivities follow. A step nearer to the corner leaves less for the one that ends there.
     fn error_at_corner(&self, cut: f64, times: &[f64]) -> Option<f64> {
         let span = times.last()? - times.first()?;
-        if self.directions.is_none() || self.stepper.is_multistep() || cut <= NO_NEARER * span {
+        if self.directions.is_none()
+            || self.stepper.traits.is_multistep()
+            || cut <= NO_NEARER * span
+        {
             return None;
         }
         let mut transitions = self.problem.system.signature().discrete.transitions();
@@ -151,7 +154,7 @@ impl<S: System> Simulation<'_, S> {
         variables: Variables,
         solution: &mut Solution,
     ) -> Result<(), Failed> {
-        if self.stepper.is_multistep() {
+        if self.stepper.traits.is_multistep() {
             let directions = self.directions.as_mut().filter(|_| variables == Variables::All);
             self.stepper.shorten(h, self.y.as_ref(), directions);
             return Ok(());

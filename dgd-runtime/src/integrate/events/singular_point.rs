@@ -153,7 +153,7 @@ impl<S: System> Simulation<'_, S> {
             return error;
         }
         let (sizes, atol) = (self.sizes.as_ref(), self.tolerances.atol);
-        if self.stepper.solves_equations()
+        if self.stepper.traits.solves_equations()
             && !self.algebraic.is_lost_in_rounding(pattern, jacobian, sizes, atol)
         {
             return error;
@@ -193,7 +193,7 @@ impl<S: System> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let (mass, z) = (&self.algebraic.mass, self.discrete.z());
         let base = Base { system, p, z, mass, t: t_new };
-        let all = self.stepper.wants_second_derivatives();
+        let all = self.stepper.traits.wants_all_derivatives();
         let directions = self.directions.as_mut().filter(|_| all).map(|d| (d, At::End));
         // The linearisation needs y⁺, which the stepper owns.
         self.row.as_mut().copy_from_slice(self.stepper.y_new.as_ref());

@@ -108,7 +108,28 @@ impl<S: System> Simulation<'_, S> {
         Some(1.0)
     }
 
-    /// Cuts the step tried last, whose error is too large, at a corner that it passes, if that makes
+    /// Whether the step tried last, whose error is too large, passes a corner at which it may be cut.
+    #[inline]
+    pub(in crate::integrate) fn passes_corner(&mut self, h: f64, t_new: f64) -> bool {
+        // Behind a corner ∂f/∂y is another, so that the last stages of sensitivities would see both.
+        if !S::FEATURES.events
+            || self.directions.is_some()
+            || !self.discrete.has_transitions()
+            || h > AGAIN * self.discrete.uncut
+        {
+            return false;
+        }
+        self.evaluate_at_end(h);
+        let discrete = &self.problem.system.signature().discrete;
+        discrete.transitions().enumerate().any(|(k, (automaton, transition))| {
+            discrete.automata[automaton].kind.only_ends_steps()
+                && self.discrete.armed[k]
+                && transition.crossing.is_past(self.discrete.e[k])
+                && !self.discrete.flutters(k, t_new, CALM * h)
+        })
+    }
+
+    /// Cuts the step tried last, whose error is too large, at the corner that it passes, if that makes
     /// the error small enough; whether it did.
     pub(in crate::integrate) fn step_to_corner(
         &mut self,
@@ -116,25 +137,6 @@ impl<S: System> Simulation<'_, S> {
         times: &[f64],
         solution: &mut Solution,
     ) -> Result<bool, IntegrateError> {
-        // Behind a corner ∂f/∂y is another, so that the last stages of sensitivities would see both.
-        if !S::FEATURES.events
-            || self.directions.is_some()
-            || !self.discrete.has_transitions()
-            || h > AGAIN * self.discrete.uncut
-        {
-            return Ok(false);
-        }
-        self.evaluate_at_end(h);
-        let discrete = &self.problem.system.signature().discrete;
-        let passes = discrete.transitions().enumerate().any(|(k, (automaton, transition))| {
-            discrete.automata[automaton].kind.only_ends_steps()
-                && self.discrete.armed[k]
-                && transition.crossing.is_past(self.discrete.e[k])
-                && !self.discrete.flutters(k, t_new, CALM * h)
-        });
-        if !passes {
-            return Ok(false);
-        }
         self.discrete.uncut = h;
         let Ok(cut) = self.locate(h, solution) else { return Ok(false) };
         // NaN compares false.

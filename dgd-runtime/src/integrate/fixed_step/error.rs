@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::integrate::methods::catalogue::{Method, MethodKind};
-use crate::integrate::methods::tableaux::TSIT5;
+use crate::integrate::methods::tableaux::RungeKuttaTableau;
 use crate::integrate::methods::taylor;
 use crate::problem::Problem;
 use crate::system::{Signature, System};
@@ -70,7 +70,7 @@ pub(crate) fn verify<S: System>(
     }
     match method.kind {
         MethodKind::Rosenbrock(_) => Ok(()),
-        MethodKind::Explicit(tableau) if std::ptr::eq(tableau, &raw const TSIT5) => {
+        MethodKind::Explicit(RungeKuttaTableau { equal_steps: Some(_), .. }) => {
             let mut unknowns = problem.system.signature().unknowns.iter();
             match unknowns.find(|unknown| !unknown.differential) {
                 None => Ok(()),

@@ -37,8 +37,9 @@ use std::num::NonZeroU32;
 
 use crate::error::IntegrateError;
 use crate::integrate::methods::catalogue::MethodKind;
+use crate::integrate::methods::family::Equations;
 use crate::integrate::methods::stepper::Directions;
-use crate::integrate::methods::tableaux::TSIT5;
+use crate::integrate::methods::tableaux::{EqualSteps, RungeKuttaTableau};
 use crate::integrate::methods::taylor::order;
 use crate::integrate::request;
 use crate::integrate::simulation::Simulation;
@@ -177,9 +178,9 @@ fn dispatch<S: System, C: Carried<S>, T: Task<S, C>>(
     task: T,
 ) -> T::Done {
     match kind {
-        MethodKind::Explicit(tableau) if std::ptr::eq(tableau, &raw const TSIT5) => {
-            task.with(Tsit5::new(system))
-        }
+        MethodKind::Explicit(RungeKuttaTableau {
+            equal_steps: Some(EqualSteps::Tsit5), ..
+        }) => task.with(Tsit5::new(system)),
         MethodKind::Taylor(asked) => {
             let n_s = if C::HAS_SENSITIVITIES { system.signature().directions.len() } else { 0 };
             task.with(Taylor::new(system, order(asked, rtol), n_s))
@@ -190,7 +191,7 @@ fn dispatch<S: System, C: Carried<S>, T: Task<S, C>>(
 
 /// Whether [`sweep`] is the loop for this kind of methods.
 fn is_swept(kind: MethodKind) -> bool {
-    !matches!(kind, MethodKind::Rosenbrock(_))
+    kind.traits().equations != Equations::Linear
 }
 
 /// A run with a given number of steps, into a sink.

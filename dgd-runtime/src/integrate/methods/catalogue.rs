@@ -2,14 +2,17 @@
 
 use std::fmt;
 
+use crate::error::IntegrateError;
 use crate::integrate::controller::Law;
-use crate::integrate::methods::multistep::bdf::MAX_ORDER;
+use crate::integrate::methods::family::{Family, Traits, by_family};
+use crate::integrate::methods::multistep::MAX_ORDER;
 use crate::integrate::methods::tableaux::RosenbrockTableau;
 use crate::integrate::methods::tableaux::RungeKuttaTableau;
 use crate::integrate::methods::tableaux::{KENCARP4, RODAS5P, TSIT5};
 use crate::integrate::methods::taylor;
 use crate::linalg::AutoLu;
-use crate::system::Signature;
+use crate::problem::Problem;
+use crate::system::{Signature, System};
 use crate::taylor::MOST_ORDER;
 
 /// An integration method.
@@ -45,31 +48,41 @@ pub enum MethodKind {
 impl MethodKind {
     /// Order of the solution that error estimates belong to, at the start.
     pub fn estimate_order(self, rtol: f64) -> u32 {
-        match self {
-            Self::Rosenbrock(tableau) => tableau.estimate_order,
-            Self::Explicit(tableau) | Self::Esdirk(tableau) => tableau.estimate_order,
-            Self::Bdf(_) => 1,
-            Self::Taylor(order) => taylor::order(order, rtol) as u32 - 1,
-        }
+        by_family!(self, |family| family.estimate_order(rtol))
     }
 
     /// Whether it solves equations for the end of a step, so that models may be stiff and unknowns
     /// algebraic.
-    pub const fn is_implicit(self) -> bool {
-        match self {
-            Self::Rosenbrock(_) | Self::Esdirk(_) | Self::Bdf(_) => true,
-            Self::Explicit(_) | Self::Taylor(_) => false,
-        }
+    pub fn is_implicit(self) -> bool {
+        self.traits().is_implicit()
+    }
+
+    /// The properties of its family.
+    pub(crate) fn traits(self) -> Traits {
+        by_family!(self, |family| traits_of(family))
     }
 
     /// How steps are controlled.
-    pub(crate) const fn law(self) -> Law {
-        match self {
-            Self::Rosenbrock(_) | Self::Esdirk(_) | Self::Taylor(_) => Law::Predictive,
-            Self::Explicit(_) => Law::ProportionalIntegral { beta: 0.04 },
-            Self::Bdf(_) => Law::Piecewise,
-        }
+    pub(crate) fn law(self) -> Law {
+        by_family!(self, |family| law_of(family))
     }
+
+    /// Whether a problem can be solved by the method of this name.
+    pub(crate) fn verify<S: System>(
+        self,
+        problem: &Problem<'_, S>,
+        name: &'static str,
+    ) -> Result<(), IntegrateError> {
+        by_family!(self, |family| family.verify(problem, name))
+    }
+}
+
+fn traits_of<F: Family>(_: F) -> Traits {
+    F::TRAITS
+}
+
+fn law_of<F: Family>(_: F) -> Law {
+    F::LAW
 }
 
 /// All methods.
@@ -156,7 +169,7 @@ pub fn automatic(signature: &Signature) -> &'static Method {
     let n = signature.unknowns.len();
     let is_large = n > MOST_FOR_DEFAULT && signature.unknowns.n_algebraic() == 0;
     if is_large && !AutoLu::is_for_band(n, &signature.jacobian) {
-        let mut large = METHODS.iter().filter(|method| matches!(method.kind, MethodKind::Bdf(_)));
+        let mut large = METHODS.iter().filter(|method| method.kind.traits().is_multistep());
         large.next().unwrap_or(DEFAULT)
     } else {
         DEFAULT

@@ -8,7 +8,9 @@
 //! kᵢ from the difference and not from f: so algebraic unknowns have slopes as the others do, and what
 //! Newton's method leaves is not multiplied by the rates of a stiff model. All stages share a matrix.
 
+use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
+use crate::integrate::methods::family::{Equations, Family, Needs, Remembers, Traits};
 use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::integrate::methods::tableaux::{RungeKuttaTableau, extrapolate};
@@ -18,9 +20,68 @@ use crate::system::System;
 /// Iterations of Newton's method for a stage.
 const MOST_ITERATIONS: i32 = 7;
 
+/// Singly diagonally implicit Runge–Kutta methods with an explicit first stage.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Esdirk(pub(crate) &'static RungeKuttaTableau);
+
+impl Family for Esdirk {
+    const TRAITS: Traits = Traits {
+        needs: Needs::Jacobian,
+        remembers: Remembers::Slope,
+        equations: Equations::Iterated,
+    };
+    const LAW: Law = Law::Predictive;
+
+    fn estimate_order(self, _rtol: f64) -> u32 {
+        self.0.estimate_order
+    }
+
+    #[inline]
+    fn attempt<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        directions: Option<&mut Directions<S>>,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        stepper.attempt_esdirk(self.0, trial, drive, directions, statistics)
+    }
+
+    #[inline]
+    fn advance<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        _h: f64,
+        mass: &S::Vector,
+        directions: Option<&mut Directions<S>>,
+    ) {
+        self.0.advance(mass.as_ref(), &mut stepper.k);
+        if let Some(d) = directions {
+            self.0.advance(mass.as_ref(), &mut d.v);
+        }
+    }
+
+    #[inline]
+    fn interpolate<S: System>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+        self.0.interpolate(theta, stepper.h, y, &stepper.k, out);
+    }
+
+    #[inline]
+    fn interpolate_sensitivities<S: System>(
+        self,
+        stepper: &Stepper<S>,
+        theta: f64,
+        directions: &Directions<S>,
+        out: &mut [f64],
+    ) {
+        self.0.interpolate(theta, stepper.h, directions.s.as_ref(), &directions.v, out);
+    }
+}
+
 impl<S: System> Stepper<S> {
     /// Tries a step; J is known where it starts.
-    pub(in crate::integrate) fn attempt_esdirk(
+    fn attempt_esdirk(
         &mut self,
         tableau: &RungeKuttaTableau,
         trial: Trial<'_, S>,

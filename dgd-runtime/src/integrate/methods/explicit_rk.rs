@@ -15,8 +15,11 @@
 //!
 //! Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), §IV.2.
 
+use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
-use crate::integrate::methods::stepper::{Base, Directions, Spoilt, Stepper, Trial};
+use crate::integrate::methods::family::{Equations, Family, Needs, Remembers, Traits};
+use crate::integrate::methods::non_finite::NonFinite;
+use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Trial};
 use crate::integrate::methods::tableaux::{RungeKuttaTableau, extrapolate};
 use crate::solution::Statistics;
 use crate::system::{Point, System};
@@ -26,9 +29,77 @@ const STIFF: u32 = 15;
 /// So many others in a row take that back.
 const NOT_STIFF: u32 = 6;
 
+/// Explicit Runge–Kutta methods.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ExplicitRungeKutta(pub(crate) &'static RungeKuttaTableau);
+
+impl Family for ExplicitRungeKutta {
+    const TRAITS: Traits =
+        Traits { needs: Needs::Nothing, remembers: Remembers::Slope, equations: Equations::None };
+    const LAW: Law = Law::ProportionalIntegral { beta: 0.04 };
+
+    fn estimate_order(self, _rtol: f64) -> u32 {
+        self.0.estimate_order
+    }
+
+    #[inline]
+    fn attempt<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        directions: Option<&mut Directions<S>>,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        stepper.attempt_explicit(self.0, trial, drive, directions, statistics);
+        Ok(())
+    }
+
+    #[inline]
+    fn advance<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        h: f64,
+        mass: &S::Vector,
+        directions: Option<&mut Directions<S>>,
+    ) {
+        stepper.note_stiffness(self.0, h);
+        self.0.advance(mass.as_ref(), &mut stepper.k);
+        if let Some(d) = directions {
+            self.0.advance(mass.as_ref(), &mut d.v);
+        }
+    }
+
+    fn non_finite<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        trial: Trial<'_, S>,
+        _drive: &mut Drive<S>,
+        directions: Option<&mut Directions<S>>,
+    ) -> Option<(f64, NonFinite)> {
+        stepper.non_finite_slope(self.0, trial, directions.as_deref())
+    }
+
+    #[inline]
+    fn interpolate<S: System>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+        self.0.interpolate(theta, stepper.h, y, &stepper.k, out);
+    }
+
+    #[inline]
+    fn interpolate_sensitivities<S: System>(
+        self,
+        stepper: &Stepper<S>,
+        theta: f64,
+        directions: &Directions<S>,
+        out: &mut [f64],
+    ) {
+        self.0.interpolate(theta, stepper.h, directions.s.as_ref(), &directions.v, out);
+    }
+}
+
 impl<S: System> Stepper<S> {
     /// Tries a step.
-    pub(in crate::integrate) fn attempt_explicit(
+    fn attempt_explicit(
         &mut self,
         tableau: &RungeKuttaTableau,
         trial: Trial<'_, S>,
@@ -64,7 +135,7 @@ impl<S: System> Stepper<S> {
     }
 
     /// Takes note of whether stability limits the step tried last, which is accepted.
-    pub(in crate::integrate) fn note_stiffness(&mut self, tableau: &RungeKuttaTableau, h: f64) {
+    fn note_stiffness(&mut self, tableau: &RungeKuttaTableau, h: f64) {
         let last = tableau.stages() - 1;
         let distance = |a: &[f64], b: &[f64]| -> f64 {
             a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
@@ -87,22 +158,22 @@ impl<S: System> Stepper<S> {
     }
 
     /// The first slope of the step tried last that is not finite, and its time.
-    pub(in crate::integrate) fn spoilt_slope(
+    fn non_finite_slope(
         &self,
         tableau: &RungeKuttaTableau,
         trial: Trial<'_, S>,
         directions: Option<&Directions<S>>,
-    ) -> Option<(f64, Spoilt)> {
+    ) -> Option<(f64, NonFinite)> {
         let n = trial.y.as_ref().len();
         let bad = |values: &[f64]| values.iter().position(|value| !value.is_finite());
         (0..tableau.stages()).find_map(|i| {
-            let of_f = bad(self.k[i].as_ref()).map(Spoilt::Equation);
+            let of_f = bad(self.k[i].as_ref()).map(NonFinite::Equation);
             let of_g = || {
                 let row = directions.and_then(|d| bad(d.v[i].as_ref()));
-                row.map(|row| Spoilt::Derivative(row % n))
+                row.map(|row| NonFinite::Derivative(row % n))
             };
-            let spoilt = of_f.or_else(of_g)?;
-            Some((trial.base.t + tableau.c[i] * trial.h, spoilt))
+            let what = of_f.or_else(of_g)?;
+            Some((trial.base.t + tableau.c[i] * trial.h, what))
         })
     }
 }

@@ -20,7 +20,8 @@
 
 use crate::initial::{self, add_terms};
 use crate::integrate::drive::Drive;
-use crate::integrate::methods::stepper::{Directions, Failed, Spoilt, Stepper, Trial};
+use crate::integrate::methods::non_finite::NonFinite;
+use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
 use crate::linalg::norm::Tolerances;
 use crate::linalg::norm::largest_block;
 use crate::linalg::{Factorisation, Singular};
@@ -49,7 +50,7 @@ struct Convergence {
 
 /// What a correction says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Verdict {
+enum Progress {
     Converged,
     GoOn,
     Diverges,
@@ -68,7 +69,7 @@ impl Convergence {
     }
 
     /// Judges a correction of this size, in units of the tolerance.
-    fn judge(&mut self, norm: f64) -> Verdict {
+    fn judge(&mut self, norm: f64) -> Progress {
         self.left -= 1;
         let mut shrinks = true;
         if self.previous.is_finite() {
@@ -79,13 +80,13 @@ impl Convergence {
         }
         self.previous = norm;
         if norm == 0.0 || self.eta * norm <= self.target {
-            Verdict::Converged
+            Progress::Converged
         } else if norm.is_finite() && shrinks && self.left > 0 {
-            Verdict::GoOn
+            Progress::GoOn
         } else if norm <= ROUNDING {
-            Verdict::Converged
+            Progress::Converged
         } else {
-            Verdict::Diverges
+            Progress::Diverges
         }
     }
 }
@@ -122,7 +123,7 @@ impl<S: System> Stepper<S> {
         self.moved = true;
         match f.iter().position(|f| !f.is_finite()) {
             None => Ok(()),
-            Some(row) => Err(Failed::NotFinite { t, spoilt: Spoilt::Equation(row) }),
+            Some(row) => Err(Failed::NotFinite { t, what: NonFinite::Equation(row) }),
         }
     }
 
@@ -151,13 +152,13 @@ impl<S: System> Stepper<S> {
             base.system.rhs(at, r);
             statistics.evaluations += 1;
             if let Some(row) = r.iter().position(|r| !r.is_finite()) {
-                return Err(Failed::NotFinite { t, spoilt: Spoilt::Equation(row) });
+                return Err(Failed::NotFinite { t, what: NonFinite::Equation(row) });
             }
             subtract(r, c, base.mass.as_ref(), self.y_new.as_ref(), self.stage.as_ref());
             self.factorisation.solve(r);
             let norm = tolerances.mean_square(r, y, self.y_new.as_ref(), sizes).sqrt();
-            let verdict = convergence.judge(norm);
-            if verdict == Verdict::Diverges {
+            let progress = convergence.judge(norm);
+            if progress == Progress::Diverges {
                 let relative = |i: usize| r[i].abs() / tolerances.weight(y[i], sizes[i]);
                 let unknown =
                     (0..y.len()).max_by(|&i, &j| relative(i).total_cmp(&relative(j))).unwrap_or(0);
@@ -169,7 +170,7 @@ impl<S: System> Stepper<S> {
             for (y_new, r) in self.y_new.as_mut().iter_mut().zip(r) {
                 *y_new += *r;
             }
-            if verdict == Verdict::Converged {
+            if progress == Progress::Converged {
                 self.eta = convergence.eta;
                 return Ok(());
             }
@@ -244,7 +245,7 @@ impl<S: System> Stepper<S> {
             base.system.sensitivity_rhs(at, d.s_new.as_ref(), self.rhs.as_mut(), r);
             statistics.evaluations += 1;
             if let Some(row) = r.iter().position(|r| !r.is_finite()) {
-                return Err(Failed::NotFinite { t, spoilt: Spoilt::Derivative(row % n) });
+                return Err(Failed::NotFinite { t, what: NonFinite::Derivative(row % n) });
             }
             let columns = r.chunks_exact_mut(n).zip(d.s_new.as_ref().chunks_exact(n));
             for ((r, s), known) in columns.zip(d.stage.as_ref().chunks_exact(n)) {
@@ -253,15 +254,15 @@ impl<S: System> Stepper<S> {
             self.factorisation.solve(r);
             let (s, s_new) = (d.s.as_ref(), d.s_new.as_ref());
             let norm = largest_block(tolerances, n, r, s, s_new, d.sizes.as_ref()).sqrt();
-            let verdict = convergence.judge(norm);
-            if verdict == Verdict::Diverges {
+            let progress = convergence.judge(norm);
+            if progress == Progress::Diverges {
                 let worst = (0..r.len()).max_by(|&i, &j| r[i].abs().total_cmp(&r[j].abs()));
                 return Err(Failed::NotConverged { unknown: worst.unwrap_or(0) % n });
             }
             for (s_new, r) in d.s_new.as_mut().iter_mut().zip(r) {
                 *s_new += *r;
             }
-            if verdict == Verdict::Converged {
+            if progress == Progress::Converged {
                 return Ok(());
             }
         }
@@ -279,7 +280,7 @@ pub(in crate::integrate) fn failed(
 ) -> Failed {
     match jacobian.iter().position(|j| !j.is_finite()) {
         None => singular.into(),
-        Some(k) => Failed::NotFinite { t, spoilt: Spoilt::Derivative(pattern.position(k).0) },
+        Some(k) => Failed::NotFinite { t, what: NonFinite::Derivative(pattern.position(k).0) },
     }
 }
 

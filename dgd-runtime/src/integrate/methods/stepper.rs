@@ -3,22 +3,14 @@
 //! A stepper tries a step from (t, y) and gives y⁺ and S⁺, their local errors, and what lies between
 //! (t, y) and (t + h, y⁺). Accepting or rejecting it is the caller's business.
 //!
-//! Families differ in what they need where a step starts, and in what they remember:
-//!
-//! | family | needs at (t, y) | remembers from step to step |
-//! |---|---|---|
-//! | Rosenbrock | f, J, df/dt; g, ∂g/∂y, dg/dt | nothing |
-//! | explicit Runge–Kutta | – | slopes at the end of the step before |
-//! | singly diagonally implicit Runge–Kutta | J | the same |
-//! | backward differentiation | – | differences of earlier values, and a factorisation |
-//! | Taylor series | the series | nothing |
-//!
 //! What is remembered holds along a smooth solution only: [`Stepper::restart`] forgets it.
 
+use crate::integrate::controller::Controller;
 use crate::integrate::drive::Drive;
 use crate::integrate::methods::catalogue::MethodKind;
-use crate::integrate::methods::multistep::bdf::History;
-use crate::integrate::methods::rosenbrock::{dense_vectors, interpolate, interpolate_all};
+use crate::integrate::methods::family::{Asked, Family, Judged, Scale, Traits, by_family};
+use crate::integrate::methods::multistep::History;
+use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::integrate::methods::taylor::Expansion;
 use crate::linalg::norm::Tolerances;
@@ -28,7 +20,8 @@ use crate::system::{Point, Storage, System};
 
 /// Work space of the unknowns.
 pub(crate) struct Stepper<S: System> {
-    pub(in crate::integrate) kind: MethodKind,
+    kind: MethodKind,
+    pub(crate) traits: Traits,
     pub(in crate::integrate) factorisation: S::Factorisation,
     /// f, ∂f/∂y and df/dt at the start of the step, as far as the family needs them.
     pub(crate) f: S::Vector,
@@ -44,10 +37,10 @@ pub(crate) struct Stepper<S: System> {
     /// Local error, where no vector of `k` is.
     pub(in crate::integrate) error: S::Vector,
     /// Of the dense output of Rosenbrock methods.
-    dense: [S::Vector; 4],
+    pub(super) dense: [S::Vector; 4],
     /// Size of the step tried last, and whether it has been shortened since.
-    h: f64,
-    is_cut: bool,
+    pub(super) h: f64,
+    pub(super) is_cut: bool,
     /// Whether nothing is known of the solution before (t, y).
     fresh: bool,
     /// Whether `jacobian` was taken elsewhere than at the start of the step.
@@ -77,7 +70,7 @@ pub(crate) struct Directions<S: System> {
     /// What `k` is to the unknowns.
     pub(in crate::integrate) v: [S::Sensitivity; MAX_STAGES],
     pub(in crate::integrate) error: S::Sensitivity,
-    dense: [S::Sensitivity; 4],
+    pub(super) dense: [S::Sensitivity; 4],
 }
 
 impl<S: System> Directions<S> {
@@ -136,13 +129,6 @@ impl<S: System> Clone for Trial<'_, S> {
 
 impl<S: System> Copy for Trial<'_, S> {}
 
-/// Evaluations of f that are not finite.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Spoilt {
-    Equation(usize),
-    Derivative(usize),
-}
-
 /// Why a step could not be tried to its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Failed {
@@ -151,7 +137,7 @@ pub(crate) enum Failed {
     /// Newton's method does not converge; the unknown moves most for its size.
     NotConverged { unknown: usize },
     /// An equation that is not finite, and the time of that.
-    NotFinite { t: f64, spoilt: Spoilt },
+    NotFinite { t: f64, what: NonFinite },
     /// A step that reads itself does not become consistent with itself.
     Unsettled,
 }
@@ -176,6 +162,7 @@ impl<S: System> Stepper<S> {
         let zeros = || S::Vector::zeros(n);
         Self {
             kind,
+            traits: kind.traits(),
             factorisation: S::Factorisation::new(n, &signature.jacobian),
             f: zeros(),
             jacobian: S::Jacobian::zeros(signature.jacobian.len()),
@@ -204,51 +191,15 @@ impl<S: System> Stepper<S> {
         self.history.is_resumed = false;
     }
 
+    /// Lays out work space that not every family has, for n_s directions.
+    pub(crate) fn lay_out(&mut self, system: &S, rtol: f64, n_s: usize) {
+        by_family!(self.kind, |family| family.lay_out(self, system, rtol, n_s));
+    }
+
     /// Whether slopes are to be given by [`Stepper::begin`] before a step is tried.
     #[inline]
     pub(crate) fn wants_slopes(&self) -> bool {
-        self.fresh && !matches!(self.kind, MethodKind::Rosenbrock(_) | MethodKind::Taylor(_))
-    }
-
-    /// Whether a step is to be tried from a linearisation at (t, y).
-    #[inline]
-    pub(crate) fn wants_jacobian(&self) -> bool {
-        matches!(self.kind, MethodKind::Rosenbrock(_) | MethodKind::Esdirk(_))
-    }
-
-    /// Whether a step is to be tried along the series at (t, y).
-    #[inline]
-    pub(crate) fn wants_series(&self) -> bool {
-        matches!(self.kind, MethodKind::Taylor(_))
-    }
-
-    /// Whether a linearisation includes that of the sensitivities' equations.
-    #[inline]
-    pub(crate) fn wants_second_derivatives(&self) -> bool {
-        matches!(self.kind, MethodKind::Rosenbrock(_))
-    }
-
-    #[inline]
-    pub(crate) fn is_multistep(&self) -> bool {
-        matches!(self.kind, MethodKind::Bdf(_))
-    }
-
-    /// Whether a method with several steps remembers no more than the slope where its solution begins.
-    #[inline]
-    pub(crate) fn is_at_beginning(&self) -> bool {
-        self.history.order == 1 && self.history.equal_steps == 0
-    }
-
-    /// Whether equations are solved by iteration, to a part of the tolerance.
-    #[inline]
-    pub(crate) fn solves_equations(&self) -> bool {
-        matches!(self.kind, MethodKind::Esdirk(_) | MethodKind::Bdf(_))
-    }
-
-    /// Whether algebraic unknowns can be solved for.
-    #[inline]
-    pub(crate) fn solves_algebraic(&self) -> bool {
-        self.kind.is_implicit()
+        self.fresh && self.traits.wants_slopes()
     }
 
     /// Evaluates everything that a step from (t, y) shares between its stages.
@@ -291,13 +242,7 @@ impl<S: System> Stepper<S> {
         self.fresh = false;
         self.eta = 1.0;
         self.stiff_steps = (0, 0);
-        let (slot, scale) = match self.kind {
-            MethodKind::Bdf(_) => (1, h),
-            MethodKind::Rosenbrock(_)
-            | MethodKind::Explicit(_)
-            | MethodKind::Esdirk(_)
-            | MethodKind::Taylor(_) => (0, 1.0),
-        };
+        let (slot, scale) = if self.traits.is_multistep() { (1, h) } else { (0, 1.0) };
         self.history = History::beginning(h, self.history.is_resumed);
         let scaled = |out: &mut [f64], slopes: &[f64]| {
             for (out, slope) in out.iter_mut().zip(slopes) {
@@ -327,44 +272,38 @@ impl<S: System> Stepper<S> {
     ) -> Result<(), Failed> {
         self.h = trial.h;
         self.is_cut = false;
-        match self.kind {
-            MethodKind::Rosenbrock(tableau) => {
-                statistics.factorisations += 1;
-                self.attempt_rosenbrock(tableau, trial, drive, directions)?;
-                // The first stage is part of the linearisation.
-                statistics.evaluations += tableau.stages() - 1;
-                Ok(())
-            }
-            MethodKind::Explicit(tableau) => {
-                self.attempt_explicit(tableau, trial, drive, directions, statistics);
-                Ok(())
-            }
-            MethodKind::Esdirk(tableau) => {
-                self.attempt_esdirk(tableau, trial, drive, directions, statistics)
-            }
-            MethodKind::Bdf(_) => self.attempt_bdf(trial, drive, directions, statistics),
-            MethodKind::Taylor(_) => {
-                self.attempt_taylor(trial, drive, directions);
-                Ok(())
-            }
-        }
+        by_family!(self.kind, |family| family.attempt(self, trial, drive, directions, statistics))
     }
 
-    /// Takes note that the step tried last is accepted.
+    /// Takes note that the step tried last is accepted, of size h.
     #[inline]
-    pub(crate) fn advance(&mut self, mass: &S::Vector, directions: Option<&mut Directions<S>>) {
-        match self.kind {
-            MethodKind::Rosenbrock(_) | MethodKind::Taylor(_) => {}
-            MethodKind::Explicit(tableau) | MethodKind::Esdirk(tableau) => {
-                tableau.advance(mass.as_ref(), &mut self.k);
-                if let Some(d) = directions {
-                    tableau.advance(mass.as_ref(), &mut d.v);
-                }
-            }
-            // Values are no longer at equal distances.
-            MethodKind::Bdf(_) if self.is_cut => self.restart(),
-            MethodKind::Bdf(_) => self.advance_differences(directions),
-        }
+    pub(crate) fn advance(
+        &mut self,
+        h: f64,
+        mass: &S::Vector,
+        directions: Option<&mut Directions<S>>,
+    ) {
+        by_family!(self.kind, |family| family.advance(self, h, mass, directions));
+    }
+
+    /// Chooses the next step after an accepted one.
+    #[inline]
+    pub(crate) fn adapt_to_acceptance(
+        &mut self,
+        judged: Judged,
+        scale: &Scale<'_, S>,
+        controller: &mut Controller,
+    ) {
+        by_family!(self.kind, |family| family.adapt_to_acceptance(self, judged, scale, controller));
+    }
+
+    /// Chooses the next step after a rejected one; whether (t, y) itself may be to blame.
+    pub(crate) fn adapt_to_rejection(
+        &mut self,
+        judged: Judged,
+        controller: &mut Controller,
+    ) -> bool {
+        by_family!(self.kind, |family| family.adapt_to_rejection(self, judged, controller))
     }
 
     /// Shortens the step tried last to size h, for a method that remembers: its solution within the
@@ -387,116 +326,74 @@ impl<S: System> Stepper<S> {
     /// Local error of the step tried last.
     #[inline]
     pub(crate) fn local_error(&self) -> &[f64] {
-        match self.kind {
-            MethodKind::Rosenbrock(tableau) => self.k[tableau.stages() - 1].as_ref(),
-            _ => self.error.as_ref(),
-        }
+        by_family!(self.kind, |family| family.local_error(self))
     }
 
     /// Local error of the sensitivities of the step tried last.
     #[inline]
     pub(crate) fn sensitivity_error<'a>(&self, directions: &'a Directions<S>) -> &'a [f64] {
-        match self.kind {
-            MethodKind::Rosenbrock(tableau) => directions.v[tableau.stages() - 1].as_ref(),
-            _ => directions.error.as_ref(),
-        }
+        by_family!(self.kind, |family| family.sensitivity_error(directions))
     }
 
     /// The first evaluation of the step tried last that is not finite, and its time.
-    pub(crate) fn spoilt(
+    pub(crate) fn non_finite(
         &mut self,
         trial: Trial<'_, S>,
         drive: &mut Drive<S>,
         directions: Option<&mut Directions<S>>,
-    ) -> Option<(f64, Spoilt)> {
-        match self.kind {
-            MethodKind::Rosenbrock(tableau) => {
-                self.spoilt_rosenbrock(tableau, trial, drive, directions)
-            }
-            MethodKind::Explicit(tableau) => {
-                self.spoilt_slope(tableau, trial, directions.as_deref())
-            }
-            MethodKind::Taylor(_) => self.spoilt_series(trial),
-            // They say so themselves.
-            MethodKind::Esdirk(_) | MethodKind::Bdf(_) => None,
-        }
+    ) -> Option<(f64, NonFinite)> {
+        by_family!(self.kind, |family| family.non_finite(self, trial, drive, directions))
     }
 
     /// Prepares [`Stepper::interpolate`] for the step tried last.
     #[inline]
     pub(crate) fn prepare_dense(&mut self, y: &[f64], directions: Option<&mut Directions<S>>) {
-        if let MethodKind::Rosenbrock(tableau) = self.kind {
-            let stages = tableau.stages();
-            let y_new = self.y_new.as_ref();
-            dense_vectors(tableau, y, y_new, &self.k[..stages], &mut self.dense);
-            if let Some(d) = directions {
-                let (s, s_new) = (d.s.as_ref(), d.s_new.as_ref());
-                dense_vectors(tableau, s, s_new, &d.v[..stages], &mut d.dense);
-            }
-        }
+        by_family!(self.kind, |family| family.prepare_dense(self, y, directions));
     }
 
     /// y at the fraction θ of the step tried last.
     #[inline]
     pub(crate) fn interpolate(&self, theta: f64, y: &[f64], out: &mut [f64]) {
-        let h = self.h;
-        match self.kind {
-            MethodKind::Rosenbrock(_) => {
-                interpolate(theta, y, &self.dense, out);
-            }
-            MethodKind::Explicit(tableau) | MethodKind::Esdirk(tableau) => {
-                tableau.interpolate(theta, h, y, &self.k, out);
-            }
-            MethodKind::Bdf(_) => {
-                self.history.interpolate(theta * h, y, &self.k, self.stage.as_ref(), out);
-            }
-            MethodKind::Taylor(_) => self.series_at(theta * h, y, out),
-        }
+        by_family!(self.kind, |family| family.interpolate(self, theta, y, out));
     }
 
-    /// Appends y at each of the `asked` times within the step tried last, from one time to the other;
-    /// `row` is work space.
+    /// S at the fraction θ of the step tried last.
+    #[inline]
+    pub(crate) fn interpolate_sensitivities(
+        &self,
+        theta: f64,
+        directions: &Directions<S>,
+        out: &mut [f64],
+    ) {
+        by_family!(self.kind, |family| {
+            family.interpolate_sensitivities(self, theta, directions, out);
+        });
+    }
+
+    /// Appends y at each of the `asked` times within the step tried last; `row` is work space.
     #[inline]
     pub(crate) fn interpolate_all(
         &self,
-        (from, to): (f64, f64),
-        asked: &[f64],
+        asked: Asked<'_>,
         y: &S::Vector,
         row: &mut S::Vector,
         out: &mut Vec<f64>,
     ) {
-        let per_h = 1.0 / (to - from);
-        if let MethodKind::Rosenbrock(_) = self.kind {
-            interpolate_all((from, per_h), asked, y, &self.dense, out);
-            return;
-        }
-        for t in asked {
-            self.interpolate((t - from) * per_h, y.as_ref(), row.as_mut());
-            out.extend_from_slice(row.as_ref());
-        }
+        by_family!(self.kind, |family| family.interpolate_all(self, asked, y, row, out));
     }
 
-    /// Appends S at each of the `asked` times within the step tried last, from one time to the other;
-    /// `row` is work space.
+    /// Appends S at each of the `asked` times within the step tried last; `row` is work space.
     #[inline]
     pub(crate) fn interpolate_all_sensitivities(
         &self,
-        (from, to): (f64, f64),
-        asked: &[f64],
+        asked: Asked<'_>,
         directions: &Directions<S>,
         row: &mut S::Sensitivity,
         out: &mut Vec<f64>,
     ) {
-        let per_h = 1.0 / (to - from);
-        if let MethodKind::Rosenbrock(_) = self.kind {
-            let Directions { s, dense, .. } = directions;
-            interpolate_all((from, per_h), asked, s, dense, out);
-            return;
-        }
-        for t in asked {
-            self.interpolate_sensitivities((t - from) * per_h, directions, row.as_mut());
-            out.extend_from_slice(row.as_ref());
-        }
+        by_family!(self.kind, |family| {
+            family.interpolate_all_sensitivities(self, asked, directions, row, out);
+        });
     }
 
     /// Appends y at the fraction θ of the step tried last, of `chosen` unknowns only. `row` is work
@@ -509,45 +406,9 @@ impl<S: System> Stepper<S> {
         row: &mut [f64],
         out: &mut Vec<f64>,
     ) {
-        if let MethodKind::Rosenbrock(tableau) = self.kind {
-            let y_new = self.y_new.as_ref();
-            out.extend(chosen.iter().map(|&i| {
-                let k = self.k.each_ref().map(|k| [k.as_ref().get(i).copied().unwrap_or(0.0)]);
-                let (mut dense, mut value) = ([[0.0]; 4], [0.0]);
-                let stages = tableau.stages();
-                dense_vectors(tableau, &[y[i]], &[y_new[i]], &k[..stages], &mut dense);
-                interpolate(theta, &[y[i]], &dense, &mut value);
-                value[0]
-            }));
-            return;
-        }
-        self.prepare_dense(y, None);
-        self.interpolate(theta, y, row);
-        out.extend(chosen.iter().map(|i| row[*i]));
-    }
-
-    /// S at the fraction θ of the step tried last.
-    #[inline]
-    pub(crate) fn interpolate_sensitivities(
-        &self,
-        theta: f64,
-        directions: &Directions<S>,
-        out: &mut [f64],
-    ) {
-        let h = self.h;
-        let Directions { s, v, stage, dense, .. } = directions;
-        match self.kind {
-            MethodKind::Rosenbrock(_) => {
-                interpolate(theta, s.as_ref(), dense, out);
-            }
-            MethodKind::Explicit(tableau) | MethodKind::Esdirk(tableau) => {
-                tableau.interpolate(theta, h, s.as_ref(), v, out);
-            }
-            MethodKind::Bdf(_) => {
-                self.history.interpolate(theta * h, s.as_ref(), v, stage.as_ref(), out);
-            }
-            MethodKind::Taylor(_) => self.sensitivity_series_at(theta * h, s.as_ref(), out),
-        }
+        by_family!(self.kind, |family| {
+            family.interpolate_chosen(self, theta, y, chosen, row, out);
+        });
     }
 }
 

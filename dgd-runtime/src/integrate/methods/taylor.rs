@@ -28,10 +28,14 @@
 #![allow(clippy::inline_always)]
 
 use crate::error::IntegrateError;
+use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
-use crate::integrate::methods::stepper::{Base, Directions, Spoilt, Stepper, Trial};
+use crate::integrate::methods::family::{Equations, Family, Needs, Remembers, Traits};
+use crate::integrate::methods::non_finite::NonFinite;
+use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Trial};
 use crate::linalg::norm::larger;
 use crate::problem::Problem;
+use crate::solution::Statistics;
 use crate::system::{Interpolation, Point, System};
 use crate::taylor::{MOST_ORDER, Terms};
 
@@ -250,6 +254,73 @@ fn transpose(from: &[f64], n: usize, to: &mut [f64], m: usize) {
     }
 }
 
+/// Taylor series, of this order or of the one that suits the tolerance.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Taylor {
+    pub(crate) order: Option<usize>,
+}
+
+impl Family for Taylor {
+    const TRAITS: Traits =
+        Traits { needs: Needs::Series, remembers: Remembers::Nothing, equations: Equations::None };
+    const LAW: Law = Law::Predictive;
+
+    fn estimate_order(self, rtol: f64) -> u32 {
+        order(self.order, rtol) as u32 - 1
+    }
+
+    fn verify<S: System>(
+        self,
+        problem: &Problem<'_, S>,
+        name: &'static str,
+    ) -> Result<(), IntegrateError> {
+        verify(problem, name)
+    }
+
+    fn lay_out<S: System>(self, stepper: &mut Stepper<S>, system: &S, rtol: f64, n_s: usize) {
+        stepper.expansion = Expansion::new(system, order(self.order, rtol), n_s);
+    }
+
+    #[inline]
+    fn attempt<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        directions: Option<&mut Directions<S>>,
+        _statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        stepper.attempt_taylor(trial, drive, directions);
+        Ok(())
+    }
+
+    fn non_finite<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        trial: Trial<'_, S>,
+        _drive: &mut Drive<S>,
+        _directions: Option<&mut Directions<S>>,
+    ) -> Option<(f64, NonFinite)> {
+        stepper.non_finite_term(trial)
+    }
+
+    #[inline]
+    fn interpolate<S: System>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+        stepper.series_at(theta * stepper.h, y, out);
+    }
+
+    #[inline]
+    fn interpolate_sensitivities<S: System>(
+        self,
+        stepper: &Stepper<S>,
+        theta: f64,
+        directions: &Directions<S>,
+        out: &mut [f64],
+    ) {
+        stepper.sensitivity_series_at(theta * stepper.h, directions.s.as_ref(), out);
+    }
+}
+
 impl<S: System> Stepper<S> {
     /// Computes the series at (t, y).
     #[inline]
@@ -269,7 +340,7 @@ impl<S: System> Stepper<S> {
 
     /// Tries a step along the series at (t, y).
     #[inline]
-    pub(in crate::integrate) fn attempt_taylor(
+    fn attempt_taylor(
         &mut self,
         trial: Trial<'_, S>,
         drive: &mut Drive<S>,
@@ -295,12 +366,12 @@ impl<S: System> Stepper<S> {
     }
 
     /// y at a time h after the start of the step tried last.
-    pub(in crate::integrate) fn series_at(&self, h: f64, y: &[f64], out: &mut [f64]) {
+    fn series_at(&self, h: f64, y: &[f64], out: &mut [f64]) {
         self.expansion.sum(h / self.expansion.h, y, out);
     }
 
     /// S at a time h after the start of the step tried last.
-    pub(in crate::integrate) fn sensitivity_series_at(&self, h: f64, s: &[f64], out: &mut [f64]) {
+    fn sensitivity_series_at(&self, h: f64, s: &[f64], out: &mut [f64]) {
         let Expansion { order, h: own, s: series, .. } = &self.expansion;
         let n = self.y_new.as_ref().len().max(1);
         let (theta, n_s) = (h / own, s.len() / n);
@@ -320,22 +391,22 @@ impl<S: System> Stepper<S> {
     }
 
     /// The first coefficient, or slope at the end of the step, that is not finite.
-    pub(in crate::integrate) fn spoilt_series(&self, trial: Trial<'_, S>) -> Option<(f64, Spoilt)> {
+    fn non_finite_term(&self, trial: Trial<'_, S>) -> Option<(f64, NonFinite)> {
         let n = trial.y.as_ref().len().max(1);
         let bad = |numbers: &[f64]| numbers.iter().position(|number| !number.is_finite());
         let Expansion { y, s, has_branches, .. } = &self.expansion;
         let of_y = bad(y).map(|at| match at / n {
-            0 | 1 => Spoilt::Equation(at % n),
-            _ => Spoilt::Derivative(at % n),
+            0 | 1 => NonFinite::Equation(at % n),
+            _ => NonFinite::Derivative(at % n),
         });
         let n_s = s.len() / y.len().max(1);
-        let of_s = || bad(s).map(|at| Spoilt::Derivative(at / n_s % n));
-        if let Some(spoilt) = of_y.or_else(of_s) {
-            return Some((trial.base.t, spoilt));
+        let of_s = || bad(s).map(|at| NonFinite::Derivative(at / n_s % n));
+        if let Some(what) = of_y.or_else(of_s) {
+            return Some((trial.base.t, what));
         }
         // The slopes at the end, where those of a branch are looked at.
         let of_end = bad(self.rhs.as_ref()).filter(|_| *has_branches);
-        of_end.map(|at| (trial.base.t + trial.h, Spoilt::Equation(at)))
+        of_end.map(|at| (trial.base.t + trial.h, NonFinite::Equation(at)))
     }
 }
 

@@ -3,6 +3,7 @@
 mod chosen;
 
 use crate::integrate::drive::Drive;
+use crate::integrate::methods::family::Asked;
 use crate::integrate::simulation::{Simulation, Stop};
 use crate::problem::Problem;
 use crate::projection::Rows;
@@ -56,11 +57,11 @@ impl<S: System> Simulation<'_, S> {
     /// Records times between the ends of the step to `t_new`.
     fn record_inside(&mut self, t_new: f64, asked: &[f64], solution: &mut Solution) {
         self.stepper.prepare_dense(self.y.as_ref(), self.directions.as_mut());
-        let step = (self.t, t_new);
         let (recorded, recorded_s) = (solution.y.len(), solution.s.len());
-        self.stepper.interpolate_all(step, asked, &self.y, &mut self.row, &mut solution.y);
+        let within = Asked::new((self.t, t_new), asked);
+        self.stepper.interpolate_all(within, &self.y, &mut self.row, &mut solution.y);
         if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
-            self.stepper.interpolate_all_sensitivities(step, asked, d, row, &mut solution.s);
+            self.stepper.interpolate_all_sensitivities(within, d, row, &mut solution.s);
         }
         self.project_recorded(asked, (recorded, recorded_s), solution);
         if S::FEATURES.past && solution.n_past > 0 {

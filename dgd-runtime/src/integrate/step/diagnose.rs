@@ -1,7 +1,8 @@
 //! What to say when no step is small enough.
 
 use crate::error::{Evaluation, IntegrateError};
-use crate::integrate::methods::stepper::{Spoilt, Trial};
+use crate::integrate::methods::non_finite::NonFinite;
+use crate::integrate::methods::stepper::Trial;
 use crate::integrate::simulation::{Simulation, base};
 use crate::problem::Problem;
 use crate::readings::readings;
@@ -50,17 +51,21 @@ impl<S: System> Simulation<'_, S> {
         let base = base(self.problem, &self.algebraic, &self.discrete, self.t);
         let sizes = self.sizes.as_ref();
         let trial = Trial { base, y: &self.y, h, sizes, tolerances: self.tolerances };
-        match self.stepper.spoilt(trial, &mut self.drive, self.directions.as_mut()) {
-            Some((t, spoilt)) => self.spoilt(t, spoilt),
+        match self.stepper.non_finite(trial, &mut self.drive, self.directions.as_mut()) {
+            Some((t, what)) => self.evaluation_not_finite(t, what),
             // Finite evaluations, but a solution beyond the largest number.
             None => self.step_size_too_small(h),
         }
     }
 
-    pub(in crate::integrate) fn spoilt(&mut self, t: f64, spoilt: Spoilt) -> IntegrateError {
-        let (row, what) = match spoilt {
-            Spoilt::Equation(row) => (row, Evaluation::Equation),
-            Spoilt::Derivative(row) => (row, Evaluation::Derivative),
+    pub(in crate::integrate) fn evaluation_not_finite(
+        &mut self,
+        t: f64,
+        what: NonFinite,
+    ) -> IntegrateError {
+        let (row, what) = match what {
+            NonFinite::Equation(row) => (row, Evaluation::Equation),
+            NonFinite::Derivative(row) => (row, Evaluation::Derivative),
         };
         let Problem { system, p, .. } = *self.problem;
         let signature = system.signature();

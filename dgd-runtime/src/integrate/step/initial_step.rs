@@ -1,9 +1,9 @@
 //! How far to go at first.
 
-use crate::integrate::methods::catalogue::MethodKind;
+use crate::integrate::methods::multistep::error_constant;
 use crate::integrate::methods::rosenbrock::add_product;
 use crate::integrate::simulation::{Simulation, multiply};
-use crate::linalg::norm::largest_block;
+use crate::linalg::norm::{larger, largest_block};
 use crate::problem::Problem;
 use crate::solution::Solution;
 use crate::system::{Point, System};
@@ -22,7 +22,7 @@ impl<S: System> Simulation<'_, S> {
     /// Where inputs jump, a step may be longer than the new transient by so much that its error says
     /// nothing of the right size: the estimate of a method for stiff models does not grow like h^k there.
     pub(in crate::integrate) fn transient_step(&mut self) -> f64 {
-        if !self.algebraic.is_empty() || !matches!(self.method.kind, MethodKind::Rosenbrock(_)) {
+        if !self.algebraic.is_empty() || !self.stepper.traits.wants_all_derivatives() {
             return f64::INFINITY;
         }
         let (f, curvature) = (self.stepper.f.as_ref(), self.stepper.rhs.as_mut());
@@ -119,5 +119,30 @@ impl<S: System> Simulation<'_, S> {
         // Nothing moves, or the trial point is outside the model's domain.
         let fallback = if steepest == 0.0 { span } else { 0.01 * h0 };
         if h.is_finite() && h > 0.0 { h.min(span) } else { fallback }
+    }
+
+    /// The step for which the local error of order 1 is half the tolerance. Slopes are in `f` and `g`,
+    /// ∂g/∂y ẏ + dg/dt in the directions' `rhs`.
+    pub(in crate::integrate) fn first_step_of_order_one(&mut self) -> f64 {
+        let pattern = &self.problem.system.signature().jacobian;
+        let jacobian = self.stepper.jacobian.as_ref();
+        let n = self.y.as_ref().len().max(1);
+        let curvature = self.stepper.rhs.as_mut();
+        curvature.copy_from_slice(self.stepper.dfdt.as_ref());
+        add_product(curvature, pattern, jacobian, self.stepper.f.as_ref());
+        self.algebraic.keep_differential(curvature);
+        let y = self.y.as_ref();
+        let mut square = self.tolerances.mean_square(curvature, y, y, self.sizes.as_ref());
+        if let Some(d) = &mut self.directions {
+            let columns = d.rhs.as_mut().chunks_exact_mut(n).zip(d.g.as_ref().chunks_exact(n));
+            for (curvature, g) in columns {
+                add_product(curvature, pattern, jacobian, g);
+            }
+            self.algebraic.keep_differential(d.rhs.as_mut());
+            let (e, s) = (d.rhs.as_ref(), d.s.as_ref());
+            square = larger(square, largest_block(self.tolerances, n, e, s, s, d.sizes.as_ref()));
+        }
+        let h = (0.5 / (error_constant(1) * square.sqrt())).sqrt();
+        if h > 0.0 { h } else { f64::INFINITY }
     }
 }

@@ -25,7 +25,11 @@
 //! Shampine and Reichelt, The MATLAB ODE suite, SIAM Journal on Scientific Computing 18 (1997) 1–22,
 //! with their κ = 0.
 
+use crate::integrate::controller::{Controller, Law};
 use crate::integrate::drive::Drive;
+use crate::integrate::methods::family::{
+    Equations, Family, Judged, Needs, Remembers, Scale, Traits,
+};
 use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::solution::Statistics;
@@ -70,6 +74,11 @@ impl History {
         Self { order: 1, h, is_resumed, ..Self::default() }
     }
 
+    /// Whether no more is remembered than the slope where the solution begins.
+    pub(super) fn is_at_beginning(&self) -> bool {
+        self.order == 1 && self.equal_steps == 0
+    }
+
     /// Goes on with another order.
     pub(in crate::integrate) fn change_order(&mut self, order: usize) {
         self.order = order;
@@ -104,9 +113,95 @@ impl History {
     }
 }
 
+/// Backward differentiation of orders up to a highest one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bdf {
+    pub(crate) most_order: usize,
+}
+
+impl Family for Bdf {
+    const TRAITS: Traits = Traits {
+        needs: Needs::Nothing,
+        remembers: Remembers::Differences,
+        equations: Equations::Iterated,
+    };
+    const LAW: Law = Law::Piecewise;
+
+    fn estimate_order(self, _rtol: f64) -> u32 {
+        1
+    }
+
+    #[inline]
+    fn attempt<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        directions: Option<&mut Directions<S>>,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        stepper.attempt_bdf(trial, drive, directions, statistics)
+    }
+
+    #[inline]
+    fn advance<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        _h: f64,
+        _mass: &S::Vector,
+        directions: Option<&mut Directions<S>>,
+    ) {
+        if stepper.is_cut {
+            // Values are no longer at equal distances.
+            stepper.restart();
+        } else {
+            stepper.advance_differences(directions);
+        }
+    }
+
+    fn adapt_to_acceptance<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        judged: Judged,
+        scale: &Scale<'_, S>,
+        controller: &mut Controller,
+    ) {
+        stepper.choose_order(judged, scale, self.most_order, controller);
+    }
+
+    fn adapt_to_rejection<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        judged: Judged,
+        controller: &mut Controller,
+    ) -> bool {
+        let had_memory = !stepper.history.is_at_beginning();
+        stepper.shrink_or_forget(judged, controller);
+        !had_memory && !judged.error.is_finite()
+    }
+
+    #[inline]
+    fn interpolate<S: System>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+        let Stepper { history, h, k, stage, .. } = stepper;
+        history.interpolate(theta * h, y, k, stage.as_ref(), out);
+    }
+
+    #[inline]
+    fn interpolate_sensitivities<S: System>(
+        self,
+        stepper: &Stepper<S>,
+        theta: f64,
+        directions: &Directions<S>,
+        out: &mut [f64],
+    ) {
+        let Directions { s, v, stage, .. } = directions;
+        stepper.history.interpolate(theta * stepper.h, s.as_ref(), v, stage.as_ref(), out);
+    }
+}
+
 impl<S: System> Stepper<S> {
     /// Tries a step.
-    pub(in crate::integrate) fn attempt_bdf(
+    fn attempt_bdf(
         &mut self,
         trial: Trial<'_, S>,
         drive: &mut Drive<S>,
@@ -158,10 +253,7 @@ impl<S: System> Stepper<S> {
     }
 
     /// Takes the differences at the end of the step tried last.
-    pub(in crate::integrate) fn advance_differences(
-        &mut self,
-        directions: Option<&mut Directions<S>>,
-    ) {
+    fn advance_differences(&mut self, directions: Option<&mut Directions<S>>) {
         let order = self.history.order;
         advance(order, &self.stage, &mut self.k);
         if let Some(d) = directions {

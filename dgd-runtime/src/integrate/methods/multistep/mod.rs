@@ -1,4 +1,6 @@
 //! Methods with several steps.
 
-pub(in crate::integrate) mod bdf;
+mod bdf;
 mod order;
+
+pub(in crate::integrate) use bdf::{Bdf, History, MAX_ORDER, error_constant};

@@ -1,5 +1,4 @@
-//! Where a solution begins for methods that remember, and the order and step of those with several
-//! steps.
+//! Order and size of the steps of backward differentiation.
 //!
 //! After k + 1 equal steps the errors that orders k − 1, k and k + 1 would have made are known from the
 //! differences,
@@ -19,10 +18,9 @@
 //! 363–396.
 
 use crate::integrate::controller::Controller;
+use crate::integrate::methods::family::{Judged, Scale};
 use crate::integrate::methods::multistep::bdf::{History, MAX_ORDER, error_constant};
-use crate::integrate::methods::rosenbrock::add_product;
-use crate::integrate::simulation::Simulation;
-use crate::linalg::norm::{larger, largest_block};
+use crate::integrate::methods::stepper::Stepper;
 use crate::system::System;
 
 /// b, and that of a higher order.
@@ -47,55 +45,29 @@ fn growth(order: usize, bias: f64, error: f64) -> f64 {
 const WORTH_GROWING: f64 = 1.2;
 const WORTH_SHRINKING: f64 = 0.7;
 
-impl<S: System> Simulation<'_, S> {
-    /// The step for which the local error of order 1 is half the tolerance. Slopes are in `f` and `g`,
-    /// ∂g/∂y ẏ + dg/dt in the directions' `rhs`.
-    pub(in crate::integrate) fn first_step_of_order_one(&mut self) -> f64 {
-        let pattern = &self.problem.system.signature().jacobian;
-        let jacobian = self.stepper.jacobian.as_ref();
-        let n = self.y.as_ref().len().max(1);
-        let curvature = self.stepper.rhs.as_mut();
-        curvature.copy_from_slice(self.stepper.dfdt.as_ref());
-        add_product(curvature, pattern, jacobian, self.stepper.f.as_ref());
-        self.algebraic.keep_differential(curvature);
-        let y = self.y.as_ref();
-        let mut square = self.tolerances.mean_square(curvature, y, y, self.sizes.as_ref());
-        if let Some(d) = &mut self.directions {
-            let columns = d.rhs.as_mut().chunks_exact_mut(n).zip(d.g.as_ref().chunks_exact(n));
-            for (curvature, g) in columns {
-                add_product(curvature, pattern, jacobian, g);
-            }
-            self.algebraic.keep_differential(d.rhs.as_mut());
-            let (e, s) = (d.rhs.as_ref(), d.s.as_ref());
-            square = larger(square, largest_block(self.tolerances, n, e, s, s, d.sizes.as_ref()));
-        }
-        let h = (0.5 / (error_constant(1) * square.sqrt())).sqrt();
-        if h > 0.0 { h } else { f64::INFINITY }
-    }
-
-    /// Chooses order and size of the steps after an accepted one of size h; `error` is the square of
-    /// its error.
-    pub(in crate::integrate) fn choose_order(
+impl<S: System> Stepper<S> {
+    /// Chooses order and size of the steps after an accepted one, of orders up to `most`.
+    pub(super) fn choose_order(
         &mut self,
-        h: f64,
-        error: f64,
+        Judged { h, error }: Judged,
+        scale: &Scale<'_, S>,
         most: usize,
         controller: &mut Controller,
     ) {
-        let order = self.stepper.history.order;
+        let order = self.history.order;
         // Cut by what lies ahead: the natural step is another.
-        if self.stepper.history.equal_steps <= order || h < 0.5 * controller.h {
+        if self.history.equal_steps <= order || h < 0.5 * controller.h {
             return;
         }
         let mut best = (order, growth(order, BIAS, error));
         if order > 1 {
-            let lower = growth(order - 1, BIAS, self.error_of_order(order - 1));
+            let lower = growth(order - 1, BIAS, self.error_of_order(order - 1, scale));
             if lower > best.1 {
                 best = (order - 1, lower);
             }
         }
         if order < most.min(MAX_ORDER) {
-            let higher = growth(order + 1, BIAS_HIGHER, self.error_of_order(order + 1));
+            let higher = growth(order + 1, BIAS_HIGHER, self.error_of_order(order + 1, scale));
             if higher > best.1 {
                 best = (order + 1, higher);
             }
@@ -104,47 +76,38 @@ impl<S: System> Simulation<'_, S> {
         if (WORTH_SHRINKING..WORTH_GROWING).contains(&factor) {
             return;
         }
-        let History { steps, is_resumed, .. } = self.stepper.history;
+        let History { steps, is_resumed, .. } = self.history;
         let is_first = steps <= FIRST_STEPS && !is_resumed;
         let most_growth = if is_first { MOST_GROWTH_AT_FIRST } else { MOST_GROWTH };
-        self.stepper.history.change_order(chosen);
+        self.history.change_order(chosen);
         controller.set_order(chosen);
         controller.h = h * factor.min(most_growth);
     }
 
-    /// Takes note of a rejected step of size h; `error` is the square of its error.
+    /// Takes note of a rejected step.
     ///
     /// Where the solution is not as it has been, the polynomial through its values says nothing: after a
     /// step that could not be evaluated, or several rejections, what is remembered is given up.
-    pub(in crate::integrate) fn reject_multistep(
+    pub(super) fn shrink_or_forget(
         &mut self,
-        h: f64,
-        error: f64,
+        Judged { h, error }: Judged,
         controller: &mut Controller,
     ) {
-        let history = &mut self.stepper.history;
+        let history = &mut self.history;
         history.rejections += 1;
         let most = if history.rejections == 1 { LEAST_SHRINKING } else { SHRINKING_AGAIN };
         let factor = if error.is_finite() { growth(history.order, BIAS, error) } else { 0.0 };
         controller.h = h * factor.clamp(MOST_SHRINKING, most);
-        let has_memory = history.order > 1 || history.equal_steps > 0;
+        let has_memory = !history.is_at_beginning();
         if has_memory && (!error.is_finite() || history.rejections >= MOST_REJECTIONS) {
-            self.stepper.restart();
-            self.stepper.history.is_resumed = true;
+            self.restart();
+            self.history.is_resumed = true;
         }
     }
 
     /// Square of the error that a step of this order would have made.
-    fn error_of_order(&self, order: usize) -> f64 {
+    fn error_of_order(&self, order: usize, scale: &Scale<'_, S>) -> f64 {
         let square = error_constant(order) * error_constant(order);
-        let y = self.y.as_ref();
-        let e = self.stepper.k[order + 1].as_ref();
-        let mut error = self.tolerances.mean_square(e, y, y, self.sizes.as_ref());
-        if let Some(d) = &self.directions {
-            let (e, s) = (d.v[order + 1].as_ref(), d.s.as_ref());
-            let n = y.len().max(1);
-            error = larger(error, largest_block(self.tolerances, n, e, s, s, d.sizes.as_ref()));
-        }
-        square * error
+        square * scale.square(self.k[order + 1].as_ref(), |d| d.v[order + 1].as_ref())
     }
 }

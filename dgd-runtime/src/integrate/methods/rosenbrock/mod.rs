@@ -14,41 +14,155 @@
 // Lengths are constants where storage has a fixed size, and only once inlined there.
 #![allow(clippy::inline_always)]
 
-use crate::integrate::drive::Drive;
-use crate::integrate::methods::newton::failed;
-use crate::integrate::methods::stepper::{Base, Directions, Failed, Spoilt, Stepper, Trial};
-use crate::integrate::methods::tableaux::{MAX_STAGES, RosenbrockTableau};
-use crate::linalg::Factorisation;
-use crate::system::{Pattern, Point, Storage, System};
-use crate::width::{Work, run_by_fours};
+mod dense;
+mod lanes;
 
-/// Does something with each block of numbers from `$first` on, `$len` of them as a constant: what is
-/// summed up over a block is in registers, and what is read cannot be what is written. Where all lengths
-/// are constants, compilers do as well by themselves.
-macro_rules! in_blocks {
-    ($n:expr, |$len:ident, $first:ident| $body:block) => {
-        let mut $first = 0;
-        while $first + 4 <= $n {
-            const $len: usize = 4;
-            $body
-            $first += $len;
-        }
-        if $first + 2 <= $n {
-            const $len: usize = 2;
-            $body
-            $first += $len;
-        }
-        if $first < $n {
-            const $len: usize = 1;
-            $body
-        }
+use crate::integrate::controller::Law;
+use crate::integrate::drive::Drive;
+use crate::integrate::methods::family::{Asked, Equations, Family, Needs, Remembers, Traits};
+use crate::integrate::methods::newton::failed;
+use crate::integrate::methods::non_finite::NonFinite;
+use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Trial};
+use crate::integrate::methods::tableaux::RosenbrockTableau;
+use crate::linalg::Factorisation;
+use crate::solution::Statistics;
+use crate::system::{Pattern, Point, Storage, System};
+use dense::{dense_vectors, interpolate, interpolate_all};
+use lanes::{add_rates, combine, combine_any, sum};
+
+/// Linearly implicit Runge–Kutta methods.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rosenbrock(pub(crate) &'static RosenbrockTableau);
+
+impl Family for Rosenbrock {
+    const TRAITS: Traits = Traits {
+        needs: Needs::AllDerivatives,
+        remembers: Remembers::Nothing,
+        equations: Equations::Linear,
     };
+    const LAW: Law = Law::Predictive;
+
+    fn estimate_order(self, _rtol: f64) -> u32 {
+        self.0.estimate_order
+    }
+
+    #[inline]
+    fn attempt<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        directions: Option<&mut Directions<S>>,
+        statistics: &mut Statistics,
+    ) -> Result<(), Failed> {
+        statistics.factorisations += 1;
+        stepper.attempt_rosenbrock(self.0, trial, drive, directions)?;
+        // The first stage is part of the linearisation.
+        statistics.evaluations += self.0.stages() - 1;
+        Ok(())
+    }
+
+    #[inline]
+    fn local_error<S: System>(self, stepper: &Stepper<S>) -> &[f64] {
+        stepper.k[self.0.stages() - 1].as_ref()
+    }
+
+    #[inline]
+    fn sensitivity_error<S: System>(self, directions: &Directions<S>) -> &[f64] {
+        directions.v[self.0.stages() - 1].as_ref()
+    }
+
+    fn non_finite<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        trial: Trial<'_, S>,
+        drive: &mut Drive<S>,
+        directions: Option<&mut Directions<S>>,
+    ) -> Option<(f64, NonFinite)> {
+        stepper.find_non_finite(self.0, trial, drive, directions)
+    }
+
+    #[inline]
+    fn prepare_dense<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        y: &[f64],
+        directions: Option<&mut Directions<S>>,
+    ) {
+        let stages = self.0.stages();
+        let y_new = stepper.y_new.as_ref();
+        dense_vectors(self.0, y, y_new, &stepper.k[..stages], &mut stepper.dense);
+        if let Some(d) = directions {
+            let (s, s_new) = (d.s.as_ref(), d.s_new.as_ref());
+            dense_vectors(self.0, s, s_new, &d.v[..stages], &mut d.dense);
+        }
+    }
+
+    #[inline]
+    fn interpolate<S: System>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+        interpolate(theta, y, &stepper.dense, out);
+    }
+
+    #[inline]
+    fn interpolate_sensitivities<S: System>(
+        self,
+        _stepper: &Stepper<S>,
+        theta: f64,
+        directions: &Directions<S>,
+        out: &mut [f64],
+    ) {
+        interpolate(theta, directions.s.as_ref(), &directions.dense, out);
+    }
+
+    #[inline]
+    fn interpolate_all<S: System>(
+        self,
+        stepper: &Stepper<S>,
+        asked: Asked<'_>,
+        y: &S::Vector,
+        _row: &mut S::Vector,
+        out: &mut Vec<f64>,
+    ) {
+        interpolate_all(asked, y, &stepper.dense, out);
+    }
+
+    #[inline]
+    fn interpolate_all_sensitivities<S: System>(
+        self,
+        _stepper: &Stepper<S>,
+        asked: Asked<'_>,
+        directions: &Directions<S>,
+        _row: &mut S::Sensitivity,
+        out: &mut Vec<f64>,
+    ) {
+        interpolate_all(asked, &directions.s, &directions.dense, out);
+    }
+
+    fn interpolate_chosen<S: System>(
+        self,
+        stepper: &mut Stepper<S>,
+        theta: f64,
+        y: &[f64],
+        chosen: &[usize],
+        _row: &mut [f64],
+        out: &mut Vec<f64>,
+    ) {
+        let y_new = stepper.y_new.as_ref();
+        out.extend(chosen.iter().map(|&i| {
+            let k = stepper.k.each_ref().map(|k| [k.as_ref().get(i).copied().unwrap_or(0.0)]);
+            let (mut dense, mut value) = ([[0.0]; 4], [0.0]);
+            let stages = self.0.stages();
+            dense_vectors(self.0, &[y[i]], &[y_new[i]], &k[..stages], &mut dense);
+            interpolate(theta, &[y[i]], &dense, &mut value);
+            value[0]
+        }));
+    }
 }
 
 impl<S: System> Stepper<S> {
     /// Tries a step; the stepper is linearised where it starts.
     #[inline]
-    pub(in crate::integrate) fn attempt_rosenbrock(
+    fn attempt_rosenbrock(
         &mut self,
         tableau: &RosenbrockTableau,
         trial: Trial<'_, S>,
@@ -173,13 +287,13 @@ impl<S: System> Stepper<S> {
     }
 
     /// The first evaluation of the step tried last that is not finite, and its time.
-    pub(in crate::integrate) fn spoilt_rosenbrock(
+    fn find_non_finite(
         &mut self,
         tableau: &RosenbrockTableau,
         trial: Trial<'_, S>,
         drive: &mut Drive<S>,
         mut directions: Option<&mut Directions<S>>,
-    ) -> Option<(f64, Spoilt)> {
+    ) -> Option<(f64, NonFinite)> {
         let Trial { base: Base { system, p, z, t, .. }, y, h, .. } = trial;
         let y = y.as_ref();
         let n = y.len();
@@ -187,13 +301,13 @@ impl<S: System> Stepper<S> {
         let pattern = &system.signature().jacobian;
 
         if let Some(row) = bad(self.f.as_ref()) {
-            return Some((t, Spoilt::Equation(row)));
+            return Some((t, NonFinite::Equation(row)));
         }
         let row = bad(self.jacobian.as_ref())
             .map(|k| pattern.position(k).0)
             .or_else(|| bad(self.dfdt.as_ref()));
         if let Some(row) = row {
-            return Some((t, Spoilt::Derivative(row)));
+            return Some((t, NonFinite::Derivative(row)));
         }
         if let Some(d) = &directions {
             let pattern = &system.signature().sensitivity_jacobian;
@@ -201,7 +315,7 @@ impl<S: System> Stepper<S> {
                 .or_else(|| bad(d.dgdt.as_ref()))
                 .or_else(|| bad(d.dgdy.as_ref()).map(|k| pattern.position(k).0));
             if let Some(row) = row {
-                return Some((t, Spoilt::Derivative(row % n)));
+                return Some((t, NonFinite::Derivative(row % n)));
             }
         }
         for i in 1..tableau.stages() {
@@ -213,15 +327,15 @@ impl<S: System> Stepper<S> {
             let row = match &mut directions {
                 None => {
                     system.rhs(at, self.rhs.as_mut());
-                    bad(self.rhs.as_ref()).map(Spoilt::Equation)
+                    bad(self.rhs.as_ref()).map(NonFinite::Equation)
                 }
                 Some(d) => {
                     combine_any(d.s.as_ref(), &d.v[..i], a, d.stage.as_mut());
                     let s = d.stage.as_ref();
                     system.sensitivity_rhs(at, s, self.rhs.as_mut(), d.rhs.as_mut());
                     bad(self.rhs.as_ref())
-                        .map(Spoilt::Equation)
-                        .or_else(|| bad(d.rhs.as_ref()).map(|row| Spoilt::Derivative(row % n)))
+                        .map(NonFinite::Equation)
+                        .or_else(|| bad(d.rhs.as_ref()).map(|row| NonFinite::Derivative(row % n)))
                 }
             };
             if let Some(row) = row {
@@ -229,103 +343,6 @@ impl<S: System> Stepper<S> {
             }
         }
         None
-    }
-}
-
-/// `stage` ← y + Σ aⱼ kⱼ and `coupling` ← Σ cⱼ kⱼ of J increments, in one pass over them.
-///
-/// Where the method closes, a differs from that of the stage before by a one for its increment:
-/// `stage` goes on from there.
-#[inline(always)]
-fn combine<const J: usize, V: Storage>(
-    y: &[f64],
-    k: &[V],
-    a: &[f64; MAX_STAGES],
-    c: &[f64; MAX_STAGES],
-    closes: bool,
-    stage: &mut [f64],
-    coupling: &mut [f64],
-) {
-    let n = y.len();
-    let (stage, coupling) = (&mut stage[..n], &mut coupling[..n]);
-    if V::FIXED {
-        coupling.fill(0.0);
-        if J > 0 && closes {
-            let last = &k[J - 1].as_ref()[..n];
-            for i in 0..n {
-                stage[i] += last[i];
-            }
-        } else {
-            stage.copy_from_slice(y);
-        }
-        for j in 0..J {
-            let k = &k[j].as_ref()[..n];
-            for i in 0..n {
-                if !closes {
-                    stage[i] += a[j] * k[i];
-                }
-                coupling[i] += c[j] * k[i];
-            }
-        }
-        return;
-    }
-    in_blocks!(n, |L, first| {
-        let block = first..first + L;
-        let (mut sum, mut coupled) = (block_at::<L>(y, first), [0.0; L]);
-        if J > 0 && closes {
-            sum = block_at(stage, first);
-            let last = block_at::<L>(k[J - 1].as_ref(), first);
-            for l in 0..L {
-                sum[l] += last[l];
-            }
-        }
-        for j in 0..J {
-            let k = block_at::<L>(k[j].as_ref(), first);
-            for l in 0..L {
-                if !closes {
-                    sum[l] += a[j] * k[l];
-                }
-                coupled[l] += c[j] * k[l];
-            }
-        }
-        stage[block.clone()].copy_from_slice(&sum);
-        coupling[block].copy_from_slice(&coupled);
-    });
-}
-
-/// L numbers from this place on.
-#[inline(always)]
-fn block_at<const L: usize>(values: &[f64], first: usize) -> [f64; L] {
-    let mut block = [0.0; L];
-    block.copy_from_slice(&values[first..first + L]);
-    block
-}
-
-/// `stage` ← y + Σ aⱼ kⱼ of all increments in `k`.
-fn combine_any<V: Storage>(y: &[f64], k: &[V], a: &[f64; MAX_STAGES], stage: &mut [f64]) {
-    stage.copy_from_slice(y);
-    for (a, k) in a.iter().zip(k) {
-        for (stage, k) in stage.iter_mut().zip(k.as_ref()) {
-            *stage += a * k;
-        }
-    }
-}
-
-/// b ← f + M/h b + slope · df/dt.
-#[inline(always)]
-fn add_rates<S: System>(
-    b: &mut [f64],
-    f: &[f64],
-    dfdt: &[f64],
-    mass: &[f64],
-    per_h: f64,
-    slope: f64,
-) {
-    let n = b.len();
-    let (f, dfdt, mass) = (&f[..n], &dfdt[..n], &mass[..n]);
-    for i in 0..n {
-        let mass = if S::FEATURES.algebraic { mass[i] } else { 1.0 };
-        b[i] = f[i] + mass * per_h * b[i] + slope * dfdt[i];
     }
 }
 
@@ -340,231 +357,10 @@ pub(in crate::integrate) fn add_product(
     pattern.for_each(values, |row, column, value| b[row] += value * x[column]);
 }
 
-#[inline(always)]
-fn sum(a: &[f64], b: &[f64], out: &mut [f64]) {
-    for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
-        *out = a + b;
-    }
-}
-
-/// cₗ of y + θ (c₁ + θ (c₂ + θ (c₃ + θ c₄))), the dense output of the tableau in powers of θ, with
-/// kₗ = Σⱼ dₗⱼ Uⱼ:
-///
-/// ```text
-///   c₁ = y⁺ − y + k₁,   c₂ = k₂ − k₁,   c₃ = k₃ − k₂,   c₄ = −k₃
-/// ```
-#[inline(always)]
-pub(in crate::integrate) fn dense_vectors<V: Storage>(
-    tableau: &RosenbrockTableau,
-    y: &[f64],
-    y_new: &[f64],
-    k: &[V],
-    dense: &mut [V; 4],
-) {
-    let [c1, c2, c3, c4] = dense;
-    let n = y.len();
-    let (c1, c2) = (&mut c1.as_mut()[..n], &mut c2.as_mut()[..n]);
-    let (c3, c4) = (&mut c3.as_mut()[..n], &mut c4.as_mut()[..n]);
-    let [d1, d2, d3] = tableau.dense;
-    if V::FIXED {
-        weigh(d1, k, c1);
-        weigh(d2, k, c2);
-        weigh(d3, k, c3);
-        for i in 0..n {
-            let [k1, k2, k3] = [c1[i], c2[i], c3[i]];
-            c1[i] = y_new[i] - y[i] + k1;
-            c2[i] = k2 - k1;
-            c3[i] = k3 - k2;
-            c4[i] = -k3;
-        }
-        return;
-    }
-    in_blocks!(n, |L, first| {
-        let (mut k1, mut k2, mut k3) = ([0.0; L], [0.0; L], [0.0; L]);
-        for (((d1, d2), d3), k) in d1.iter().zip(d2).zip(d3).zip(k) {
-            let k = block_at::<L>(k.as_ref(), first);
-            for l in 0..L {
-                k1[l] += d1 * k[l];
-                k2[l] += d2 * k[l];
-                k3[l] += d3 * k[l];
-            }
-        }
-        let (y, y_new) = (block_at::<L>(y, first), block_at::<L>(y_new, first));
-        for l in 0..L {
-            let i = first + l;
-            c1[i] = y_new[l] - y[l] + k1[l];
-            c2[i] = k2[l] - k1[l];
-            c3[i] = k3[l] - k2[l];
-            c4[i] = -k3[l];
-        }
-    });
-}
-
-/// `sum` ← Σ wⱼ kⱼ.
-#[inline(always)]
-fn weigh<V: Storage>(weights: &[f64], k: &[V], sum: &mut [f64]) {
-    sum.fill(0.0);
-    for (weight, k) in weights.iter().zip(k) {
-        for (sum, k) in sum.iter_mut().zip(k.as_ref()) {
-            *sum += weight * k;
-        }
-    }
-}
-
-/// y + θ (c₁ + θ (c₂ + θ (c₃ + θ c₄))).
-#[inline(always)]
-pub(in crate::integrate) fn interpolate<V: Storage>(
-    theta: f64,
-    y: &[f64],
-    dense: &[V; 4],
-    out: &mut [f64],
-) {
-    let n = y.len();
-    let [c1, c2, c3, c4] = dense;
-    let (c1, c2) = (&c1.as_ref()[..n], &c2.as_ref()[..n]);
-    let (c3, c4) = (&c3.as_ref()[..n], &c4.as_ref()[..n]);
-    for (i, out) in out[..n].iter_mut().enumerate() {
-        *out = y[i] + theta * (c1[i] + theta * (c2[i] + theta * (c3[i] + theta * c4[i])));
-    }
-}
-
-/// [`interpolate`] at each of the `asked` times, θ = (t − from)/h, appended to `out`.
-pub(in crate::integrate) fn interpolate_all<V: Storage>(
-    (from, per_h): (f64, f64),
-    asked: &[f64],
-    y: &V,
-    dense: &[V; 4],
-    out: &mut Vec<f64>,
-) {
-    let recorded = out.len();
-    out.resize(recorded + y.as_ref().len() * asked.len(), 0.0);
-    let out = &mut out[recorded..];
-    run_by_fours(Rows { from, per_h, asked, y, dense, out });
-}
-
-/// Rows of dense output to be written.
-struct Rows<'a, V> {
-    from: f64,
-    per_h: f64,
-    asked: &'a [f64],
-    y: &'a V,
-    dense: &'a [V; 4],
-    out: &'a mut [f64],
-}
-
-impl<V: Storage> Work for Rows<'_, V> {
-    #[inline(always)]
-    fn run(self) {
-        match self.y.as_ref().len() {
-            1 => self.run_few::<1, 8>(),
-            2 => self.run_few::<2, 4>(),
-            4 => self.run_few::<4, 2>(),
-            n => {
-                let Self { from, per_h, asked, y, dense, out } = self;
-                for (t, out) in asked.iter().zip(out.chunks_exact_mut(n.max(1))) {
-                    interpolate((t - from) * per_h, y.as_ref(), dense, out);
-                }
-            }
-        }
-    }
-}
-
-impl<V: Storage> Rows<'_, V> {
-    /// Rows of N numbers, too few to fill vector operations: T of them side by side.
-    #[inline(always)]
-    fn run_few<const N: usize, const T: usize>(self) {
-        let Self { from, per_h, asked, y, dense, out } = self;
-        let (blocks, rest) = asked.as_chunks::<T>();
-        let (blocks_out, rest_out) = out.as_chunks_mut::<N>().0.as_chunks_mut::<T>();
-        let mut parts = [[[0.0; N]; T]; 5];
-        for (part, values) in parts.iter_mut().zip([y].into_iter().chain(dense)) {
-            for row in part {
-                row.copy_from_slice(values.as_ref());
-            }
-        }
-        let [y_0, c1, c2, c3, c4] = parts;
-        for (t, rows) in blocks.iter().zip(blocks_out) {
-            for k in 0..T {
-                let theta = (t[k] - from) * per_h;
-                for i in 0..N {
-                    let inner = c2[k][i] + theta * (c3[k][i] + theta * c4[k][i]);
-                    rows[k][i] = y_0[k][i] + theta * (c1[k][i] + theta * inner);
-                }
-            }
-        }
-        for (t, row) in rest.iter().zip(rest_out) {
-            interpolate((t - from) * per_h, y.as_ref(), dense, row);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     /// Numbers without a pattern, of all signs and sizes.
-    fn number(k: usize) -> f64 {
+    pub(super) fn number(k: usize) -> f64 {
         (k as f64 * 0.7 + 0.3).sin() * 10_f64.powf((k % 7) as f64 - 3.0)
-    }
-
-    fn rows_are_those_of_single_times<V: Storage>(n: usize) {
-        let numbers = |first: usize| {
-            let mut vector = V::zeros(n);
-            for (i, value) in vector.as_mut().iter_mut().enumerate() {
-                *value = number(100 * first + i);
-            }
-            vector
-        };
-        let (y, dense) = (numbers(0), [numbers(1), numbers(2), numbers(3), numbers(4)]);
-        let (from, per_h) = (1.5, 1.0 / 0.7);
-        for times in 0..20 {
-            let asked: Vec<f64> = (0..times).map(|k| from + 0.03 * f64::from(k)).collect();
-            let mut rows = vec![7.0];
-            interpolate_all((from, per_h), &asked, &y, &dense, &mut rows);
-            let mut expected = vec![7.0];
-            for t in &asked {
-                let mut row = vec![0.0; n];
-                interpolate((t - from) * per_h, y.as_ref(), &dense, &mut row);
-                expected.extend(row);
-            }
-            assert_eq!(rows, expected, "{n} numbers, {times} times");
-        }
-    }
-
-    #[test]
-    fn rows_of_dense_output_have_the_bits_of_single_times() {
-        rows_are_those_of_single_times::<[f64; 1]>(1);
-        rows_are_those_of_single_times::<[f64; 2]>(2);
-        rows_are_those_of_single_times::<[f64; 3]>(3);
-        rows_are_those_of_single_times::<[f64; 4]>(4);
-        rows_are_those_of_single_times::<[f64; 10]>(10);
-        rows_are_those_of_single_times::<Vec<f64>>(2);
-        rows_are_those_of_single_times::<Vec<f64>>(11);
-    }
-
-    /// The sums of the stages and of the dense output, by the two ways in which they are made.
-    #[test]
-    fn sums_have_the_same_bits_on_stack_and_heap() {
-        const N: usize = 11;
-        let values = |first: usize| -> [f64; N] { std::array::from_fn(|i| number(50 * first + i)) };
-        let k: [[f64; N]; 8] = std::array::from_fn(|j| values(j + 1));
-        let heap: Vec<Vec<f64>> = k.iter().map(|k| k.to_vec()).collect();
-        let y = values(0);
-        let a: [f64; MAX_STAGES] = std::array::from_fn(|j| number(900 + j));
-        let c: [f64; MAX_STAGES] = std::array::from_fn(|j| number(950 + j));
-        for closes in [false, true] {
-            let (mut stage, mut coupling) = (values(20), values(21));
-            let (mut on_heap, mut coupled) = (stage, coupling);
-            combine::<5, _>(&y, &k, &a, &c, closes, &mut stage, &mut coupling);
-            combine::<5, _>(&y, &heap, &a, &c, closes, &mut on_heap, &mut coupled);
-            assert_eq!((stage, coupling), (on_heap, coupled), "closes: {closes}");
-        }
-        let tableau = &crate::integrate::methods::tableaux::RODAS5P;
-        let stages = tableau.stages();
-        let mut dense = [[0.0; N]; 4];
-        let mut on_heap: [Vec<f64>; 4] = std::array::from_fn(|_| vec![0.0; N]);
-        dense_vectors(tableau, &y, &values(30), &k[..stages], &mut dense);
-        dense_vectors(tableau, &y, &values(30), &heap[..stages], &mut on_heap);
-        assert_eq!(dense.map(|c| c.to_vec()), on_heap);
     }
 }

@@ -91,10 +91,10 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
     for step in 0..steps {
         let t = f64::from(step) * h;
         let base = Base { system: &system, p: &p, z: &[], mass: &mass, t };
-        if stepper.wants_jacobian() {
+        if stepper.traits.wants_jacobian() {
             stepper.linearize(base, &mut drive, &y, Some((&mut d, At::Start)));
         }
-        if stepper.wants_series() {
+        if stepper.traits.wants_series() {
             stepper.expand(base, &mut drive, &y, h, Some(&d));
         }
         let trial = Trial { base, y: &y, h, sizes: &sizes, tolerances };
@@ -102,7 +102,7 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
         stepper.prepare_dense(&y, Some(&mut d));
         stepper.interpolate(0.4, &y, &mut inside);
         stepper.interpolate_sensitivities(0.4, &d, &mut inside_s);
-        stepper.advance(&mass, Some(&mut d));
+        stepper.advance(h, &mass, Some(&mut d));
         std::mem::swap(&mut y, &mut stepper.y_new);
         std::mem::swap(&mut d.s, &mut d.s_new);
         let (end, dense) = (exact(t + h), exact(t + 0.4 * h));

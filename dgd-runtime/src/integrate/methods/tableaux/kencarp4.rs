@@ -98,4 +98,5 @@ pub static KENCARP4: RungeKuttaTableau = RungeKuttaTableau {
     order: 4,
     estimate_order: 3,
     stability: f64::INFINITY,
+    equal_steps: None,
 };

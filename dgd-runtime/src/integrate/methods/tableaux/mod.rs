@@ -10,7 +10,7 @@ mod tsit5;
 pub use kencarp4::KENCARP4;
 pub use rodas5p::RODAS5P;
 pub use rosenbrock::RosenbrockTableau;
-pub use runge_kutta::RungeKuttaTableau;
 pub(in crate::integrate) use runge_kutta::extrapolate;
+pub use runge_kutta::{EqualSteps, RungeKuttaTableau};
 pub use triangle::{MAX_STAGES, Triangle, triangle};
 pub use tsit5::TSIT5;

@@ -34,6 +34,15 @@ pub struct RungeKuttaTableau {
     pub estimate_order: u32,
     /// The method is stable for y' = λ y, λ < 0, as long as h |λ| is below this.
     pub stability: f64,
+    /// Its stages written out for steps of given size, if they are.
+    pub equal_steps: Option<EqualSteps>,
+}
+
+/// Methods whose stages are written out for steps of given size, with coefficients as constants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EqualSteps {
+    /// Those of [`TSIT5`](super::TSIT5).
+    Tsit5,
 }
 
 impl RungeKuttaTableau {

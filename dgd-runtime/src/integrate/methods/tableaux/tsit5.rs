@@ -1,7 +1,7 @@
 //! Tsit5.
 
-use crate::integrate::methods::tableaux::RungeKuttaTableau;
 use crate::integrate::methods::tableaux::triangle;
+use crate::integrate::methods::tableaux::{EqualSteps, RungeKuttaTableau};
 
 /// Explicit method of order 5 with an embedded one of order 4 and an interpolant of order 4 that
 /// needs no further stage.
@@ -62,4 +62,5 @@ pub static TSIT5: RungeKuttaTableau = RungeKuttaTableau {
     order: 5,
     estimate_order: 4,
     stability: 3.5,
+    equal_steps: Some(EqualSteps::Tsit5),
 };

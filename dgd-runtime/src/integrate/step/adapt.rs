@@ -1,0 +1,100 @@
+//! What follows from the verdict on a step: the size of the next one, or why there is none.
+
+use crate::error::IntegrateError;
+use crate::integrate::controller::Controller;
+use crate::integrate::methods::family::{Judged, Scale};
+use crate::integrate::methods::stepper::Failed;
+use crate::integrate::simulation::Simulation;
+use crate::integrate::step::judge::Tried;
+use crate::solution::Solution;
+use crate::system::System;
+
+/// So far before the point at which it can go on no more a run may end, in its span.
+const NEAR: f64 = 1e-9;
+
+/// An error this large, in units of the tolerance, says little of the step that would have been right.
+const FAR_OFF: f64 = 10.0;
+
+impl<S: System> Simulation<'_, S> {
+    /// Chooses the next step after one that has been accepted.
+    #[inline]
+    pub(super) fn adapt_to_acceptance(&mut self, tried: &Tried, controller: &mut Controller) {
+        let scale = Scale {
+            tolerances: self.tolerances,
+            y: self.y.as_ref(),
+            sizes: self.sizes.as_ref(),
+            directions: self.directions.as_ref(),
+        };
+        self.stepper.adapt_to_acceptance(tried.judged(), &scale, controller);
+    }
+
+    /// Chooses the next step after one that was rejected; whether (t, y) itself may be to blame.
+    fn adapt_to_rejection(&mut self, tried: &Tried, controller: &mut Controller) -> bool {
+        let is_suspect = self.stepper.adapt_to_rejection(tried.judged(), controller);
+        let is_far_off = tried.error.is_finite() && tried.error > FAR_OFF * FAR_OFF;
+        if is_far_off && self.stepper.traits.wants_all_derivatives() {
+            controller.limit(tried.h, self.transient_step());
+        }
+        is_suspect
+    }
+
+    /// Goes on from (t, y) with another step, if there is one.
+    pub(super) fn reject(
+        &mut self,
+        tried: &Tried,
+        controller: &mut Controller,
+        times: &[f64],
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        solution.statistics.rejected += 1;
+        let Tried { h, remaining, error, .. } = *tried;
+        let is_suspect = self.adapt_to_rejection(tried, controller);
+        // Below this a step does not move t reliably, and stages cannot be told apart.
+        let least = 4.0 * f64::EPSILON * self.t.abs().max(f64::EPSILON * self.span);
+        if controller.h > least {
+            if is_suspect && let Some(h) = self.after_rejection(h, remaining, times, solution) {
+                controller.h = h;
+                // It leads off a singular point, and sensitivities have ended there.
+                self.begin_sample();
+                self.settle(solution)?;
+            }
+            return Ok(());
+        }
+        if error.is_finite()
+            && let Some(row) = self.unresolved_equation(h)
+        {
+            self.end_sensitivities(self.t, row, solution);
+            return Ok(());
+        }
+        Err(self.no_step_is_small_enough(tried))
+    }
+
+    /// Goes on with shorter steps up to where a delay falls below zero, and ends there.
+    pub(super) fn step_less_far(
+        &mut self,
+        tried: &Tried,
+        error: IntegrateError,
+        controller: &mut Controller,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        if tried.h <= NEAR * self.span {
+            return Err(error);
+        }
+        solution.statistics.rejected += 1;
+        let judged = Judged { h: tried.h, error: f64::NAN };
+        self.stepper.adapt_to_rejection(judged, controller);
+        Ok(())
+    }
+
+    fn no_step_is_small_enough(&mut self, tried: &Tried) -> IntegrateError {
+        let Tried { h, error, outcome, .. } = *tried;
+        match outcome {
+            Err(Failed::Singular { row }) => self.singular_iteration(h, row),
+            Err(Failed::NotConverged { unknown }) => self.newton_diverged(h, unknown),
+            Err(Failed::NotFinite { t, what }) => self.evaluation_not_finite(t, what),
+            Err(Failed::Unsettled) => self.step_size_too_small(h),
+            Ok(()) if error.is_finite() => self.step_size_too_small(h),
+            Ok(()) => self.not_finite(h),
+        }
+    }
+}

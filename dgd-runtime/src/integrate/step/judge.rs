@@ -1,0 +1,106 @@
+//! What to make of a step that has been tried.
+
+use crate::error::IntegrateError;
+use crate::integrate::methods::family::Judged;
+use crate::integrate::methods::stepper::Failed;
+use crate::integrate::simulation::Simulation;
+use crate::linalg::norm::{larger, largest_block};
+use crate::system::System;
+
+/// A step that has been tried.
+pub(super) struct Tried {
+    /// Its size, and where it ends.
+    pub(super) h: f64,
+    pub(super) t_new: f64,
+    /// How far it was to where steps must end.
+    pub(super) remaining: f64,
+    /// The square of its error in units of the tolerance; NaN where it could not be evaluated.
+    pub(super) error: f64,
+    pub(super) outcome: Result<(), Failed>,
+}
+
+impl Tried {
+    pub(super) fn judged(&self) -> Judged {
+        Judged { h: self.h, error: self.error }
+    }
+}
+
+/// What is to be done with a step.
+pub(super) enum Verdict {
+    /// It is good.
+    Accept,
+    /// It is good, and at the end of this part of it a transition is due, or can be armed.
+    Threshold { part: f64 },
+    /// It is good, but a delay that varies reaches a mark before its end.
+    Mark,
+    /// A delay that varies comes out below zero.
+    ReadsAhead(Box<IntegrateError>),
+    /// Its error is too large, and it passes a corner at which it may be cut.
+    Corner,
+    /// Its error is too large.
+    Reject,
+    /// It could not be evaluated.
+    Fail,
+}
+
+impl<S: System> Simulation<'_, S> {
+    /// Takes the error of the step of size h towards `end` that was tried last.
+    #[inline]
+    pub(super) fn tried(&mut self, h: f64, end: f64, outcome: Result<(), Failed>) -> Tried {
+        let error = match outcome {
+            Ok(()) => self.error(),
+            Err(_) => f64::NAN,
+        };
+        let error = if error > 1.0 { self.error_beyond_rounding(h, error) } else { error };
+        let remaining = end - self.t;
+        let t_new = if h < remaining { self.t + h } else { end };
+        Tried { h, t_new, remaining, error, outcome }
+    }
+
+    /// Judges the step tried last.
+    #[inline]
+    pub(super) fn judge(&mut self, tried: &Tried) -> Verdict {
+        let Tried { h, t_new, error, .. } = *tried;
+        // NaN compares false: what could not be evaluated is not accepted.
+        if error <= 1.0 {
+            if let Some(error) = self.reads_ahead(h) {
+                return Verdict::ReadsAhead(Box::new(error));
+            }
+            if self.reaches_mark(t_new) {
+                return Verdict::Mark;
+            }
+            if S::FEATURES.events
+                && self.discrete.has_transitions()
+                && let Some(part) = self.watch(h, t_new)
+            {
+                return Verdict::Threshold { part };
+            }
+            return Verdict::Accept;
+        }
+        if !error.is_finite() {
+            return Verdict::Fail;
+        }
+        if self.passes_corner(h, t_new) { Verdict::Corner } else { Verdict::Reject }
+    }
+
+    /// Square of the local error of the step tried last, in units of the tolerance.
+    #[inline]
+    pub(in crate::integrate) fn error(&self) -> f64 {
+        let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
+        let e = self.stepper.local_error();
+        let error = self.tolerances.mean_square(e, y, y_new, self.sizes.as_ref());
+        larger(error, self.sensitivity_error())
+    }
+
+    /// Square of the local error of the sensitivities of the step tried last.
+    #[inline]
+    pub(in crate::integrate) fn sensitivity_error(&self) -> f64 {
+        let Some(d) = &self.directions else {
+            return 0.0;
+        };
+        let e = self.stepper.sensitivity_error(d);
+        let (s, s_new) = (d.s.as_ref(), d.s_new.as_ref());
+        let n = self.y.as_ref().len().max(1);
+        largest_block(self.tolerances, n, e, s, s_new, d.sizes.as_ref())
+    }
+}
