@@ -155,6 +155,42 @@ pub enum Evaluation {
 /// Options or asked times that make no sense.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BadRequest {
+    /// There are more or fewer parameter values than the model has parameters.
+    ParameterCount {
+        /// The model.
+        model: String,
+        /// The parameters that it has.
+        expected: usize,
+        /// The values that are given.
+        given: usize,
+    },
+    /// There are more or fewer inputs than the model has.
+    InputCount {
+        /// The model.
+        model: String,
+        /// The inputs that it has.
+        expected: usize,
+        /// Those that are given.
+        given: usize,
+    },
+    /// A start value is given for an unknown that does not exist.
+    StartOfNoUnknown {
+        /// The model.
+        model: String,
+        /// The unknowns that it has.
+        unknowns: usize,
+        /// The position that a start value is given for, from 0.
+        position: usize,
+    },
+    /// An unknown is to be kept that does not exist.
+    ChosenNoUnknown {
+        /// The model.
+        model: String,
+        /// The unknowns that it has.
+        unknowns: usize,
+        /// The position that is chosen, from 0.
+        position: usize,
+    },
     /// A tolerance is not a positive number.
     Tolerance {
         /// `rtol` or `atol`.
@@ -259,6 +295,16 @@ pub enum InitialError {
         /// What the equation reads.
         at: Vec<Reading>,
     },
+}
+
+/// A number of things.
+struct Counted(usize, &'static str);
+
+impl fmt::Display for Counted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(count, thing) = self;
+        write!(f, "{count} {thing}{}", if *count == 1 { "" } else { "s" })
+    }
 }
 
 /// A number of which the size matters.
@@ -366,6 +412,26 @@ impl std::error::Error for IntegrateError {}
 impl fmt::Display for BadRequest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::ParameterCount { model, expected, given } => {
+                let has = Counted(*expected, "parameter");
+                write!(f, "`{model}` has {has}, and the problem gives {given}")
+            }
+            Self::InputCount { model, expected, given } => {
+                let has = Counted(*expected, "input");
+                write!(f, "`{model}` has {has}, and the problem gives {given}")
+            }
+            Self::StartOfNoUnknown { model, unknowns, position } => write!(
+                f,
+                "`{model}` has {}, and a start value is given for number {}",
+                Counted(*unknowns, "unknown"),
+                position + 1
+            ),
+            Self::ChosenNoUnknown { model, unknowns, position } => write!(
+                f,
+                "`{model}` has {}, and number {} is to be kept",
+                Counted(*unknowns, "unknown"),
+                position + 1
+            ),
             Self::Tolerance { name, value } => {
                 write!(f, "`{name}` is {value} and must be a positive number")
             }

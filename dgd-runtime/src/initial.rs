@@ -58,16 +58,13 @@ pub struct ConsistentStart {
 /// # Errors
 ///
 /// [`IntegrateError::BadRequest`], [`IntegrateError::Inputs`] and [`IntegrateError::Initial`].
-///
-/// # Panics
-///
-/// When the problem has another number of parameters or inputs than the model.
 pub fn consistent_start<S: System>(
     problem: &Problem<'_, S>,
     t: f64,
     options: &Options,
 ) -> Result<ConsistentStart, IntegrateError> {
     options.verify().map_err(IntegrateError::BadRequest)?;
+    problem.verify().map_err(IntegrateError::BadRequest)?;
     problem.inputs.cover(t, t).map_err(IntegrateError::Inputs)?;
     let system = problem.system;
     let signature = system.signature();

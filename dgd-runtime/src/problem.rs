@@ -33,6 +33,32 @@ impl<S> Clone for Problem<'_, S> {
 impl<S> Copy for Problem<'_, S> {}
 
 impl<S: System> Problem<'_, S> {
+    /// Checks that there are as many parameters and inputs as the model has, and that unknowns with start
+    /// values exist.
+    ///
+    /// # Errors
+    ///
+    /// [`BadRequest::ParameterCount`], [`BadRequest::InputCount`], [`BadRequest::StartOfNoUnknown`].
+    pub fn verify(&self) -> Result<(), BadRequest> {
+        let signature = self.system.signature();
+        let model = || signature.name.to_string();
+        let (expected, given) = (signature.parameters.len(), self.p.len());
+        if given != expected {
+            return Err(BadRequest::ParameterCount { model: model(), expected, given });
+        }
+        let (expected, given) = (signature.inputs.len(), self.inputs.len());
+        if given != expected {
+            return Err(BadRequest::InputCount { model: model(), expected, given });
+        }
+        let unknowns = signature.unknowns.len();
+        match self.start.iter().find(|(position, _)| *position >= unknowns) {
+            None => Ok(()),
+            Some(&(position, _)) => {
+                Err(BadRequest::StartOfNoUnknown { model: model(), unknowns, position })
+            }
+        }
+    }
+
     /// Inputs as the model reads them: u of [`Point`](crate::Point), delayed inputs included. What is
     /// known of delayed unknowns is zero, which reads them as if nothing were late.
     ///

@@ -166,10 +166,6 @@ pub enum Wanted {
 
 /// Runs all members to all asked `times`, by up to so many threads, and gives what they give in their
 /// order; the failure of one is its own.
-///
-/// # Panics
-///
-/// As [`simulate`](crate::simulate).
 pub fn simulate<S: System + Clone + Send>(
     ensemble: &Ensemble<'_, S>,
     times: &[f64],
@@ -188,10 +184,6 @@ pub fn members_at_a_time(signature: &Signature) -> usize {
 
 /// [`simulate`], with what `reduce` makes of each member in place of all its values; it is given the
 /// member's number.
-///
-/// # Panics
-///
-/// As [`simulate`](crate::simulate).
 pub fn reduce<S: System + Clone + Send, T: Send>(
     ensemble: &Ensemble<'_, S>,
     times: &[f64],

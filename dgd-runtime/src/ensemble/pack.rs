@@ -225,9 +225,7 @@ impl<'a, S: System> Pack<'a, S> {
 
     /// Start values and the first step; `None` where something is the matter.
     fn begin(&mut self, l: usize, problem: Problem<'a, S>) -> Option<Fate> {
-        let signature = self.system.signature();
-        assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
-        assert_eq!(problem.inputs.len(), signature.inputs.len(), "number of inputs");
+        problem.verify().ok()?;
         verify_inputs(&problem, self.times.asked).ok()?;
         let (Some(&from), Some(&until)) = (self.times.asked.first(), self.times.asked.last())
         else {

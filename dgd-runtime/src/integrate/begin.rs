@@ -29,10 +29,6 @@ pub struct OtherMethod {
 /// can begin the run, where none can, and where what is asked makes no sense, as the run will say.
 ///
 /// A model with directions is looked at as with sensitivities to them.
-///
-/// # Panics
-///
-/// When the problem has another number of parameters or inputs than the model.
 pub fn method_to_begin<S: System>(
     problem: &Problem<'_, S>,
     t: f64,
@@ -42,6 +38,7 @@ pub fn method_to_begin<S: System>(
         return None;
     }
     options.verify().ok()?;
+    problem.verify().ok()?;
     problem.inputs.cover(t, t).ok()?;
     let system = problem.system;
     let signature = system.signature();

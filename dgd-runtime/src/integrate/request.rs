@@ -22,11 +22,6 @@ use crate::system::{Signature, System};
 /// # Errors
 ///
 /// [`Failure`], with what was reached.
-///
-/// # Panics
-///
-/// When the problem has another number of parameters or inputs than the model, or replaces the start
-/// value of an unknown that does not exist.
 pub fn simulate<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -41,10 +36,6 @@ pub fn simulate<S: System>(
 /// # Errors
 ///
 /// [`Failure`], with what was reached.
-///
-/// # Panics
-///
-/// As [`simulate`], and where an unknown does not exist.
 pub fn simulate_chosen<S: System>(
     problem: &Problem<'_, S>,
     chosen: &[usize],
@@ -61,16 +52,17 @@ pub fn simulate_chosen<S: System>(
 /// # Errors
 ///
 /// [`Failure`], with what was reached.
-///
-/// # Panics
-///
-/// As [`simulate_chosen`].
 pub fn simulate_observed<S: System>(
     problem: &Problem<'_, S>,
     chosen: &[usize],
     times: &[f64],
     options: &Options,
 ) -> Result<Solution, Failure> {
+    let verified = problem.verify().map_err(IntegrateError::BadRequest);
+    if let Err(error) = verified.and_then(|()| verify_chosen(problem, chosen)) {
+        let partial = Box::new(Solution::empty(problem.system.signature(), 0));
+        return Err(Failure { error, partial });
+    }
     let outputs = &problem.system.signature().outputs;
     let is_late = outputs.iter().any(|output| output.delay.is_some());
     if !is_late && !matches!(options.steps, Steps::PerSample(_)) {
@@ -94,10 +86,6 @@ pub fn simulate_observed<S: System>(
 /// # Errors
 ///
 /// [`Failure`], with what was reached.
-///
-/// # Panics
-///
-/// As [`simulate`].
 pub fn simulate_with_sensitivities<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -168,10 +156,6 @@ impl<'a> Wanted<'a> {
 /// # Errors
 ///
 /// [`Failure`], with what was reached.
-///
-/// # Panics
-///
-/// As [`simulate`].
 pub fn integrate<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -191,12 +175,6 @@ fn run<S: System>(
     let signature = problem.system.signature();
     let chosen = wanted.chosen();
     let directions = wanted.with_sensitivities().then(|| Directions::new(problem.system));
-    assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
-    assert_eq!(problem.inputs.len(), signature.inputs.len(), "number of inputs");
-    if let Some(chosen) = chosen {
-        let n = signature.unknowns.len();
-        assert!(chosen.iter().all(|i| *i < n), "chosen unknowns");
-    }
     let n_s = if directions.is_some() { signature.directions.len() } else { 0 };
     let mut solution = Solution::empty(signature, n_s);
     let reads_past = matches!(wanted, Wanted::UnknownsAndPast)
@@ -207,6 +185,7 @@ fn run<S: System>(
         solution.n_past = signature.past().len();
     }
     let verified = verify(problem, times, options).and_then(|()| {
+        verify_chosen(problem, chosen.unwrap_or_default())?;
         history::verify(problem, n_s > 0)?;
         options.method.kind.verify(problem, options.method.name)?;
         let late = if wanted.is_remembered() { None } else { LateTimes::new(problem, times)? };
@@ -292,8 +271,26 @@ pub(super) fn verify<S: System>(
     times: &[f64],
     options: &Options,
 ) -> Result<(), IntegrateError> {
+    problem.verify().map_err(IntegrateError::BadRequest)?;
     verify_request(times, options).map_err(IntegrateError::BadRequest)?;
     verify_inputs(problem, times).map_err(IntegrateError::Inputs)
+}
+
+/// Whether the unknowns that are to be kept exist.
+fn verify_chosen<S: System>(
+    problem: &Problem<'_, S>,
+    chosen: &[usize],
+) -> Result<(), IntegrateError> {
+    let signature = problem.system.signature();
+    let unknowns = signature.unknowns.len();
+    match chosen.iter().find(|position| **position >= unknowns) {
+        None => Ok(()),
+        Some(&position) => {
+            let model = signature.name.to_string();
+            let error = BadRequest::ChosenNoUnknown { model, unknowns, position };
+            Err(IntegrateError::BadRequest(error))
+        }
+    }
 }
 
 /// Whether options and times make sense.

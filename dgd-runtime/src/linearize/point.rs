@@ -26,10 +26,6 @@ impl OperatingPoint {
     /// # Errors
     ///
     /// Why the run does not get there.
-    ///
-    /// # Panics
-    ///
-    /// As [`simulate`](crate::simulate).
     pub fn reached<S: System>(
         problem: &Problem<'_, S>,
         from: f64,

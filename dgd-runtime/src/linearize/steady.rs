@@ -45,15 +45,13 @@ const POLISHED: Tolerances = Tolerances { rtol: 1e-10, atol: 1e-10 };
 /// # Errors
 ///
 /// [`SteadyStateError`]: there is none, there are many next to each other, or none is found.
-///
-/// # Panics
-///
-/// When the problem has another number of parameters or inputs than the model.
 pub fn steady_state<S: System>(
     problem: &Problem<'_, S>,
     t: f64,
     options: &Options,
 ) -> Result<OperatingPoint, SteadyStateError> {
+    let verified = problem.verify().map_err(IntegrateError::BadRequest);
+    verified.map_err(SteadyStateError::Start)?;
     let mut held = vec![0.0; problem.inputs.len()];
     problem
         .inputs

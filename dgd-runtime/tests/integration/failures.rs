@@ -1,8 +1,9 @@
 //! What is said when a simulation cannot be finished.
 
 use dgd_runtime::{
-    Column, Failure, Inputs, IntegrateError, Interpolation, METHODS, Options, Problem, Solution,
-    find_method, simulate, simulate_with_sensitivities,
+    BadRequest, Column, Failure, Inputs, IntegrateError, Interpolation, METHODS, Options, Problem,
+    Solution, choose_per_sample, consistent_start, find_method, method_to_begin, simulate,
+    simulate_chosen, simulate_observed, simulate_with_sensitivities,
 };
 
 use crate::support::problems::Relaxation;
@@ -133,4 +134,57 @@ fn methods_are_found_by_name() {
     assert_eq!(find_method("rodas5p").unwrap().order, 5);
     let message = find_method("euler").unwrap_err().to_string();
     assert!(message.contains("`euler`") && message.contains("`rodas5p`"), "{message}");
+}
+
+/// What every entry to the solver says of a problem for the relaxation, ẋ = k (u − x) from x0.
+fn refusal(p: &[f64], inputs: &Inputs, start: &[(usize, f64)]) -> BadRequest {
+    let system = Heaped::of::<Relaxation>();
+    let (times, options) = ([0.0, 1.0], Options::default());
+    let problem = Problem { system: &system, p, inputs, start };
+    let refusal = problem.verify().unwrap_err();
+    let expected = IntegrateError::BadRequest(refusal.clone());
+    assert_eq!(simulate(&problem, &times, &options).unwrap_err().error, expected);
+    let with_sensitivities = simulate_with_sensitivities(&problem, &times, &options);
+    assert_eq!(with_sensitivities.unwrap_err().error, expected);
+    let chosen = simulate_chosen(&problem, &[0], &times, &options);
+    assert_eq!(chosen.unwrap_err().error, expected);
+    let observed = simulate_observed(&problem, &[0], &times, &options);
+    assert_eq!(observed.unwrap_err().error, expected);
+    assert_eq!(choose_per_sample(&problem, &times, &options).unwrap_err(), expected);
+    assert_eq!(consistent_start(&problem, 0.0, &options).unwrap_err(), expected);
+    assert!(method_to_begin(&problem, 0.0, &options).is_none());
+    refusal
+}
+
+#[test]
+fn another_number_of_parameters_is_refused() {
+    let inputs = Inputs::constant(&[0.0]);
+    let refusal = refusal(&[1.0], &inputs, &[]);
+    assert_eq!(refusal.to_string(), "`test` has 2 parameters, and the problem gives 1");
+}
+
+#[test]
+fn another_number_of_inputs_is_refused() {
+    let refusal = refusal(&parameters::<Relaxation>(), &Inputs::none(), &[]);
+    assert_eq!(refusal.to_string(), "`test` has 1 input, and the problem gives 0");
+}
+
+#[test]
+fn a_start_value_of_no_unknown_is_refused() {
+    let inputs = Inputs::constant(&[0.0]);
+    let refusal = refusal(&parameters::<Relaxation>(), &inputs, &[(0, 1.0), (4, 2.0)]);
+    let message = "`test` has 1 unknown, and a start value is given for number 5";
+    assert_eq!(refusal.to_string(), message);
+}
+
+#[test]
+fn an_unknown_to_be_kept_exists() {
+    let system = Heaped::of::<Relaxation>();
+    let (p, inputs) = (parameters::<Relaxation>(), Inputs::constant(&[0.0]));
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let (times, options) = ([0.0, 1.0], Options::default());
+    for run in [simulate_chosen, simulate_observed] {
+        let message = run(&problem, &[0, 1], &times, &options).unwrap_err().to_string();
+        assert_eq!(message, "`test` has 1 unknown, and number 2 is to be kept");
+    }
 }

@@ -91,15 +91,12 @@ impl PerSampleChoice {
 ///
 /// [`IntegrateError::PerSample`] where no method makes equal steps for this model, or none is accurate
 /// enough with as many as are tried; the other variants where the run cannot begin.
-///
-/// # Panics
-///
-/// As [`simulate`](crate::simulate).
 pub fn choose_per_sample<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
 ) -> Result<PerSampleChoice, IntegrateError> {
+    problem.verify().map_err(IntegrateError::BadRequest)?;
     let mut best: Option<(u32, PerSampleChoice)> = None;
     let mut first_error = None;
     for method in METHODS {
