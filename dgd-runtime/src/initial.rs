@@ -96,7 +96,7 @@ pub fn consistent_start<S: System>(
     system.mass(at, mass.as_mut());
     algebraic.enter_modes(mass.as_ref());
     let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
-    let at = Place { t, u: drive.at(t, y.as_ref()), p: problem.p, z: &z };
+    let at = AlgebraicPoint { t, u: drive.at(t, y.as_ref()), p: problem.p, z: &z };
     algebraic
         .make_consistent(system, at, y.as_mut(), jacobian.as_mut(), sizes.as_ref(), tolerances)
         .map_err(IntegrateError::Initial)?;
@@ -135,7 +135,7 @@ pub fn start_values<S: System>(
 
 /// Where algebraic equations are solved.
 #[derive(Clone, Copy)]
-pub(crate) struct Place<'a> {
+pub(crate) struct AlgebraicPoint<'a> {
     pub(crate) t: f64,
     pub(crate) u: &'a [f64],
     pub(crate) p: &'a [f64],
@@ -484,7 +484,7 @@ impl<S: System> Algebraic<S> {
     pub(crate) fn make_consistent(
         &mut self,
         system: &S,
-        at: Place<'_>,
+        at: AlgebraicPoint<'_>,
         y: &mut [f64],
         jacobian: &mut [f64],
         sizes: &[f64],
@@ -500,7 +500,7 @@ impl<S: System> Algebraic<S> {
     pub(crate) fn solve(
         &mut self,
         system: &S,
-        at: Place<'_>,
+        at: AlgebraicPoint<'_>,
         y: &mut [f64],
         jacobian: &mut [f64],
         sizes: &[f64],
@@ -513,7 +513,7 @@ impl<S: System> Algebraic<S> {
     pub(crate) fn solve_nearby(
         &mut self,
         system: &S,
-        at: Place<'_>,
+        at: AlgebraicPoint<'_>,
         y: &mut [f64],
         jacobian: &mut [f64],
         sizes: &[f64],
@@ -525,13 +525,13 @@ impl<S: System> Algebraic<S> {
     fn solve_nudged(
         &mut self,
         system: &S,
-        at: Place<'_>,
+        at: AlgebraicPoint<'_>,
         y: &mut [f64],
         jacobian: &mut [f64],
         (sizes, tolerances): (&[f64], Tolerances),
         most_nudges: u32,
     ) -> Result<(), InitialError> {
-        let Place { t, u, p, z } = at;
+        let AlgebraicPoint { t, u, p, z } = at;
         let signature = system.signature();
         let pattern = &signature.jacobian;
         let equation = |row: usize| signature.equations.at(row).to_string();
@@ -546,13 +546,13 @@ impl<S: System> Algebraic<S> {
                 self.dfdt.as_mut(),
             );
             mask(self.f.as_mut(), self.mass.as_ref());
-            let spoilt = self.f.as_ref().iter().position(|f| !f.is_finite()).or_else(|| {
+            let not_finite = self.f.as_ref().iter().position(|f| !f.is_finite()).or_else(|| {
                 let mut entries = pattern.positions().zip(jacobian.iter());
                 let mass = self.mass.as_ref();
                 let found = entries.find(|((row, _), j)| mass[*row] == 0.0 && !j.is_finite());
                 found.map(|((row, _), _)| row)
             });
-            if let Some(row) = spoilt {
+            if let Some(row) = not_finite {
                 let at = readings(system, Point { t, y, u, p, z }, row);
                 return Err(InitialError::NotFinite { equation: equation(row), t, at });
             }

@@ -12,7 +12,7 @@
 //! and the same for the sensitivities. Where that matrix does not lead there, because the row is on another
 //! branch, Newton's method does from the row itself.
 
-use crate::initial::{Algebraic, Place};
+use crate::initial::{Algebraic, AlgebraicPoint};
 use crate::integrate::drive::Drive;
 use crate::linalg::Factorisation;
 use crate::linalg::norm::Tolerances;
@@ -146,7 +146,7 @@ impl<S: System> Projection<S> {
         }
         y.copy_from_slice(self.kept.as_ref());
         let Rows { system, p, z, sizes, tolerances } = *rows;
-        let at = Place { t, u: drive.at(t, y), p, z };
+        let at = AlgebraicPoint { t, u: drive.at(t, y), p, z };
         let jacobian = self.jacobian.as_mut();
         let solved = algebraic.solve_nearby(system, at, y, jacobian, sizes, tolerances).is_ok();
         // An iteration that finds nothing left has factorised nothing.

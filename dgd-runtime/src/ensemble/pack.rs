@@ -20,7 +20,7 @@ use super::observer::Observer;
 use super::rosenbrock::Rosenbrock;
 use super::stage::{LaneInputs, LaneTrial, mean_square};
 use super::times::Times;
-use crate::initial::{Algebraic, Place, start_values};
+use crate::initial::{Algebraic, AlgebraicPoint, start_values};
 use crate::integrate::catalogue::MethodKind;
 use crate::integrate::drive::Drive;
 use crate::integrate::fixed_step::Steps;
@@ -34,7 +34,7 @@ use crate::system::{Point, Storage, System};
 use crate::width::{Width, Work};
 
 /// What a step of each lane is tried with.
-enum Family<S: System> {
+enum LaneMethod<S: System> {
     Rosenbrock(Box<Rosenbrock<S>>),
     Explicit(Box<Explicit<S>>),
 }
@@ -71,7 +71,7 @@ pub(super) struct Pack<'a, S: System> {
     options: &'a Options,
     tolerances: Tolerances,
     pub(super) width: Width,
-    family: Family<S>,
+    family: LaneMethod<S>,
     control: Control,
     inputs: LaneInputs<S>,
     t: Lanes,
@@ -123,8 +123,8 @@ impl<'a, S: System> Pack<'a, S> {
             return None;
         }
         let family = match options.method.kind {
-            MethodKind::Rosenbrock(_) => Family::Rosenbrock(Box::new(Rosenbrock::new(system))),
-            MethodKind::Explicit(_) => Family::Explicit(Box::new(Explicit::new(n))),
+            MethodKind::Rosenbrock(_) => LaneMethod::Rosenbrock(Box::new(Rosenbrock::new(system))),
+            MethodKind::Explicit(_) => LaneMethod::Explicit(Box::new(Explicit::new(n))),
             MethodKind::Esdirk(_) | MethodKind::Bdf(_) | MethodKind::Taylor(_) => return None,
         };
         let kind = options.method.kind;
@@ -244,7 +244,7 @@ impl<'a, S: System> Pack<'a, S> {
         start_values(&problem, at, self.row.as_mut()).ok()?;
         unknown_sizes(self.system, self.row.as_ref(), self.slope.as_mut());
         set_lane(&mut self.sizes, l, self.slope.as_ref());
-        let at = Place { t: from, u: u.as_ref(), p: problem.p, z: &[] };
+        let at = AlgebraicPoint { t: from, u: u.as_ref(), p: problem.p, z: &[] };
         let (y, sizes) = (self.row.as_mut(), self.slope.as_ref());
         let jacobian = self.jacobian.as_mut();
         self.algebraic.enter_modes(self.mass.as_ref());
@@ -262,7 +262,7 @@ impl<'a, S: System> Pack<'a, S> {
         if let Some(seat) = &mut self.seats[l] {
             seat.segment = index;
         }
-        if let Family::Explicit(explicit) = &mut self.family {
+        if let LaneMethod::Explicit(explicit) = &mut self.family {
             explicit.is_fresh[l] = true;
         }
         self.record_now(l);
@@ -297,11 +297,11 @@ impl<'a, S: System> Pack<'a, S> {
         let trial = LaneTrial { system: *system, p, mass: mass.as_ref(), t, y: y.lanes(), h };
         let y_new = y_new.lanes_mut();
         let e = match (&mut *family, kind) {
-            (Family::Rosenbrock(family), MethodKind::Rosenbrock(tableau)) => {
+            (LaneMethod::Rosenbrock(family), MethodKind::Rosenbrock(tableau)) => {
                 family.attempt(tableau, &trial, inputs, y_new);
                 family.error(tableau)
             }
-            (Family::Explicit(family), MethodKind::Explicit(tableau)) => {
+            (LaneMethod::Explicit(family), MethodKind::Explicit(tableau)) => {
                 family.attempt(tableau, &trial, inputs, y_new);
                 family.error()
             }
@@ -319,7 +319,7 @@ impl<'a, S: System> Pack<'a, S> {
             *y = y.choose(*y_new, *accepted);
         }
         *t = t.choose(*t_new, *accepted);
-        if let (Family::Explicit(family), MethodKind::Explicit(tableau)) = (family, kind) {
+        if let (LaneMethod::Explicit(family), MethodKind::Explicit(tableau)) = (family, kind) {
             family.advance(tableau, *accepted);
         }
     }
@@ -371,10 +371,10 @@ impl<'a, S: System> Pack<'a, S> {
     fn write_dense(&mut self) {
         let Self { family, y, y_new, h, dense, .. } = self;
         match (family, self.options.method.kind) {
-            (Family::Rosenbrock(family), MethodKind::Rosenbrock(tableau)) => {
+            (LaneMethod::Rosenbrock(family), MethodKind::Rosenbrock(tableau)) => {
                 family.write_dense(tableau, y.lanes(), y_new.lanes(), dense);
             }
-            (Family::Explicit(family), MethodKind::Explicit(tableau)) => {
+            (LaneMethod::Explicit(family), MethodKind::Explicit(tableau)) => {
                 family.write_dense(tableau, *h, dense);
             }
             _ => unreachable!("work space is that of the method"),
@@ -439,7 +439,7 @@ impl<'a, S: System> Pack<'a, S> {
             }
             self.inputs.enter(l, after);
             self.end.0[l] = after.t1.min(until);
-            if let Family::Explicit(explicit) = &mut self.family {
+            if let LaneMethod::Explicit(explicit) = &mut self.family {
                 explicit.is_fresh[l] = true;
             }
         }
@@ -471,7 +471,7 @@ impl<'a, S: System> Pack<'a, S> {
         for (size, lanes) in self.slope.as_mut().iter_mut().zip(self.sizes.lanes()) {
             *size = lanes.0[l];
         }
-        let at = Place { t, u: u.as_ref(), p, z: &[] };
+        let at = AlgebraicPoint { t, u: u.as_ref(), p, z: &[] };
         let (sizes, jacobian) = (self.slope.as_ref(), self.jacobian.as_mut());
         // What is learnt about the sizes of equations is learnt about one member.
         self.algebraic.enter_modes(self.mass.as_ref());
@@ -534,7 +534,7 @@ impl<'a, S: System> Pack<'a, S> {
         let statistics = &mut seat.statistics;
         let tried = statistics.steps + statistics.rejected;
         statistics.evaluations += stages * tried;
-        if matches!(self.family, Family::Rosenbrock(_)) {
+        if matches!(self.family, LaneMethod::Rosenbrock(_)) {
             statistics.linearizations = tried;
             statistics.factorisations = tried;
         }

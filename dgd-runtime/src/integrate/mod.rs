@@ -67,7 +67,7 @@ impl<S: System> Simulation<'_, S> {
         let order = kind.estimate_order(self.tolerances.rtol);
         let mut controller = Controller::new(h, order, kind.law());
         loop {
-            // A step may end with an event, which delays make a break of.
+            // A step may end with an event, which delays make a discontinuity of.
             let end = self.stop().min(until);
             if self.t < end {
                 self.step(&mut controller, times, end, solution)?;
@@ -82,7 +82,7 @@ impl<S: System> Simulation<'_, S> {
                 self.enter_next_segment(solution)?;
             }
             self.switch_conditions(solution)?;
-            self.pass_breaks(solution)?;
+            self.pass_discontinuities(solution)?;
             self.record_now(times, solution);
         }
     }

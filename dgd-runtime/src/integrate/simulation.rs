@@ -6,7 +6,7 @@
 use crate::initial::Algebraic;
 use crate::integrate::drive::Drive;
 use crate::integrate::events::Hybrid;
-use crate::integrate::late::breaks::Breaks;
+use crate::integrate::late::discontinuities::Discontinuities;
 use crate::integrate::late::memory::Memory;
 use crate::integrate::late::moving_jump::MovingJumps;
 use crate::integrate::methods::catalogue::Method;
@@ -55,7 +55,7 @@ pub(super) struct Simulation<'a, S: System> {
     /// Where jumps of the inputs move with parameters.
     pub(super) moving: Option<MovingJumps<S>>,
     /// Where unknowns are read late.
-    pub(super) breaks: Option<Breaks<S>>,
+    pub(super) discontinuities: Option<Discontinuities<S>>,
     pub(super) t: f64,
     pub(super) y: S::Vector,
     /// Sizes of the unknowns, for tolerances.
@@ -116,7 +116,10 @@ impl<'a, S: System> Simulation<'a, S> {
             projection: has_algebraic.then(|| Box::new(Projection::new(system, n_s))),
             segment,
             segment_end: problem.inputs.segment(segment).t1,
-            breaks: drive.history.is_some().then(|| Breaks::new(n, sensitivity_row.clone())),
+            discontinuities: drive
+                .history
+                .is_some()
+                .then(|| Discontinuities::new(n, sensitivity_row.clone())),
             drive,
             discrete,
             moving: moving.flatten(),
@@ -143,7 +146,7 @@ impl<'a, S: System> Simulation<'a, S> {
             stop = stop.min(self.discrete.next_switch());
         }
         if S::FEATURES.past {
-            stop = stop.min(self.next_break());
+            stop = stop.min(self.next_discontinuity());
         }
         stop
     }

@@ -1,7 +1,7 @@
 //! Consistent values: where a run begins, and where inputs or modes have changed.
 
 use crate::error::IntegrateError;
-use crate::initial::{Place, start_values};
+use crate::initial::{AlgebraicPoint, start_values};
 use crate::integrate::events::singular_point::Weak;
 use crate::integrate::methods::stepper::Base;
 use crate::integrate::simulation::Simulation;
@@ -61,7 +61,7 @@ impl<S: System> Simulation<'_, S> {
         self.begin_sample();
         self.settle(solution)?;
         self.begin_history();
-        self.pass_breaks(solution)
+        self.pass_discontinuities(solution)
     }
 
     /// Makes algebraic unknowns and their sensitivities consistent with the current inputs.
@@ -85,8 +85,12 @@ impl<S: System> Simulation<'_, S> {
             return Ok(());
         }
         let Problem { system, p, .. } = *self.problem;
-        let at =
-            Place { t: self.t, u: self.drive.at(self.t, self.y.as_ref()), p, z: self.discrete.z() };
+        let at = AlgebraicPoint {
+            t: self.t,
+            u: self.drive.at(self.t, self.y.as_ref()),
+            p,
+            z: self.discrete.z(),
+        };
         self.algebraic
             .make_consistent(
                 system,

@@ -59,7 +59,7 @@ struct Pivots {
     smallest: f64,
     place: usize,
     /// Place of the first that is not finite.
-    spoilt: Option<usize>,
+    not_finite: Option<usize>,
 }
 
 impl Pivots {
@@ -67,8 +67,8 @@ impl Pivots {
     fn note(&mut self, place: usize, magnitude: f64) {
         if magnitude < self.smallest {
             (self.smallest, self.place) = (magnitude, place);
-        } else if !magnitude.is_finite() && self.spoilt.is_none() {
-            self.spoilt = Some(place);
+        } else if !magnitude.is_finite() && self.not_finite.is_none() {
+            self.not_finite = Some(place);
         }
     }
 }
@@ -157,7 +157,7 @@ impl TridiagonalLu {
         let middle = self.middle();
         let Self { order, rows, multiples, exchanged, .. } = self;
         let n = rows.len();
-        let mut pivots = Pivots { smallest: f64::INFINITY, place: 0, spoilt: None };
+        let mut pivots = Pivots { smallest: f64::INFINITY, place: 0, not_finite: None };
 
         let mut down = Active { place: 0, here: rows[0][1], next: rows[0][2] };
         let mut up = Active { place: n - 1, here: rows[n - 1][1], next: rows[n - 1][0] };
@@ -182,13 +182,13 @@ impl TridiagonalLu {
         pivots.note(down.place, down.here.abs());
         rows[middle + 1] = [1.0 / down.here, 0.0, 0.0];
 
-        let Pivots { smallest, place, spoilt } = pivots;
+        let Pivots { smallest, place, not_finite } = pivots;
         let pivot = Pivot { row: order.unknown(place), magnitude: smallest };
         self.smallest = Some(pivot);
         if !smallest.recip().is_finite() {
             return Err(Singular { row: pivot.row });
         }
-        match spoilt {
+        match not_finite {
             None => Ok(()),
             Some(place) => Err(Singular { row: self.order.unknown(place) }),
         }

@@ -12,7 +12,7 @@ use super::point::OperatingPoint;
 use crate::delay::delays;
 use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers};
 use crate::error::IntegrateError;
-use crate::initial::{Algebraic, Place, add_terms, consistent_start};
+use crate::initial::{Algebraic, AlgebraicPoint, add_terms, consistent_start};
 use crate::integrate::fixed_step::Steps;
 use crate::integrate::simulate;
 use crate::linalg::norm::Tolerances;
@@ -151,7 +151,7 @@ impl<'a, S: System> Search<'a, S> {
         let mut e = vec![0.0; system.signature().discrete.transitions().count()];
         let mut y = guess.to_vec();
         for _ in 0..MOST_SIDES {
-            let place = Place { t: self.t, u: &self.u, p: self.problem.p, z: &z };
+            let place = AlgebraicPoint { t: self.t, u: &self.u, p: self.problem.p, z: &z };
             let (jacobian, tolerances) = (self.jacobian.as_mut(), self.tolerances);
             let solved =
                 self.equations.solve(system, place, &mut y, jacobian, &self.sizes, tolerances);
@@ -192,7 +192,7 @@ impl<'a, S: System> Search<'a, S> {
     /// Goes on until nothing but rounding is left, as far as that is to be had.
     fn polish(&mut self, y: &mut Vec<f64>, z: &[f64]) {
         let mut polished = y.clone();
-        let place = Place { t: self.t, u: &self.u, p: self.problem.p, z };
+        let place = AlgebraicPoint { t: self.t, u: &self.u, p: self.problem.p, z };
         let (system, jacobian) = (self.problem.system, self.jacobian.as_mut());
         let solved =
             self.equations.solve(system, place, &mut polished, jacobian, &self.sizes, POLISHED);

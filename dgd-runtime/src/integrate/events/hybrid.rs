@@ -1,8 +1,8 @@
 //! Modes and what is known of their transitions while a run goes on.
 
 use crate::discrete::Schedule;
-use crate::integrate::events::instant::Instant;
-use crate::integrate::events::simultaneous::Together;
+use crate::integrate::events::saltation::Saltation;
+use crate::integrate::events::simultaneous::Simultaneous;
 use crate::integrate::events::watch::Samples;
 use crate::state_selection::selecting;
 use crate::system::{Crossing, Point, System, Trigger};
@@ -41,12 +41,12 @@ pub(in crate::integrate) struct Hybrid {
     /// Transitions at one time: since when, and how many.
     pub(in crate::integrate) crowd: (f64, usize),
     /// When each transition was made.
-    pub(in crate::integrate) pasts: Vec<Past>,
+    pub(in crate::integrate) occurrences: Vec<Occurrences>,
     /// Transitions at one time.
-    pub(in crate::integrate) together: Together,
+    pub(in crate::integrate) simultaneous: Simultaneous,
     /// ∂t/∂θ of the times of conditions.
     pub(super) dtimes: Vec<f64>,
-    pub(in crate::integrate) instant: Instant,
+    pub(in crate::integrate) saltation: Saltation,
 }
 
 impl Hybrid {
@@ -81,10 +81,10 @@ impl Hybrid {
             samples: Samples::new(n_e),
             turned: None,
             crowd: (from, 0),
-            pasts: vec![Past::NONE; n_e],
-            together: Together::new(signature, n_s),
+            occurrences: vec![Occurrences::NONE; n_e],
+            simultaneous: Simultaneous::new(signature, n_s),
             dtimes,
-            instant: Instant::new(signature, n_s),
+            saltation: Saltation::new(signature, n_s),
         }
     }
 
@@ -138,18 +138,18 @@ impl Hybrid {
 
     /// Whether a corner has been passed less than `calm` ago.
     pub(in crate::integrate) fn flutters(&self, k: usize, t: f64, calm: f64) -> bool {
-        t - self.pasts[k].last < calm
+        t - self.occurrences[k].last < calm
     }
 
     /// Takes note of a corner that is passed, and waits for the way back.
     pub(in crate::integrate) fn pass_corner(&mut self, k: usize, t: f64) {
-        self.pasts[k].last = t;
+        self.occurrences[k].last = t;
         self.armed[k] = false;
     }
 
     /// How long the transition was made after the time before; infinity where it was not.
     pub(in crate::integrate) fn last_interval(&self, transition: usize) -> f64 {
-        self.pasts[transition].interval
+        self.occurrences[transition].interval
     }
 
     /// Whether the transition leaves the mode that its automaton is in.
@@ -161,14 +161,14 @@ impl Hybrid {
 /// When a transition was made: the last time, how long that was after the time before, and for how
 /// many times in sequence that has become less.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::integrate) struct Past {
+pub(in crate::integrate) struct Occurrences {
     last: f64,
     interval: f64,
     shrinking: usize,
     count: usize,
 }
 
-impl Past {
+impl Occurrences {
     pub(in crate::integrate) const NONE: Self =
         Self { last: f64::NEG_INFINITY, interval: f64::INFINITY, shrinking: 0, count: 0 };
 

@@ -6,13 +6,13 @@
 //! A transition whose condition holds when its mode is entered acts only after it has been false; it
 //! is *armed* from then on.
 //!
-//! All that happens at one time is one instant ([`instant`]): one cause, and the transitions
+//! All that happens at one time is one instant ([`saltation`]): one cause, and the transitions
 //! that follow from it one after another until nothing is due.
 
 mod hybrid;
-mod instant;
 mod locate;
 mod reselect;
+mod saltation;
 mod simultaneous;
 pub(in crate::integrate) mod singular_point;
 mod transitions;

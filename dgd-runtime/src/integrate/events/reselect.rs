@@ -43,7 +43,7 @@ impl<S: System> Simulation<'_, S> {
         if !S::FEATURES.events || !self.select_states() {
             return Ok(());
         }
-        self.discrete.instant.tau.fill(0.0);
+        self.discrete.saltation.tau.fill(0.0);
         self.begin_instant(solution);
         self.take_over(solution)
     }

@@ -6,7 +6,7 @@
 //! they are made in the reverse order too, and the outcomes compared.
 
 use crate::error::IntegrateError;
-use crate::integrate::events::hybrid::Past;
+use crate::integrate::events::hybrid::Occurrences;
 use crate::integrate::simulation::Simulation;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
 use crate::system::{Signature, System};
@@ -17,7 +17,7 @@ const AT_ONCE: f64 = 1e-10;
 const SAME: f64 = 1e-6;
 
 /// Transitions at one time, and what is needed to try them in another order.
-pub(in crate::integrate) struct Together {
+pub(in crate::integrate) struct Simultaneous {
     /// The one that the step was cut at, then the others.
     due: Vec<usize>,
     before: State,
@@ -33,7 +33,7 @@ struct State {
     mass: Vec<f64>,
     armed: Vec<bool>,
     slack: Vec<f64>,
-    pasts: Vec<Past>,
+    occurrences: Vec<Occurrences>,
     crowd: (f64, usize),
 }
 
@@ -47,13 +47,13 @@ impl State {
             mass: vec![0.0; n],
             armed: vec![false; n_e],
             slack: vec![0.0; n_e],
-            pasts: vec![Past::NONE; n_e],
+            occurrences: vec![Occurrences::NONE; n_e],
             crowd: (0.0, 0),
         }
     }
 }
 
-impl Together {
+impl Simultaneous {
     pub(in crate::integrate) fn new(signature: &Signature, n_s: usize) -> Self {
         let n_e = signature.discrete.transitions().count();
         let state = || State::new(signature, if n_e > 1 { n_s } else { 0 });
@@ -73,8 +73,8 @@ impl<S: System> Simulation<'_, S> {
             self.verify_order(solution);
         }
         self.make_event(k, solution)?;
-        for place in 1..self.discrete.together.due.len() {
-            let other = self.discrete.together.due[place];
+        for place in 1..self.discrete.simultaneous.due.len() {
+            let other = self.discrete.simultaneous.due[place];
             self.evaluate_events();
             if self.is_due(other) {
                 self.make_event(other, solution)?;
@@ -93,8 +93,8 @@ impl<S: System> Simulation<'_, S> {
     /// Collects what is due now; whether sensitivities may depend on the order.
     fn gather(&mut self, k: usize, solution: &mut Solution) -> bool {
         let discrete = &self.problem.system.signature().discrete;
-        self.discrete.together.due.clear();
-        self.discrete.together.due.push(k);
+        self.discrete.simultaneous.due.clear();
+        self.discrete.simultaneous.due.push(k);
         let watched = discrete.transitions().enumerate().filter(|(other, (automaton, t))| {
             *other != k && self.discrete.watches(*other, *automaton, t.from)
         });
@@ -113,7 +113,7 @@ impl<S: System> Simulation<'_, S> {
             let is_past = self.discrete.is_past(other, transition.crossing, e);
             if !with_slopes || self.is_continuous(other) {
                 if is_past {
-                    self.discrete.together.due.push(other);
+                    self.discrete.simultaneous.due.push(other);
                 }
                 continue;
             }
@@ -121,7 +121,7 @@ impl<S: System> Simulation<'_, S> {
             let is_near =
                 transition.crossing.is_past(rate) && (e / rate).abs() <= AT_ONCE * self.span;
             if is_past || is_near {
-                self.discrete.together.due.push(other);
+                self.discrete.simultaneous.due.push(other);
                 differs |= is_near && self.times_differ(k, other);
             }
         }
@@ -130,7 +130,7 @@ impl<S: System> Simulation<'_, S> {
 
     /// Whether the times of two events have different derivatives.
     fn times_differ(&self, k: usize, other: usize) -> bool {
-        let de = &self.discrete.instant.de;
+        let de = &self.discrete.saltation.de;
         let n_e = self.discrete.e.len();
         let rates = [k, other].map(|k| self.event_rate(k).0);
         de.chunks_exact(n_e).any(|column| {
@@ -142,9 +142,9 @@ impl<S: System> Simulation<'_, S> {
     /// Tries the transitions in both orders; ends sensitivities where the outcomes differ.
     fn verify_order(&mut self, solution: &mut Solution) {
         let (n_events, n_undefined) = (solution.events.len(), solution.undefined.len());
-        let together = &mut self.discrete.together;
-        let mut before = std::mem::take(&mut together.before);
-        let mut reversed = std::mem::take(&mut together.reversed);
+        let simultaneous = &mut self.discrete.simultaneous;
+        let mut before = std::mem::take(&mut simultaneous.before);
+        let mut reversed = std::mem::take(&mut simultaneous.reversed);
         self.save(&mut before);
         let backward = self.make_all(true, solution);
         self.save(&mut reversed);
@@ -152,7 +152,8 @@ impl<S: System> Simulation<'_, S> {
         let forward = self.make_all(false, solution);
         let agree = backward.is_ok() && forward.is_ok() && self.agrees_with(&reversed);
         self.restore(&before);
-        (self.discrete.together.before, self.discrete.together.reversed) = (before, reversed);
+        (self.discrete.simultaneous.before, self.discrete.simultaneous.reversed) =
+            (before, reversed);
         solution.events.truncate(n_events);
         if self.directions.is_some() {
             solution.undefined.truncate(n_undefined);
@@ -172,7 +173,7 @@ impl<S: System> Simulation<'_, S> {
         state.mass.copy_from_slice(self.algebraic.mass.as_ref());
         state.armed.copy_from_slice(&hybrid.armed);
         state.slack.copy_from_slice(&hybrid.slack);
-        state.pasts.copy_from_slice(&hybrid.pasts);
+        state.occurrences.copy_from_slice(&hybrid.occurrences);
         state.crowd = hybrid.crowd;
     }
 
@@ -185,17 +186,17 @@ impl<S: System> Simulation<'_, S> {
         hybrid.schedule.z.copy_from_slice(&state.z);
         hybrid.armed.copy_from_slice(&state.armed);
         hybrid.slack.copy_from_slice(&state.slack);
-        hybrid.pasts.copy_from_slice(&state.pasts);
+        hybrid.occurrences.copy_from_slice(&state.occurrences);
         hybrid.crowd = state.crowd;
         self.algebraic.enter_modes(&state.mass);
         self.linearized = false;
     }
 
     fn make_all(&mut self, reversed: bool, solution: &mut Solution) -> Result<(), IntegrateError> {
-        let n = self.discrete.together.due.len();
+        let n = self.discrete.simultaneous.due.len();
         for place in 0..n {
             let place = if reversed { n - 1 - place } else { place };
-            let k = self.discrete.together.due[place];
+            let k = self.discrete.simultaneous.due[place];
             let discrete = &self.problem.system.signature().discrete;
             // Another of them may have left its mode.
             let mut transitions = discrete.transitions();
@@ -223,7 +224,7 @@ impl<S: System> Simulation<'_, S> {
         self.directions = None;
         let discrete = &self.problem.system.signature().discrete;
         let mut names: Vec<&str> = Vec::new();
-        for k in &self.discrete.together.due {
+        for k in &self.discrete.simultaneous.due {
             let automaton = discrete.transitions().nth(*k).map(|(automaton, _)| automaton);
             let name = automaton.map_or("", |automaton| &*discrete.automata[automaton].name);
             if !names.contains(&name) {

@@ -9,7 +9,7 @@
 //! - S is no longer determined ([`UndefinedSensitivity`]), and close to there no longer to tolerance
 //!   ([`Simulation::unresolved_equation`]).
 
-use crate::initial::Place;
+use crate::initial::AlgebraicPoint;
 use crate::integrate::methods::stepper::{At, Base};
 use crate::integrate::simulation::{Simulation, multiply};
 use crate::linalg::Factorisation;
@@ -47,8 +47,12 @@ impl<S: System> Simulation<'_, S> {
         self.corrected = true;
         self.linearized = false;
         let Problem { system, p, .. } = *self.problem;
-        let at =
-            Place { t: self.t, u: self.drive.at(self.t, self.y.as_ref()), p, z: self.discrete.z() };
+        let at = AlgebraicPoint {
+            t: self.t,
+            u: self.drive.at(self.t, self.y.as_ref()),
+            p,
+            z: self.discrete.z(),
+        };
         let y = self.row.as_mut();
         y.copy_from_slice(self.y.as_ref());
         let jacobian = self.stepper.jacobian.as_mut();
@@ -101,7 +105,7 @@ impl<S: System> Simulation<'_, S> {
                 *new = y + h * slope;
             }
             let (u, udot) = self.drive.with_slope(t_new, y_new);
-            let at = Place { t: t_new, u, p, z: self.discrete.z() };
+            let at = AlgebraicPoint { t: t_new, u, p, z: self.discrete.z() };
             let jacobian = self.stepper.jacobian.as_mut();
             let consistent =
                 self.algebraic.make_consistent(system, at, y_new, jacobian, sizes, tolerances);

@@ -37,7 +37,8 @@ impl<S: System> Simulation<'_, S> {
             let hybrid = &mut self.discrete;
             let n_c = hybrid.z().len() - hybrid.n_automata;
             let condition = hybrid.schedule.next_condition().unwrap_or(0);
-            for (tau, column) in hybrid.instant.tau.iter_mut().zip(hybrid.dtimes.chunks_exact(n_c))
+            for (tau, column) in
+                hybrid.saltation.tau.iter_mut().zip(hybrid.dtimes.chunks_exact(n_c))
             {
                 *tau = column[condition];
             }
@@ -330,7 +331,7 @@ impl<S: System> Simulation<'_, S> {
         }
         *count += 1;
         let crowded = (*count > most).then_some(most);
-        let accumulates = self.discrete.pasts[k].accumulates(self.t, ONE_TIME * self.span);
+        let accumulates = self.discrete.occurrences[k].accumulates(self.t, ONE_TIME * self.span);
         match crowded.or(accumulates) {
             Some(transitions) => Err(IntegrateError::EndlessEvents {
                 t: self.t,

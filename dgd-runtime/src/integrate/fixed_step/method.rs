@@ -1,14 +1,14 @@
 //! The contract between the loop over samples and a method that makes steps of given size.
 
-use super::along::Along;
 use super::carried::Carried;
+use super::segment_inputs::SegmentInputs;
 use crate::system::System;
 
 /// A model with its parameters, and its inputs along a segment.
 pub(crate) struct Equations<'a, S> {
     pub(crate) system: &'a S,
     pub(crate) p: &'a [f64],
-    pub(crate) inputs: Along<'a>,
+    pub(crate) inputs: SegmentInputs<'a>,
 }
 
 impl<S> Clone for Equations<'_, S> {

@@ -21,7 +21,6 @@
 // Lengths are constants where storage has a fixed size, and only once inlined there.
 #![allow(clippy::inline_always)]
 
-mod along;
 mod carried;
 mod choice;
 mod count;
@@ -29,6 +28,7 @@ mod error;
 mod grid;
 mod method;
 mod rosenbrock;
+mod segment_inputs;
 mod sweep;
 mod taylor;
 mod tsit5;
@@ -37,7 +37,7 @@ use std::num::NonZeroU32;
 
 use crate::error::IntegrateError;
 use crate::integrate::methods::catalogue::MethodKind;
-use crate::integrate::methods::family::Equations;
+use crate::integrate::methods::family::Solves;
 use crate::integrate::methods::stepper::Directions;
 use crate::integrate::methods::tableaux::{EqualSteps, RungeKuttaTableau};
 use crate::integrate::methods::taylor::order;
@@ -191,7 +191,7 @@ fn dispatch<S: System, C: Carried<S>, T: Task<S, C>>(
 
 /// Whether [`sweep`] is the loop for this kind of methods.
 fn is_swept(kind: MethodKind) -> bool {
-    kind.traits().equations != Equations::Linear
+    kind.traits().solves != Solves::Linear
 }
 
 /// A run with a given number of steps, into a sink.

@@ -12,11 +12,11 @@
 // Lengths are constants where storage has a fixed size, and only once inlined there.
 #![allow(clippy::inline_always)]
 
-use super::along::Along;
 use super::carried::Carried;
 use super::choice::Measured;
 use super::grid::Grid;
 use super::method::{Equations, FixedStep, Made};
+use super::segment_inputs::SegmentInputs;
 use crate::error::IntegrateError;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::norm::larger;
@@ -131,7 +131,7 @@ pub(crate) fn sweep<S: System, C: Carried<S>, M: FixedStep<S, C>>(
     let mut index = inputs.segment_at(t, Side::Right);
     loop {
         let segment = inputs.segment(index);
-        let equations = Equations { system, p, inputs: Along::new(segment) };
+        let equations = Equations { system, p, inputs: SegmentInputs::new(segment) };
         method.enter();
         while asked < times.len() && times[asked] == t {
             sink.take(t, segment, now.y(), now.s());

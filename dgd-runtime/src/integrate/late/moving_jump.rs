@@ -122,7 +122,7 @@ impl<S: System> Simulation<'_, S> {
     /// it.
     pub(in crate::integrate) fn begin_moving_jump(&mut self, dt: &[f64], solution: &mut Solution) {
         if S::FEATURES.events && self.discrete.has_transitions() {
-            for (tau, dt) in self.discrete.instant.tau.iter_mut().zip(dt) {
+            for (tau, dt) in self.discrete.saltation.tau.iter_mut().zip(dt) {
                 *tau = *dt;
             }
             self.begin_instant(solution);

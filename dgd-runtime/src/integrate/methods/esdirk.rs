@@ -10,7 +10,7 @@
 
 use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
-use crate::integrate::methods::family::{Equations, Family, Needs, Remembers, Traits};
+use crate::integrate::methods::family::{Family, Needs, Remembers, Solves, Traits};
 use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::integrate::methods::tableaux::{RungeKuttaTableau, extrapolate};
@@ -25,11 +25,8 @@ const MOST_ITERATIONS: i32 = 7;
 pub(crate) struct Esdirk(pub(crate) &'static RungeKuttaTableau);
 
 impl Family for Esdirk {
-    const TRAITS: Traits = Traits {
-        needs: Needs::Jacobian,
-        remembers: Remembers::Slope,
-        equations: Equations::Iterated,
-    };
+    const TRAITS: Traits =
+        Traits { needs: Needs::Jacobian, remembers: Remembers::Slope, solves: Solves::Nonlinear };
     const LAW: Law = Law::Predictive;
 
     fn estimate_order(self, _rtol: f64) -> u32 {

@@ -17,7 +17,7 @@
 
 use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
-use crate::integrate::methods::family::{Equations, Family, Needs, Remembers, Traits};
+use crate::integrate::methods::family::{Family, Needs, Remembers, Solves, Traits};
 use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Trial};
 use crate::integrate::methods::tableaux::{RungeKuttaTableau, extrapolate};
@@ -35,7 +35,7 @@ pub(crate) struct ExplicitRungeKutta(pub(crate) &'static RungeKuttaTableau);
 
 impl Family for ExplicitRungeKutta {
     const TRAITS: Traits =
-        Traits { needs: Needs::Nothing, remembers: Remembers::Slope, equations: Equations::None };
+        Traits { needs: Needs::Nothing, remembers: Remembers::Slope, solves: Solves::Nothing };
     const LAW: Law = Law::ProportionalIntegral { beta: 0.04 };
 
     fn estimate_order(self, _rtol: f64) -> u32 {

@@ -47,13 +47,13 @@ pub(crate) enum Remembers {
 
 /// Equations for the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Equations {
+pub(crate) enum Solves {
     /// None: the method is explicit.
-    None,
+    Nothing,
     /// Linear ones.
     Linear,
     /// Those that Newton's method solves, to a part of the tolerance.
-    Iterated,
+    Nonlinear,
 }
 
 /// The properties of a family.
@@ -61,7 +61,7 @@ pub(crate) enum Equations {
 pub(crate) struct Traits {
     pub(crate) needs: Needs,
     pub(crate) remembers: Remembers,
-    pub(crate) equations: Equations,
+    pub(crate) solves: Solves,
 }
 
 impl Traits {
@@ -97,13 +97,13 @@ impl Traits {
     /// Whether equations are solved by iteration.
     #[inline]
     pub(crate) fn solves_equations(self) -> bool {
-        self.equations == Equations::Iterated
+        self.solves == Solves::Nonlinear
     }
 
     /// Whether equations are solved at all, so that models may be stiff and unknowns algebraic.
     #[inline]
     pub(crate) fn is_implicit(self) -> bool {
-        self.equations != Equations::None
+        self.solves != Solves::Nothing
     }
 }
 

@@ -30,7 +30,7 @@
 use crate::error::IntegrateError;
 use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
-use crate::integrate::methods::family::{Equations, Family, Needs, Remembers, Traits};
+use crate::integrate::methods::family::{Family, Needs, Remembers, Solves, Traits};
 use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Trial};
 use crate::linalg::norm::larger;
@@ -262,7 +262,7 @@ pub(crate) struct Taylor {
 
 impl Family for Taylor {
     const TRAITS: Traits =
-        Traits { needs: Needs::Series, remembers: Remembers::Nothing, equations: Equations::None };
+        Traits { needs: Needs::Series, remembers: Remembers::Nothing, solves: Solves::Nothing };
     const LAW: Law = Law::Predictive;
 
     fn estimate_order(self, rtol: f64) -> u32 {

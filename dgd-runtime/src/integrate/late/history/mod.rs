@@ -5,11 +5,11 @@
 //! its start value.
 //!
 //! Where a solution is not smooth it is *marked*. A delay that reaches a mark makes what is read late
-//! change its piece there: a *break* of the run, at which a step ends ([`super::breaks`]). Between two
-//! breaks a delay reads what lies between two marks, however α is rounded.
+//! change its piece there: a *discontinuity* of the run, at which a step ends ([`super::discontinuities`]).
+//! Between two of them a delay reads what lies between two marks, however α is rounded.
 //!
 //! A mark of level l has a jump in the l-th derivative. The solution integrates what it reads late, so
-//! that a break at a mark of level l is a mark of level l + 1. Marks are followed up to
+//! that a discontinuity at a mark of level l is a mark of level l + 1. Marks are followed up to
 //! [`MOST_LEVEL`]; beyond, the error estimate of any method sees nothing of them. Where very many are
 //! on their way, as with recordings of every second and a long delay, only those are followed up that
 //! values or sensitivities jump at: levels 0 and 1.
@@ -143,7 +143,7 @@ struct Mark {
 }
 
 /// A delay has reached a mark.
-pub(in crate::integrate) struct Break {
+pub(in crate::integrate) struct Discontinuity {
     lag: usize,
     /// Whether the delay goes back behind the mark.
     back: bool,

@@ -1,27 +1,27 @@
-//! When delays reach marks: breaks of the run.
+//! When delays reach marks: discontinuities of what is read late.
 //!
 //! Of a constant delay that is known beforehand. A delay that varies is watched: where it has passed a
 //! mark at the end of a step, the step is to end there.
 
-use super::{Break, History, Lag, Mark, ONE_TIME, Tau};
+use super::{Discontinuity, History, Lag, Mark, ONE_TIME, Tau};
 use crate::problem::Problem;
 use crate::system::System;
 
 impl History {
-    /// When the next break is; infinity where none is known yet.
-    pub(in crate::integrate) fn next_break(&self) -> f64 {
-        let times = self.lags.iter().filter_map(|lag| self.break_of(lag));
+    /// When the next discontinuity is; infinity where none is known yet.
+    pub(in crate::integrate) fn next_discontinuity(&self) -> f64 {
+        let times = self.lags.iter().filter_map(|lag| self.discontinuity_of(lag));
         let crossing = self.crossing.map_or(f64::INFINITY, |(_, t, _)| t);
         times.fold(crossing, f64::min)
     }
 
-    fn break_of(&self, lag: &Lag) -> Option<f64> {
+    fn discontinuity_of(&self, lag: &Lag) -> Option<f64> {
         let mark = self.marks.get(lag.mark - self.first_mark)?;
         Some(mark.t + lag.constant()?)
     }
 
-    /// A break at `t`, to rounding.
-    pub(in crate::integrate) fn break_at(&self, t: f64) -> Option<Break> {
+    /// A discontinuity at `t`, to rounding.
+    pub(in crate::integrate) fn discontinuity_at(&self, t: f64) -> Option<Discontinuity> {
         if let Some((lag, time, back)) = self.crossing
             && time <= t
         {
@@ -31,21 +31,21 @@ impl History {
                 Tau::Constant(_) => None,
                 Tau::Varying(delay) => Some(delay),
             };
-            return Some(Break { lag, back, level: *level, dt: dt.clone(), varying });
+            return Some(Discontinuity { lag, back, level: *level, dt: dt.clone(), varying });
         }
         let due = |lag: &Lag| {
             let tau = lag.constant().unwrap_or(0.0);
-            self.break_of(lag).is_some_and(|time| time <= t + ONE_TIME * t.abs().max(tau))
+            self.discontinuity_of(lag).is_some_and(|time| time <= t + ONE_TIME * t.abs().max(tau))
         };
         let lag = self.lags.iter().position(due)?;
         let Lag { dtau, mark, .. } = &self.lags[lag];
         let mark = &self.marks[mark - self.first_mark];
         let dt = mark.dt.iter().zip(dtau).map(|(dt, dtau)| dt + dtau).collect();
-        Some(Break { lag, back: false, level: mark.level, dt, varying: None })
+        Some(Discontinuity { lag, back: false, level: mark.level, dt, varying: None })
     }
 
     /// What is read late goes on behind the mark.
-    pub(in crate::integrate) fn pass(&mut self, at: &Break) {
+    pub(in crate::integrate) fn pass(&mut self, at: &Discontinuity) {
         let mark = &mut self.lags[at.lag].mark;
         *mark = if at.back { *mark - 1 } else { *mark + 1 };
         self.crossing = None;

@@ -27,9 +27,7 @@
 
 use crate::integrate::controller::{Controller, Law};
 use crate::integrate::drive::Drive;
-use crate::integrate::methods::family::{
-    Equations, Family, Judged, Needs, Remembers, Scale, Traits,
-};
+use crate::integrate::methods::family::{Family, Judged, Needs, Remembers, Scale, Solves, Traits};
 use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::solution::Statistics;
@@ -123,7 +121,7 @@ impl Family for Bdf {
     const TRAITS: Traits = Traits {
         needs: Needs::Nothing,
         remembers: Remembers::Differences,
-        equations: Equations::Iterated,
+        solves: Solves::Nonlinear,
     };
     const LAW: Law = Law::Piecewise;
 

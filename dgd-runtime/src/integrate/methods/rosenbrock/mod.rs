@@ -19,7 +19,7 @@ mod lanes;
 
 use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
-use crate::integrate::methods::family::{Asked, Equations, Family, Needs, Remembers, Traits};
+use crate::integrate::methods::family::{Asked, Family, Needs, Remembers, Solves, Traits};
 use crate::integrate::methods::newton::failed;
 use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Trial};
@@ -38,7 +38,7 @@ impl Family for Rosenbrock {
     const TRAITS: Traits = Traits {
         needs: Needs::AllDerivatives,
         remembers: Remembers::Nothing,
-        equations: Equations::Linear,
+        solves: Solves::Linear,
     };
     const LAW: Law = Law::Predictive;
 

@@ -1,4 +1,4 @@
-//! Breaks: a delay of an unknown reaches a point at which the unknown was not smooth.
+//! Discontinuities of what is read late: a delay reaches a point at which its unknown was not smooth.
 //!
 //! A jump of x at s, with ds/dθ, is one of x(t − τ) at s + τ, which moves by ds/dθ + ∂τ/∂θ. It is gone
 //! through as jumps of inputs that move ([`super::moving_jump`]), and whatever triggers a mark of the
@@ -6,7 +6,7 @@
 
 use crate::error::IntegrateError;
 use crate::integrate::drive::Drive;
-use crate::integrate::late::history::Break;
+use crate::integrate::late::history::Discontinuity;
 use crate::integrate::late::moving_jump::NO_JUMP;
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
@@ -20,15 +20,15 @@ const SMOOTH: u32 = 2;
 /// Where a mark is reached is known to this part of the step.
 const NARROW: f64 = 1e-13;
 
-/// Work space at breaks.
-pub(in crate::integrate) struct Breaks<S: System> {
+/// Work space at discontinuities.
+pub(in crate::integrate) struct Discontinuities<S: System> {
     pub(in crate::integrate) before: S::Vector,
     after: S::Vector,
     /// Of steps that read themselves; `None` without sensitivities.
     pub(in crate::integrate) s: Option<S::Sensitivity>,
 }
 
-impl<S: System> Breaks<S> {
+impl<S: System> Discontinuities<S> {
     pub(in crate::integrate) fn new(n: usize, s: Option<S::Sensitivity>) -> Self {
         Self { before: S::Vector::zeros(n), after: S::Vector::zeros(n), s }
     }
@@ -37,7 +37,7 @@ impl<S: System> Breaks<S> {
 impl<S: System> Simulation<'_, S> {
     /// What is read late is known from now on.
     pub(in crate::integrate) fn begin_history(&mut self) {
-        if S::FEATURES.past && self.breaks.is_some() {
+        if S::FEATURES.past && self.discontinuities.is_some() {
             let s = self.directions.as_ref().map(|d| d.s.as_ref());
             self.drive.begin_history(self.t, self.y.as_ref(), s, self.sizes.as_ref());
             self.make_sensitivities_consistent_with_history();
@@ -54,28 +54,28 @@ impl<S: System> Simulation<'_, S> {
         self.drive.history.as_ref().map_or(f64::INFINITY, |history| history.reach())
     }
 
-    /// When the next break is.
+    /// When the next discontinuity is.
     #[inline]
-    pub(in crate::integrate) fn next_break(&self) -> f64 {
+    pub(in crate::integrate) fn next_discontinuity(&self) -> f64 {
         if !S::FEATURES.past {
             return f64::INFINITY;
         }
-        self.drive.history.as_ref().map_or(f64::INFINITY, |history| history.next_break())
+        self.drive.history.as_ref().map_or(f64::INFINITY, |history| history.next_discontinuity())
     }
 
-    /// Passes the breaks that are now, one after another.
+    /// Passes the discontinuities that are now, one after another.
     #[inline]
-    pub(in crate::integrate) fn pass_breaks(
+    pub(in crate::integrate) fn pass_discontinuities(
         &mut self,
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
         if !S::FEATURES.past {
             return Ok(());
         }
-        while let Some(at) = self.drive.history.as_ref().and_then(|h| h.break_at(self.t)) {
-            let Some(mut work) = self.breaks.take() else { return Ok(()) };
+        while let Some(at) = self.drive.history.as_ref().and_then(|h| h.discontinuity_at(self.t)) {
+            let Some(mut work) = self.discontinuities.take() else { return Ok(()) };
             let passed = self.pass(&at, &mut work, solution);
-            self.breaks = Some(work);
+            self.discontinuities = Some(work);
             passed?;
         }
         Ok(())
@@ -83,8 +83,8 @@ impl<S: System> Simulation<'_, S> {
 
     fn pass(
         &mut self,
-        at: &Break,
-        work: &mut Breaks<S>,
+        at: &Discontinuity,
+        work: &mut Discontinuities<S>,
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
         self.linearized = false;
@@ -218,7 +218,7 @@ impl<S: System> Simulation<'_, S> {
         }
         let s = self.directions.as_ref().map(|d| d.s.as_ref());
         if let Some(history) = &mut self.drive.history {
-            history.mark(self.t, 1, &self.discrete.instant.tau, self.y.as_ref(), s);
+            history.mark(self.t, 1, &self.discrete.saltation.tau, self.y.as_ref(), s);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! One instant: how unknowns and sensitivities go through a change of modes.
+//! Saltation: how unknowns and sensitivities go through the instant of a change of modes.
 //!
 //! The time t_e of the instant depends on the parameters, τ = dt_e/dθ:
 //!
@@ -33,7 +33,7 @@ use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
 use crate::system::{Point, Signature, System};
 
 /// Work space of an instant; matrices by columns, one for each direction.
-pub(in crate::integrate) struct Instant {
+pub(in crate::integrate) struct Saltation {
     /// τ.
     pub(in crate::integrate) tau: Vec<f64>,
     /// ẏ of all unknowns.
@@ -54,7 +54,7 @@ pub(in crate::integrate) struct Instant {
     drdt: Vec<f64>,
 }
 
-impl Instant {
+impl Saltation {
     pub(in crate::integrate) fn new(signature: &Signature, n_s: usize) -> Self {
         let discrete = &signature.discrete;
         let n = if discrete.is_empty() { 0 } else { signature.unknowns.len() };
@@ -90,11 +90,11 @@ impl<S: System> Simulation<'_, S> {
     #[inline]
     pub(in crate::integrate) fn begin_sample(&mut self) {
         if S::FEATURES.events && self.discrete.has_transitions() {
-            let instant = &mut self.discrete.instant;
-            instant.tau.fill(0.0);
-            instant.y_left.copy_from_slice(self.y.as_ref());
+            let saltation = &mut self.discrete.saltation;
+            saltation.tau.fill(0.0);
+            saltation.y_left.copy_from_slice(self.y.as_ref());
             if let Some(d) = &self.directions {
-                instant.total_left.copy_from_slice(d.s.as_ref());
+                saltation.total_left.copy_from_slice(d.s.as_ref());
             }
         }
     }
@@ -102,15 +102,15 @@ impl<S: System> Simulation<'_, S> {
     /// Begins an instant with the derivatives τ of its time as they have been set.
     pub(in crate::integrate) fn begin_instant(&mut self, solution: &mut Solution) {
         self.take_totals(solution);
-        let instant = &mut self.discrete.instant;
-        instant.y_left.copy_from_slice(self.y.as_ref());
-        instant.total_left.copy_from_slice(&instant.total);
+        let saltation = &mut self.discrete.saltation;
+        saltation.y_left.copy_from_slice(self.y.as_ref());
+        saltation.total_left.copy_from_slice(&saltation.total);
     }
 
     /// Begins the instant at which the event function of a transition passes zero.
     pub(in crate::integrate) fn begin_event(&mut self, k: usize, solution: &mut Solution) {
         if self.is_continuous(k) {
-            self.discrete.instant.tau.fill(0.0);
+            self.discrete.saltation.tau.fill(0.0);
         } else if self.directions.is_some() && self.take_event_slopes(solution) {
             let (rate, size) = self.event_rate(k);
             let depth = match self.discrete.turned.take() {
@@ -121,10 +121,10 @@ impl<S: System> Simulation<'_, S> {
             if touches || rate == 0.0 || !rate.is_finite() {
                 self.end_sensitivities_at_threshold(k, solution);
             } else {
-                let instant = &mut self.discrete.instant;
-                let n_e = instant.dedt.len();
-                for (j, tau) in instant.tau.iter_mut().enumerate() {
-                    *tau = -instant.de[j * n_e + k] / rate;
+                let saltation = &mut self.discrete.saltation;
+                let n_e = saltation.dedt.len();
+                for (j, tau) in saltation.tau.iter_mut().enumerate() {
+                    *tau = -saltation.de[j * n_e + k] / rate;
                 }
             }
         }
@@ -141,19 +141,19 @@ impl<S: System> Simulation<'_, S> {
         let Some(d) = &self.directions else { return false };
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
-        let Instant { de, dedy, dedt, .. } = &mut self.discrete.instant;
+        let Saltation { de, dedy, dedt, .. } = &mut self.discrete.saltation;
         system.event_sensitivities(at, udot, d.s.as_ref(), de, dedy, dedt);
         true
     }
 
     /// ė = ∂e/∂y ẏ + ∂e/∂t + ∂e/∂u u̇, and what unknowns of their sizes would change e by.
     pub(in crate::integrate) fn event_rate(&self, k: usize) -> (f64, f64) {
-        let instant = &self.discrete.instant;
-        let (mut rate, mut size) = (instant.dedt[k], 0.0_f64);
+        let saltation = &self.discrete.saltation;
+        let (mut rate, mut size) = (saltation.dedt[k], 0.0_f64);
         let pattern = &self.problem.system.signature().discrete.event_jacobian;
-        for ((row, column), slope) in pattern.positions().zip(instant.dedy.iter()) {
+        for ((row, column), slope) in pattern.positions().zip(saltation.dedy.iter()) {
             if row == k {
-                rate += slope * instant.ydot[column];
+                rate += slope * saltation.ydot[column];
                 size += (slope * self.sizes.as_ref()[column]).abs();
             }
         }
@@ -176,7 +176,7 @@ impl<S: System> Simulation<'_, S> {
     /// ẏ_d = f_d and 0 = ∂f_a/∂y ẏ + ∂f_a/∂t + ∂f_a/∂u u̇.
     fn take_slopes(&mut self, solution: &mut Solution) -> bool {
         self.linearize_values();
-        let ydot = self.discrete.instant.ydot.as_mut_slice();
+        let ydot = self.discrete.saltation.ydot.as_mut_slice();
         ydot.copy_from_slice(self.stepper.f.as_ref());
         if self.algebraic.is_empty() {
             return true;
@@ -203,12 +203,12 @@ impl<S: System> Simulation<'_, S> {
         if self.directions.is_none() {
             return;
         }
-        let is_fixed = self.discrete.instant.is_fixed();
+        let is_fixed = self.discrete.saltation.is_fixed();
         if !is_fixed && !self.take_slopes(solution) {
             return;
         }
         let Some(d) = &self.directions else { return };
-        let Instant { tau, ydot, total, .. } = &mut self.discrete.instant;
+        let Saltation { tau, ydot, total, .. } = &mut self.discrete.saltation;
         total.copy_from_slice(d.s.as_ref());
         if !is_fixed {
             for (total, tau) in total.chunks_exact_mut(ydot.len().max(1)).zip(tau.iter()) {
@@ -232,33 +232,34 @@ impl<S: System> Simulation<'_, S> {
         }
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
-        let instant = &mut self.discrete.instant;
-        system.resets(at, &mut instant.r);
+        let saltation = &mut self.discrete.saltation;
+        system.resets(at, &mut saltation.r);
         if let Some(d) = &self.directions {
-            let (dr, drdy) = (&mut instant.dr, &mut instant.drdy);
-            system.reset_sensitivities(at, udot, d.s.as_ref(), dr, drdy, &mut instant.drdt);
+            let (dr, drdy) = (&mut saltation.dr, &mut saltation.drdy);
+            system.reset_sensitivities(at, udot, d.s.as_ref(), dr, drdy, &mut saltation.drdt);
             // ṙ in the place of ∂r/∂t + ∂r/∂u u̇; where the time is fixed it does not count.
-            if !instant.is_fixed() {
-                for ((row, column), slope) in discrete.reset_jacobian.positions().zip(&instant.drdy)
+            if !saltation.is_fixed() {
+                for ((row, column), slope) in
+                    discrete.reset_jacobian.positions().zip(&saltation.drdy)
                 {
-                    instant.drdt[row] += slope * instant.ydot[column];
+                    saltation.drdt[row] += slope * saltation.ydot[column];
                 }
             }
-            let (n, n_r) = (instant.ydot.len(), instant.r.len());
-            for (j, tau) in instant.tau.iter().enumerate() {
+            let (n, n_r) = (saltation.ydot.len(), saltation.r.len());
+            for (j, tau) in saltation.tau.iter().enumerate() {
                 for (q, unknown) in (first..).zip(transition.resets.iter()) {
-                    let along = if *tau == 0.0 { 0.0 } else { instant.drdt[q] * tau };
-                    instant.total[j * n + unknown] = instant.dr[j * n_r + q] + along;
+                    let along = if *tau == 0.0 { 0.0 } else { saltation.drdt[q] * tau };
+                    saltation.total[j * n + unknown] = saltation.dr[j * n_r + q] + along;
                 }
             }
         }
         for (q, unknown) in (first..).zip(transition.resets.iter()) {
-            self.y.as_mut()[*unknown] = instant.r[q];
+            self.y.as_mut()[*unknown] = saltation.r[q];
             // That is what it has where it becomes differential.
-            instant.y_left[*unknown] = instant.r[q];
-            for j in 0..instant.tau.len() {
-                let at = j * instant.ydot.len() + unknown;
-                instant.total_left[at] = instant.total[at];
+            saltation.y_left[*unknown] = saltation.r[q];
+            for j in 0..saltation.tau.len() {
+                let at = j * saltation.ydot.len() + unknown;
+                saltation.total_left[at] = saltation.total[at];
             }
         }
     }
@@ -272,20 +273,20 @@ impl<S: System> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         if self.discrete.has_transitions() {
             self.select_states();
-            let mut mass = std::mem::take(&mut self.discrete.instant.mass);
+            let mut mass = std::mem::take(&mut self.discrete.saltation.mass);
             let u = self.drive.at(self.t, self.y.as_ref());
             let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
             system.mass(at, &mut mass);
             self.keep_what_becomes_differential(&mass);
             self.algebraic.enter_modes(&mass);
-            self.discrete.instant.mass = mass;
+            self.discrete.saltation.mass = mass;
         }
         self.make_values_consistent()?;
         if self.directions.is_some() {
             self.linearize_values();
             let f = self.stepper.f.as_ref();
             let n = f.len().max(1);
-            let Instant { tau, total, .. } = &self.discrete.instant;
+            let Saltation { tau, total, .. } = &self.discrete.saltation;
             if let Some(d) = &mut self.directions {
                 // S = D − f τ; algebraic rows are overwritten.
                 let columns = d.s.as_mut().chunks_exact_mut(n).zip(total.chunks_exact(n));
@@ -307,12 +308,12 @@ impl<S: System> Simulation<'_, S> {
     /// differential start from where they were before the instant.
     fn keep_what_becomes_differential(&mut self, mass: &[f64]) {
         let n = mass.len();
-        let instant = &mut self.discrete.instant;
+        let saltation = &mut self.discrete.saltation;
         for (i, (before, after)) in self.algebraic.mass.as_ref().iter().zip(mass).enumerate() {
             if *before == 0.0 && *after != 0.0 {
-                self.y.as_mut()[i] = instant.y_left[i];
-                for j in 0..instant.tau.len() {
-                    instant.total[j * n + i] = instant.total_left[j * n + i];
+                self.y.as_mut()[i] = saltation.y_left[i];
+                for j in 0..saltation.tau.len() {
+                    saltation.total[j * n + i] = saltation.total_left[j * n + i];
                 }
             }
         }
@@ -321,12 +322,12 @@ impl<S: System> Simulation<'_, S> {
     /// What is differential now has been kept: later transitions of the instant keep that.
     fn remember_differential(&mut self) {
         let n = self.y.as_ref().len();
-        let instant = &mut self.discrete.instant;
+        let saltation = &mut self.discrete.saltation;
         for (i, mass) in self.algebraic.mass.as_ref().iter().enumerate() {
             if *mass != 0.0 {
-                instant.y_left[i] = self.y.as_ref()[i];
-                for j in 0..instant.tau.len() {
-                    instant.total_left[j * n + i] = instant.total[j * n + i];
+                saltation.y_left[i] = self.y.as_ref()[i];
+                for j in 0..saltation.tau.len() {
+                    saltation.total_left[j * n + i] = saltation.total[j * n + i];
                 }
             }
         }

@@ -4,7 +4,7 @@
 //! history; it is made again with its own polynomial until it does not change any more.
 
 use crate::error::IntegrateError;
-use crate::integrate::late::breaks::Breaks;
+use crate::integrate::late::discontinuities::Discontinuities;
 use crate::integrate::late::history::NODES;
 use crate::integrate::methods::stepper::Failed;
 use crate::integrate::simulation::{Simulation, Variables};
@@ -46,7 +46,7 @@ impl<S: System> Simulation<'_, S> {
         if !history.is_some_and(|history| history.has_read_beyond()) {
             return Ok(());
         }
-        let Some(mut work) = self.breaks.take() else { return Ok(()) };
+        let Some(mut work) = self.discontinuities.take() else { return Ok(()) };
         let mut closed = Err(Failed::Unsettled);
         for _ in 0..MOST_PASSES {
             self.remember(self.t + h, true);
@@ -64,12 +64,12 @@ impl<S: System> Simulation<'_, S> {
                 break;
             }
         }
-        self.breaks = Some(work);
+        self.discontinuities = Some(work);
         closed
     }
 
     /// Whether the step tried last is the one before it, to a part of the tolerance.
-    fn has_settled(&self, work: &mut Breaks<S>) -> bool {
+    fn has_settled(&self, work: &mut Discontinuities<S>) -> bool {
         let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
         for (before, after) in work.before.as_mut().iter_mut().zip(y_new) {
             *before -= after;

@@ -7,12 +7,12 @@ use crate::signal::Segment;
 
 /// Inputs along a segment, of which is known whether any changes.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Along<'a> {
+pub(crate) struct SegmentInputs<'a> {
     segment: Segment<'a>,
     is_constant: bool,
 }
 
-impl<'a> Along<'a> {
+impl<'a> SegmentInputs<'a> {
     #[inline(always)]
     pub(crate) fn new(segment: Segment<'a>) -> Self {
         Self { segment, is_constant: segment.is_constant() }
