@@ -1,16 +1,14 @@
 //! One experiment: its simulation, and what its samples add to the normal equations.
 
-use dgd_runtime::for_identify::{Sink, can_stream, stream};
+use dgd_runtime::for_identify::can_stream;
 use dgd_runtime::linearize::LinearAt;
-use dgd_runtime::{
-    Inputs, Observations, Options, Point, Problem, Segment, Storage, System, observe, simulate,
-    simulate_with_sensitivities,
-};
+use dgd_runtime::model::{Model, Samples, observe, stream};
+use dgd_runtime::{Inputs, Observations, Options, Problem, simulate, simulate_with_sensitivities};
 
 use crate::error::TrialFailure;
 use crate::keep_by_fields;
-use crate::linearised;
 use crate::loss::{Robust, Scaled};
+use crate::output_error::linearised;
 
 /// One experiment.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,15 +105,15 @@ pub(crate) enum Derivatives {
 /// Outputs at the sample times of a recording, as its sensors would read them.
 ///
 /// All estimation sees a model through this function and [`simulated_sums`].
-pub(crate) fn outputs_of<S: System>(
-    system: &S,
+pub(crate) fn outputs_of(
+    system: &dyn Model,
     recording: &Recording,
     p: &[f64],
     start: &[(usize, f64)],
     options: &Options,
     derivatives: Derivatives,
 ) -> Result<Observations, TrialFailure> {
-    let problem = Problem { system, p, inputs: &recording.inputs, start };
+    let problem = Problem { system: &system, p, inputs: &recording.inputs, start };
     if let Some(at) = &recording.linear {
         return linearised::outputs_of(&problem, (recording, at), options, derivatives)
             .map_err(|error| TrialFailure::NotLinearised(Box::new(error)));
@@ -135,8 +133,8 @@ pub(crate) fn outputs_of<S: System>(
 /// # Errors
 ///
 /// [`TrialFailure::Simulation`], and [`TrialFailure::NotLinearised`] where [`Recording::linear`] asks for that.
-pub fn outputs_with_sensitivities<S: System>(
-    system: &S,
+pub fn outputs_with_sensitivities(
+    system: &dyn Model,
     recording: &Recording,
     p: &[f64],
     start: &[(usize, f64)],
@@ -262,20 +260,20 @@ fn write_slopes(dw: &[f64], n_w: usize, output: usize, columns: &[Column], slope
 }
 
 /// [`sums`] of a simulation, with derivatives; where it can be, each sample is added as it is reached.
-pub(crate) fn simulated_sums<S: System>(
-    system: &S,
+pub(crate) fn simulated_sums(
+    system: &dyn Model,
     recording: &Recording,
     (p, start): (&[f64], &[(usize, f64)]),
     options: &Options,
     (columns, losses): (&[Column], &[Option<Scaled>]),
     output_name: impl Fn(usize) -> String,
 ) -> Result<Vec<Sums>, TrialFailure> {
-    let problem = Problem { system, p, inputs: &recording.inputs, start };
+    let problem = Problem { system: &system, p, inputs: &recording.inputs, start };
     if recording.linear.is_some() || !can_stream(&problem, options) {
         let observations = outputs_of(system, recording, p, start, options, Derivatives::Yes)?;
         return sums(recording, &observations, columns, losses, output_name);
     }
-    let mut adding = Adding::new(&problem, recording, columns, losses);
+    let mut adding = Adding::new(recording, columns, losses);
     stream(&problem, &recording.times, options, &mut adding).map_err(TrialFailure::Simulation)?;
     match adding.spoilt {
         None => Ok(adding.sums),
@@ -287,36 +285,22 @@ pub(crate) fn simulated_sums<S: System>(
 }
 
 /// Adds samples while a simulation goes on.
-struct Adding<'a, S: System> {
-    problem: Problem<'a, S>,
+struct Adding<'a> {
     /// Measured values of each output, none for one that was not measured.
     measured: Vec<&'a [f64]>,
     /// Samples before this one do not count.
     first: usize,
     columns: &'a [Column],
     losses: &'a [Option<Scaled>],
-    /// Position of the next sample.
-    k: usize,
-    u: S::Inputs,
-    w: Vec<f64>,
-    dw: Vec<f64>,
     slopes: Vec<f64>,
     sums: Vec<Sums>,
     /// The first output that is not a number where it was measured, with its sample.
     spoilt: Option<(usize, usize)>,
 }
 
-impl<'a, S: System> Adding<'a, S> {
-    fn new(
-        problem: &Problem<'a, S>,
-        recording: &'a Recording,
-        columns: &'a [Column],
-        losses: &'a [Option<Scaled>],
-    ) -> Self {
-        let signature = problem.system.signature();
-        let n_w = signature.outputs.len();
+impl<'a> Adding<'a> {
+    fn new(recording: &'a Recording, columns: &'a [Column], losses: &'a [Option<Scaled>]) -> Self {
         Self {
-            problem: *problem,
             measured: recording
                 .measured
                 .iter()
@@ -325,10 +309,6 @@ impl<'a, S: System> Adding<'a, S> {
             first: recording.times.partition_point(|t| *t < recording.counts_from),
             columns,
             losses,
-            k: 0,
-            u: S::Inputs::zeros(signature.n_u()),
-            w: vec![0.0; n_w],
-            dw: vec![0.0; n_w * signature.directions.len()],
             slopes: vec![0.0; columns.len()],
             sums: losses.iter().map(|scaled| Sums::zeros(columns.len(), *scaled)).collect(),
             spoilt: None,
@@ -336,28 +316,23 @@ impl<'a, S: System> Adding<'a, S> {
     }
 }
 
-impl<S: System> Sink for Adding<'_, S> {
+impl Samples for Adding<'_> {
     #[inline]
-    fn take(&mut self, t: f64, segment: Segment<'_>, y: &[f64], s: &[f64]) {
-        let k = self.k;
-        self.k += 1;
+    fn wants(&mut self, k: usize) -> bool {
         let counts = |samples: &&[f64]| samples.get(k).is_some_and(|value| value.is_finite());
-        if k < self.first || !self.measured.iter().any(counts) {
-            return;
-        }
-        let Problem { system, p, .. } = self.problem;
-        segment.value(t, self.u.as_mut());
-        let at = Point { t, y, u: self.u.as_ref(), p, z: &[] };
-        system.output_sensitivities(at, s, &mut self.w, &mut self.dw);
-        let n_w = self.w.len();
+        k >= self.first && self.measured.iter().any(counts)
+    }
+
+    #[inline]
+    fn take(&mut self, k: usize, w: &[f64], dw: &[f64]) {
         for (output, (sums, samples)) in self.sums.iter_mut().zip(&self.measured).enumerate() {
             let Some(measured) = samples.get(k).filter(|value| value.is_finite()) else { continue };
-            let e = self.w[output] - measured;
+            let e = w[output] - measured;
             if !e.is_finite() {
                 self.spoilt.get_or_insert((k, output));
                 continue;
             }
-            write_slopes(&self.dw, n_w, output, self.columns, &mut self.slopes);
+            write_slopes(dw, w.len(), output, self.columns, &mut self.slopes);
             sums.add(e, &self.slopes, self.losses[output]);
         }
     }

@@ -10,9 +10,8 @@
 //! are in this order: parameters, then the start values of the first recording, of the second, ….
 
 use dgd_runtime::for_identify::{parameter_size, start_values, unknown_sizes};
-use dgd_runtime::{
-    Direction, InitialError, Point, Problem, Side, Storage, System, discrete_numbers,
-};
+use dgd_runtime::model::Model;
+use dgd_runtime::{Direction, InitialError, Point, Problem, Side, discrete_numbers};
 use dgd_runtime::{IntegrateError, Signature};
 
 use crate::error::{EstimateError, TrialFailed, TrialFailure};
@@ -121,8 +120,8 @@ pub(crate) struct Variables {
 
 impl Variables {
     /// Variables for the free directions, and their first values.
-    pub(crate) fn new<S: System>(
-        system: &S,
+    pub(crate) fn new(
+        system: &dyn Model,
         p: &[f64],
         recordings: &[Recording],
         free: &[bool],
@@ -137,7 +136,7 @@ impl Variables {
             let scale = if parameter.log {
                 Scale::Logarithm
             } else {
-                Scale::Linear(parameter_size(system, i))
+                Scale::Linear(parameter_size(&system, i))
             };
             let (lower, upper) = (parameter.lower, parameter.upper);
             let variable = Variable { of, recording: None, direction, scale, lower, upper };
@@ -155,7 +154,7 @@ impl Variables {
             let start = first_start(system, p, recording)
                 .map_err(|reason| EstimateError::Start(TrialFailed { recording: r, reason }))?;
             let mut sizes = vec![0.0; start.len()];
-            unknown_sizes(system, &start, &mut sizes);
+            unknown_sizes(&system, &start, &mut sizes);
             for (direction, of) in directions() {
                 let Direction::Start(i) = of else { continue };
                 let variable = Variable {
@@ -242,18 +241,19 @@ impl Variables {
 }
 
 /// The model's start values in a recording, with its replacements.
-pub(crate) fn first_start<S: System>(
-    system: &S,
+pub(crate) fn first_start(
+    system: &dyn Model,
     p: &[f64],
     recording: &Recording,
 ) -> Result<Vec<f64>, TrialFailure> {
     let failed = |error: InitialError| TrialFailure::Simulation(IntegrateError::Initial(error));
     let mut y = vec![0.0; system.signature().unknowns.len()];
     let Some(&t) = recording.times.first() else { return Ok(y) };
-    let mut u = S::Inputs::zeros(recording.inputs.len());
+    let mut u = vec![0.0; recording.inputs.len()];
     recording.inputs.value(t, Side::Right, u.as_mut());
-    let problem = Problem { system, p, inputs: &recording.inputs, start: &recording.start };
-    let z = discrete_numbers(system, p, t);
+    let problem =
+        Problem { system: &system, p, inputs: &recording.inputs, start: &recording.start };
+    let z = discrete_numbers(&system, p, t);
     let at = Point { t, y: &[], u: u.as_ref(), p, z: &z };
     start_values(&problem, at, &mut y).map_err(failed)?;
     Ok(y)

@@ -4,7 +4,7 @@ pub use crate::delay::{LateTimes, delay_sensitivities, delays};
 pub use crate::discrete::{changes_by_mode, choose_sides, differential_somewhere};
 pub use crate::initial::start_values;
 pub use crate::integrate::fixed_step::{
-    Sink, can_stream, inputs_change_by_sample, measure, per_sample_of_head, stream,
+    can_stream, inputs_change_by_sample,
 };
 pub use crate::integrate::{Hat, NODES, Past, Seed, held_by_bounds, verify_inputs, verify_request};
 pub use crate::linearize::{Matrices, Parametric, Responses};

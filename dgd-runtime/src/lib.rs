@@ -29,6 +29,7 @@ pub mod linalg;
 pub mod linearize;
 pub mod math;
 mod measured_start;
+pub mod model;
 mod observe;
 pub mod parallel;
 mod problem;

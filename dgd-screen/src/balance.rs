@@ -20,7 +20,7 @@
 //! increments because ∫ noise dt
 //! is a random walk, whose increments are independent.
 
-use crate::estimate::{Estimate, regression};
+use crate::statistics::estimate::{Estimate, regression};
 
 /// A balance with everything in it, at common times.
 #[derive(Debug, Clone)]

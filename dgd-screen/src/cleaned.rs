@@ -2,10 +2,10 @@
 
 use crate::finding::{Fault, Finding, Weight};
 use crate::frozen::{frozen, saturated};
-use crate::noise::{SensorNoise, white_noise};
 use crate::record::{Record, Stretch, extremes, runs};
 use crate::redundant::stem;
 use crate::spikes::{Spike, spikes};
+use crate::statistics::noise::{SensorNoise, white_noise};
 
 /// Neighbours that are equal: above this share rounding hides the noise.
 const HIDDEN: f64 = 0.5;

@@ -13,8 +13,8 @@
 //! Source: Jacovitti, Scarano, Discrete time techniques for time delay estimation, IEEE Trans. Signal
 //! Processing 41 (1993) 525–533 (average square difference function).
 
-use crate::estimate::Estimate;
 use crate::record::usual_spacing;
+use crate::statistics::estimate::Estimate;
 
 /// How far shifts are looked for, samples.
 const FARTHEST: usize = 120;

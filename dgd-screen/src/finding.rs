@@ -1,8 +1,8 @@
 //! What may be wrong, in numbers.
 
-use crate::estimate::Estimate;
 use crate::record::Stretch;
 use crate::redundant::Kinship;
+use crate::statistics::estimate::Estimate;
 
 /// Whether something is wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

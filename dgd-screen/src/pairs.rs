@@ -2,11 +2,11 @@
 
 use crate::cleaned::Cleaned;
 use crate::clock::shift;
-use crate::estimate::Estimate;
 use crate::finding::{Fault, Finding, Weight};
 use crate::record::{Record, extremes, usual_spacing};
 use crate::redundant::{Compared, Comparison, Kinship, OPPOSED, compare, odd_one, stem};
 use crate::screen::{RARE, Request};
+use crate::statistics::estimate::Estimate;
 
 /// Offsets up to this many standard deviations of one reading do no harm.
 const HARMLESS: f64 = 0.25;

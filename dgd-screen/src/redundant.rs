@@ -15,8 +15,8 @@
 //!
 //! Source: Haukanes 2015, §3.3.1, for the comparison.
 
-use crate::estimate::{Estimate, mean, regression};
-use crate::noise::{SensorNoise, white_noise};
+use crate::statistics::estimate::{Estimate, mean, regression};
+use crate::statistics::noise::{SensorNoise, white_noise};
 
 /// How sure it is that two channels measure the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -199,7 +199,7 @@ pub fn odd_one(offsets: &[f64]) -> Option<usize> {
         return None;
     }
     let mut sorted = offsets.to_vec();
-    let middle = crate::noise::median(&mut sorted)?;
+    let middle = crate::statistics::noise::median(&mut sorted)?;
     let mut distances: Vec<(f64, usize)> =
         offsets.iter().enumerate().map(|(i, x)| ((x - middle).abs(), i)).collect();
     distances.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));

@@ -2,12 +2,12 @@
 
 use crate::cleaned::Cleaned;
 use crate::finding::{Fault, Finding, Weight};
-use crate::noise::SensorNoise;
 use crate::operating_points::{OperatingPoint, operating_points};
 use crate::pairs::{Kin, compared, odd_findings, pair_findings};
 use crate::record::{Channel, Record, extremes, usual_spacing};
 use crate::redundant::{Compared, Comparison, OPPOSED};
 use crate::sampling::{Sampling, sampling};
+use crate::statistics::noise::SensorNoise;
 use crate::steady::{Motion, motion};
 
 /// A claim is made where chance makes it less often than this.

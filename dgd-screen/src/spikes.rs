@@ -9,7 +9,7 @@
 //! identification of multiple outliers, J. Am. Stat. Assoc. 88 (1993) 782–792), with the range in
 //! place of the median deviation, which is zero in rounded readings.
 
-use crate::noise::SensorNoise;
+use crate::statistics::noise::SensorNoise;
 
 /// A spike.
 #[derive(Debug, Clone, Copy, PartialEq)]

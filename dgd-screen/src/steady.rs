@@ -14,8 +14,8 @@
 //! Source: Haukanes 2015, §3.4, |dq/dt| ≤ ε, and Fig. 3.20 for transients. Noise of a slope over n
 //! equally spaced samples: Var(slope) w² = 12 σ²/n.
 
-use crate::estimate::{Estimate, mean};
 use crate::record::{Record, Stretch, extremes, runs};
+use crate::statistics::estimate::{Estimate, mean};
 
 /// When a channel is at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]

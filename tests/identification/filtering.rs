@@ -50,7 +50,7 @@ pub(crate) struct Data {
 }
 
 /// What a filter makes of data.
-pub(crate) fn rows(problem: &FilterProblem<'_, Loaded>, tuning: &Tuning, data: &Data) -> Vec<Row> {
+pub(crate) fn rows(problem: &FilterProblem<'_>, tuning: &Tuning, data: &Data) -> Vec<Row> {
     let sample = |k: usize| Sample { t: data.t[k], u: &data.u[k], measured: &data.measured[k] };
     let (mut filter, first) = Filter::begin(problem, tuning, sample(0)).expect("a filter");
     let rest = (1..data.t.len()).map(|k| filter.step(sample(k)).expect("a row"));

@@ -629,7 +629,7 @@ fn what_cannot_be_fitted_is_said() {
     let p = declared(&system);
     let recordings = [heated(9, 2.0, SIGMA)];
     let problem = OutputErrorProblem::new(&system, &p, &recordings);
-    let refused = |problem: OutputErrorProblem<'_, Interpreted>| fit(&problem).unwrap_err();
+    let refused = |problem: OutputErrorProblem<'_>| fit(&problem).unwrap_err();
     let free = vec![false; 3];
     assert_eq!(refused(OutputErrorProblem { free, ..problem.clone() }), EstimateError::NothingFree);
     let noise = vec![None, None];

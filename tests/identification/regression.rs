@@ -101,7 +101,7 @@ impl Case {
         Self { system, p, recordings }
     }
 
-    fn problem(&self) -> RegressionProblem<'_, Loaded> {
+    fn problem(&self) -> RegressionProblem<'_> {
         RegressionProblem::new(&self.system, &self.p, &self.recordings)
     }
 

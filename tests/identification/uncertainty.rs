@@ -73,7 +73,7 @@ fn heated(seed: u64, n: u32, a: f64) -> Recording {
 }
 
 fn resampled(
-    problem: &OutputErrorProblem<'_, Loaded>,
+    problem: &OutputErrorProblem<'_>,
     fit: &Fit,
     seed: u64,
     n: usize,

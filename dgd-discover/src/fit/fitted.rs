@@ -215,7 +215,7 @@ const MOST_ROUNDS: usize = 4;
 /// further off lacks something else.
 const NEAR: f64 = 10.0;
 
-fn is_near(problem: &OutputErrorProblem<'_, dgd_execute::Loaded>, cost: f64) -> bool {
+fn is_near(problem: &OutputErrorProblem<'_>, cost: f64) -> bool {
     let measured = problem.recordings.iter().flat_map(|recording| recording.measured.iter());
     let samples = measured.flatten().flatten().filter(|value| value.is_finite()).count();
     cost < NEAR * samples as f64
@@ -224,7 +224,7 @@ fn is_near(problem: &OutputErrorProblem<'_, dgd_execute::Loaded>, cost: f64) -> 
 /// A fit from the better of two points, and the moments at which readings jump, which were moved sample by
 /// sample.
 fn fitted(
-    problem: &OutputErrorProblem<'_, dgd_execute::Loaded>,
+    problem: &OutputErrorProblem<'_>,
     other: &[f64],
     structure: &Structure,
     own_weights: bool,
@@ -334,7 +334,7 @@ fn problem<'a>(
     recordings: &'a [Recording],
     data: &Data<'_>,
     evaluations: usize,
-) -> OutputErrorProblem<'a, dgd_execute::Loaded> {
+) -> OutputErrorProblem<'a> {
     let known = |noise: &Option<SensorNoise>| noise.map(|noise| Noise::Known(noise.total()));
     let noise = data.noise.iter().map(known).collect();
     let stopping = StoppingRule { evaluations, ..StoppingRule::default() };

@@ -33,7 +33,7 @@ impl Moments {
     /// Those of some onsets, by position of the parameter, with which readings jump; each is put
     /// into the middle of its interval.
     pub(crate) fn jumping(
-        problem: &OutputErrorProblem<'_, Loaded>,
+        problem: &OutputErrorProblem<'_>,
         onsets: &[usize],
         p: &mut [f64],
         starts: &[Starts],
@@ -54,7 +54,7 @@ impl Moments {
 
     fn jumps(
         &self,
-        problem: &OutputErrorProblem<'_, Loaded>,
+        problem: &OutputErrorProblem<'_>,
         parameter: usize,
         p: &[f64],
         starts: &[Starts],
@@ -88,7 +88,7 @@ impl Moments {
     /// Moves the moments to where the error is least, everything else as it is; says whether one moved.
     pub(crate) fn settle(
         &self,
-        problem: &OutputErrorProblem<'_, Loaded>,
+        problem: &OutputErrorProblem<'_>,
         p: &mut [f64],
         starts: &[Starts],
     ) -> Result<bool, TrialFailed> {
@@ -119,7 +119,7 @@ impl Moments {
     }
 
     /// The directions of a problem without those of the moments.
-    pub(crate) fn held(&self, problem: &OutputErrorProblem<'_, Loaded>) -> Vec<bool> {
+    pub(crate) fn held(&self, problem: &OutputErrorProblem<'_>) -> Vec<bool> {
         let directions = problem.system.signature().directions.iter().zip(&problem.free);
         let is_moment = |direction: &Direction| match direction {
             Direction::Parameter(i) => self.parameters.contains(i),
@@ -170,7 +170,7 @@ const FARTHEST: i32 = 3;
 /// While nothing happens that an effect acts on, when it sets in makes no difference, and a fit does not
 /// pass such a time.
 pub(crate) fn leap(
-    problem: &OutputErrorProblem<'_, Loaded>,
+    problem: &OutputErrorProblem<'_>,
     onsets: &[usize],
     moments: &Moments,
     p: &mut [f64],
@@ -221,7 +221,7 @@ const BEYOND: f64 = 0.05;
 /// What is delayed may jump at samples, as held inputs do. Where a delay passes a multiple of their
 /// distance all those jumps fall on other samples, of which the derivative to the delay knows nothing.
 pub(crate) fn cross(
-    problem: &OutputErrorProblem<'_, Loaded>,
+    problem: &OutputErrorProblem<'_>,
     delays: &[usize],
     p: &mut [f64],
     starts: &[Starts],

@@ -7,8 +7,8 @@
 //!
 //! States first, in the order of y; then parameters, in the order of the directions.
 
+use dgd_runtime::Direction;
 use dgd_runtime::for_identify::unknown_sizes;
-use dgd_runtime::{Direction, System};
 
 use super::error::FilterError;
 use super::problem::FilterProblem;
@@ -28,14 +28,14 @@ pub(super) struct Coordinates {
 
 impl Coordinates {
     /// The coordinates of a problem and the first variables, where y is the start.
-    pub(super) fn new<S: System>(
-        problem: &FilterProblem<'_, S>,
+    pub(super) fn new(
+        problem: &FilterProblem<'_>,
         y: &[f64],
     ) -> Result<(Self, Vec<f64>), FilterError> {
         let signature = problem.system.signature();
         let states = problem.states();
         let mut all_sizes = vec![0.0; y.len()];
-        unknown_sizes(problem.system, y, &mut all_sizes);
+        unknown_sizes(&problem.system, y, &mut all_sizes);
         let free: Vec<bool> = signature
             .directions
             .iter()

@@ -1,6 +1,6 @@
 //! What a row's samples say of the estimate.
 
-use dgd_runtime::{Inputs, System};
+use dgd_runtime::Inputs;
 use nalgebra::DMatrix;
 
 use super::estimator::{Filter, Innovated, Innovation, Row};
@@ -20,7 +20,7 @@ struct Look {
     of_variables: DMatrix<f64>,
 }
 
-impl<S: System> Filter<'_, S> {
+impl Filter<'_> {
     /// Corrects the estimate by what was measured.
     pub(super) fn correct(
         &mut self,

@@ -9,13 +9,13 @@
 //! many such rows on end are an error.
 
 use dgd_runtime::for_identify::unknown_sizes;
-use dgd_runtime::{Inputs, Problem, System, consistent_start};
+use dgd_runtime::{Inputs, Problem, consistent_start};
 use nalgebra::{DMatrix, DVector};
 
 use super::coordinates::Coordinates;
 use super::drive::Drive;
 use super::error::FilterError;
-use super::interval::{Local, Model, Place};
+use super::interval::{IntervalModel, Local, Place};
 use super::prediction::consistent;
 use super::problem::{
     Estimator, FilterProblem, Sample, Tuning, verify_first_inputs, verify_tuning,
@@ -72,8 +72,8 @@ pub struct Row {
 }
 
 /// A filter under way.
-pub struct Filter<'a, S> {
-    pub(super) model: Model<'a, S>,
+pub struct Filter<'a> {
+    pub(super) model: IntervalModel<'a>,
     pub(super) estimator: Estimator,
     pub(super) gate: Option<f64>,
     pub(super) coordinates: Coordinates,
@@ -114,7 +114,7 @@ pub(super) struct Innovated {
     pub root: DMatrix<f64>,
 }
 
-impl<'a, S: System> Filter<'a, S> {
+impl<'a> Filter<'a> {
     /// A filter at its first row, and what is known there.
     ///
     /// # Errors
@@ -125,7 +125,7 @@ impl<'a, S: System> Filter<'a, S> {
     ///
     /// When lengths are not those of the model's signature.
     pub fn begin(
-        problem: &FilterProblem<'a, S>,
+        problem: &FilterProblem<'a>,
         tuning: &Tuning,
         first: Sample<'_>,
     ) -> Result<(Self, Row), FilterError> {
@@ -137,7 +137,7 @@ impl<'a, S: System> Filter<'a, S> {
         assert_eq!(tuning.noise.len(), signature.outputs.len(), "number of outputs");
         assert_eq!(tuning.states.len(), problem.states().len(), "number of states");
         assert_eq!(tuning.parameters.len(), problem.parameters().len(), "number of parameters");
-        let model = Model::new(problem)?;
+        let model = IntervalModel::new(problem)?;
         verify_tuning(problem, tuning)?;
         if tuning.noise.iter().all(Option::is_none) {
             return Err(FilterError::NothingMeasured);
@@ -155,12 +155,12 @@ impl<'a, S: System> Filter<'a, S> {
 
     /// The same with inputs that are known as functions of time, for recordings.
     pub(super) fn begin_recorded(
-        problem: &FilterProblem<'a, S>,
+        problem: &FilterProblem<'a>,
         tuning: &Tuning,
         inputs: &Inputs,
         (t, measured): (f64, &[f64]),
     ) -> Result<(Self, Row), FilterError> {
-        let model = Model::new(problem)?;
+        let model = IntervalModel::new(problem)?;
         let mut filter = Self::new(problem, tuning, model, inputs, t)?;
         let row = filter.corrected(inputs, measured, None)?;
         Ok((filter, row))
@@ -168,14 +168,14 @@ impl<'a, S: System> Filter<'a, S> {
 
     /// A filter before its first row.
     fn new(
-        problem: &FilterProblem<'a, S>,
+        problem: &FilterProblem<'a>,
         tuning: &Tuning,
-        model: Model<'a, S>,
+        model: IntervalModel<'a>,
         inputs: &Inputs,
         t: f64,
     ) -> Result<Self, FilterError> {
         let started =
-            Problem { system: problem.system, p: problem.p, inputs, start: &problem.start };
+            Problem { system: &problem.system, p: problem.p, inputs, start: &problem.start };
         let y = consistent_start(&started, t, &problem.options).map_err(FilterError::Start)?.y;
         let (coordinates, variables) = Coordinates::new(problem, &y)?;
 
@@ -232,7 +232,7 @@ impl<'a, S: System> Filter<'a, S> {
         let local = model.local(inputs, *t, place, coordinates, variables);
         let own = local.map_or_else(|_| DMatrix::zeros(watched.len(), n), |local| local.watched);
         let mut sizes = vec![0.0; place.y.len()];
-        unknown_sizes(model.system, &place.y, &mut sizes);
+        unknown_sizes(&model.system, &place.y, &mut sizes);
         place.past = Some(Remembered::new(watched, &sizes, *t, &place.y));
         variables.resize(n + watched.len(), 0.0);
         self.remember(own);

@@ -12,9 +12,8 @@
 
 use dgd_runtime::for_identify::{Past, delays, held_by_bounds};
 use dgd_runtime::integrate::{Before, Memory, Wanted};
-use dgd_runtime::{
-    Direction, Inputs, IntegrateError, Options, Point, Problem, Side, Solution, System, observe,
-};
+use dgd_runtime::model::{Model, ModelProblem, observe};
+use dgd_runtime::{Direction, Inputs, IntegrateError, Options, Point, Problem, Side, Solution};
 use nalgebra::DMatrix;
 
 use super::coordinates::Coordinates;
@@ -26,8 +25,8 @@ use super::square_root::beside;
 use crate::error::TrialFailure;
 
 /// A model as a filter sees it.
-pub(super) struct Model<'a, S> {
-    pub system: &'a S,
+pub(super) struct IntervalModel<'a> {
+    pub system: &'a dyn Model,
     pub p: &'a [f64],
     pub options: Options,
     /// Whether all unknowns are differential, nothing changes at events, and nothing is read late.
@@ -116,11 +115,11 @@ struct Looked {
     dw: Vec<f64>,
 }
 
-impl<'a, S: System> Model<'a, S> {
+impl<'a> IntervalModel<'a> {
     /// # Errors
     ///
     /// [`FilterError::NotFollowed`] for a model of whose past too much is read.
-    pub(super) fn new(problem: &FilterProblem<'a, S>) -> Result<Self, FilterError> {
+    pub(super) fn new(problem: &FilterProblem<'a>) -> Result<Self, FilterError> {
         let FilterProblem { system, p, options, .. } = *problem;
         let signature = system.signature();
         if let Some(delayed) = signature.delayed_unknowns.iter().find(|delayed| delayed.varies) {
@@ -148,7 +147,7 @@ impl<'a, S: System> Model<'a, S> {
     /// How far back anything reads, s.
     pub(super) fn reach(&self, p: &[f64]) -> f64 {
         let inputs = Inputs::none();
-        let problem = Problem { system: self.system, p, inputs: &inputs, start: &[] };
+        let problem = Problem { system: &self.system, p, inputs: &inputs, start: &[] };
         delays(&problem).into_iter().filter(|tau| tau.is_finite()).fold(0.0, f64::max)
     }
 
@@ -162,7 +161,7 @@ impl<'a, S: System> Model<'a, S> {
         variables: &[f64],
     ) -> Result<Moved, TrialFailure> {
         let (p, start) = self.started(&from.y, coordinates, variables);
-        let problem = Problem { system: self.system, p: &p, inputs, start: &start };
+        let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
         let wanted = Wanted::ResumedSensitivities(from.before(None));
         let mut solution = self.run_over(&problem, from, times, wanted)?;
         let last = solution.len() - 1;
@@ -192,7 +191,7 @@ impl<'a, S: System> Model<'a, S> {
         variables: &[f64],
     ) -> Result<Place, TrialFailure> {
         let (p, start) = self.started(&from.y, coordinates, variables);
-        let problem = Problem { system: self.system, p: &p, inputs, start: &start };
+        let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
         let wanted = Wanted::Resumed(from.before(None));
         let mut solution = self.run_over(&problem, from, times, wanted)?;
         Ok(ended(from, &mut solution))
@@ -208,7 +207,7 @@ impl<'a, S: System> Model<'a, S> {
         variables: &[f64],
     ) -> Result<Vec<f64>, TrialFailure> {
         let (p, start) = self.started(&at.y, coordinates, variables);
-        let problem = Problem { system: self.system, p: &p, inputs, start: &start };
+        let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
         let solution = self.run(&problem, &[t], Wanted::Resumed(at.before(None)))?;
         let mut w = observe(&problem, &solution).w;
         if let Some(past) = &at.past {
@@ -228,7 +227,7 @@ impl<'a, S: System> Model<'a, S> {
         variables: &[f64],
     ) -> Result<Local, TrialFailure> {
         let (p, start) = self.started(&at.y, coordinates, variables);
-        let problem = Problem { system: self.system, p: &p, inputs, start: &start };
+        let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
         let Looked { run, g, mut w, dw } = self.look(&problem, t, at, None)?;
         let (y, s, z) = run.parts();
 
@@ -261,7 +260,7 @@ impl<'a, S: System> Model<'a, S> {
     /// What the model says at one time; with a past that has sensitivities in place of the own one.
     fn look(
         &self,
-        problem: &Problem<'_, S>,
+        problem: &ModelProblem<'_>,
         t: f64,
         at: &Place,
         past: Option<&Past>,
@@ -290,7 +289,7 @@ impl<'a, S: System> Model<'a, S> {
     fn delays(&self, p: &[f64]) -> Vec<(usize, f64)> {
         let signature = self.system.signature();
         let inputs = Inputs::none();
-        let tau = delays(&Problem { system: self.system, p, inputs: &inputs, start: &[] });
+        let tau = delays(&Problem { system: &self.system, p, inputs: &inputs, start: &[] });
         let read = signature.delayed_unknowns.iter().filter_map(|delayed| {
             let unknown = self.watched.iter().position(|i| *i == delayed.unknown)?;
             Some((unknown, tau[delayed.delay]))
@@ -337,7 +336,7 @@ impl<'a, S: System> Model<'a, S> {
     /// A run over an interval, with all that is to be remembered of it.
     fn run_over(
         &self,
-        problem: &Problem<'_, S>,
+        problem: &ModelProblem<'_>,
         from: &Place,
         times: (f64, f64),
         wanted: Wanted<'_>,
@@ -357,7 +356,7 @@ impl<'a, S: System> Model<'a, S> {
     /// Unknowns that fulfil the equations, and how they depend on states and parameters.
     fn consistent(
         &self,
-        problem: &Problem<'_, S>,
+        problem: &ModelProblem<'_>,
         t: f64,
         at: &Place,
         past: Option<&Past>,
@@ -379,11 +378,11 @@ impl<'a, S: System> Model<'a, S> {
 
     fn run(
         &self,
-        problem: &Problem<'_, S>,
+        problem: &ModelProblem<'_>,
         times: &[f64],
         wanted: Wanted<'_>,
     ) -> Result<Solution, TrialFailure> {
-        S::integrate(problem, times, &self.options, wanted)
+        dgd_runtime::System::integrate(problem, times, &self.options, wanted)
             .map_err(|failure| TrialFailure::Simulation(failure.error))
     }
 

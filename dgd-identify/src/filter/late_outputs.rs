@@ -9,7 +9,8 @@
 use std::borrow::Cow;
 
 use dgd_runtime::for_identify::{delay_sensitivities, delays};
-use dgd_runtime::{Direction, Inputs, IntegrateError, Point, Problem, Side, System};
+use dgd_runtime::model::{Model, ModelProblem};
+use dgd_runtime::{Direction, Inputs, IntegrateError, Point, Problem, Side};
 use nalgebra::DMatrix;
 
 use super::coordinates::Coordinates;
@@ -30,8 +31,8 @@ struct LateOutput {
 }
 
 /// What the late outputs were at one time.
-pub(super) struct Readings<'a, S> {
-    problem: &'a Problem<'a, S>,
+pub(super) struct Readings<'a> {
+    problem: &'a ModelProblem<'a>,
     here: Point<'a>,
     past: &'a Remembered,
     all: Vec<(&'a LateOutput, Reading)>,
@@ -50,10 +51,10 @@ impl LateOutputs {
     /// # Errors
     ///
     /// [`FilterError::NotFollowed`] for outputs that read what is yet to come.
-    pub(super) fn new<S: System>(system: &S, p: &[f64]) -> Result<Self, FilterError> {
+    pub(super) fn new(system: &dyn Model, p: &[f64]) -> Result<Self, FilterError> {
         let signature = system.signature();
         let inputs = Inputs::none();
-        let tau = delays(&Problem { system, p, inputs: &inputs, start: &[] });
+        let tau = delays(&Problem { system: &system, p, inputs: &inputs, start: &[] });
         let [by_y, _, _] = &signature.output_jacobians;
         let mut outputs = Vec::new();
         for (i, output) in signature.outputs.iter().enumerate() {
@@ -75,12 +76,12 @@ impl LateOutputs {
     }
 
     /// What they were; of the point `here` the inputs are not looked at.
-    pub(super) fn read<'a, S: System>(
+    pub(super) fn read<'a>(
         &'a self,
-        problem: &'a Problem<'a, S>,
+        problem: &'a ModelProblem<'a>,
         here: Point<'a>,
         past: &'a Remembered,
-    ) -> Result<Readings<'a, S>, TrialFailure> {
+    ) -> Result<Readings<'a>, TrialFailure> {
         let mut all = Vec::new();
         if !self.outputs.is_empty() {
             let (tau, inputs) = (delays(problem), inputs_read(problem)?);
@@ -91,7 +92,7 @@ impl LateOutputs {
     }
 }
 
-impl<S: System> Readings<'_, S> {
+impl Readings<'_> {
     /// Replaces what the outputs are by what they were.
     pub(super) fn write(&self, w: &mut [f64]) {
         let mut all = vec![0.0; w.len()];
@@ -150,9 +151,7 @@ impl Reading {
     }
 }
 
-fn inputs_read<'p, S: System>(
-    problem: &'p Problem<'_, S>,
-) -> Result<Cow<'p, Inputs>, TrialFailure> {
+fn inputs_read<'p>(problem: &'p ModelProblem<'_>) -> Result<Cow<'p, Inputs>, TrialFailure> {
     problem.inputs_read().map_err(|error| TrialFailure::Simulation(IntegrateError::Inputs(error)))
 }
 

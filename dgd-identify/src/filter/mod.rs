@@ -49,25 +49,20 @@ mod error;
 mod estimator;
 mod interval;
 mod late_outputs;
-mod levels;
 mod likelihood;
 mod prediction;
-mod prediction_error;
 mod problem;
-mod profile;
 mod remembered;
-mod secant;
-mod side_by_side;
 mod square_root;
 mod unscented;
 mod watch;
 
 pub use error::{FilterError, Missing};
 pub use estimator::{Filter, Innovation, Row, Tracked};
-pub use prediction_error::{
+pub use likelihood::prediction_error::{
     Level, LevelEstimate, PredictionError, PredictionErrorProblem, prediction_error, predictions,
 };
+pub use likelihood::profile::prediction_error_profiles;
 pub use problem::{Estimator, FilterProblem, Sample, Tuning, Walk, usual_tuning};
-pub use profile::prediction_error_profiles;
 pub use unscented::Spread;
 pub use watch::Alarm;

@@ -1,6 +1,6 @@
 //! From one row to the next: the estimate along the model, and how uncertain it becomes.
 
-use dgd_runtime::{Inputs, System};
+use dgd_runtime::Inputs;
 use nalgebra::{DMatrix, DVector};
 
 use super::estimator::Filter;
@@ -11,7 +11,7 @@ use super::square_root::{beside, integrated_noise, triangular};
 use super::unscented::Spread;
 use crate::error::TrialFailure;
 
-impl<S: System> Filter<'_, S> {
+impl Filter<'_> {
     /// Moves the estimate to the next row. After an error it is where it was.
     pub(super) fn predict(
         &mut self,

@@ -1,7 +1,8 @@
 //! What is tracked, and how uncertain it is.
 
 use dgd_runtime::for_identify::{differential_somewhere, parameter_size, unknown_sizes};
-use dgd_runtime::{Direction, Inputs, Options, Problem, System, consistent_start};
+use dgd_runtime::model::Model;
+use dgd_runtime::{Direction, Inputs, Options, Problem, consistent_start};
 
 use super::error::{FilterError, Missing};
 use super::unscented::Spread;
@@ -84,10 +85,10 @@ pub struct Tuning {
 
 /// What to track.
 #[derive(Debug, Clone)]
-pub struct FilterProblem<'a, S> {
+pub struct FilterProblem<'a> {
     /// The model. Its directions are the parameters that can be free and the start values of all
     /// unknowns that are differential in some mode.
-    pub system: &'a S,
+    pub system: &'a dyn Model,
     /// All parameters, SI: values of those that are not free, first estimates of the others.
     pub p: &'a [f64],
     /// Which of the directions are free; only parameters are looked at, since states are always tracked.
@@ -102,9 +103,9 @@ pub struct FilterProblem<'a, S> {
     pub options: Options,
 }
 
-impl<'a, S: System> FilterProblem<'a, S> {
+impl<'a> FilterProblem<'a> {
     /// An extended Kalman filter in which all parameters with a direction are free.
-    pub fn new(system: &'a S, p: &'a [f64]) -> Self {
+    pub fn new(system: &'a dyn Model, p: &'a [f64]) -> Self {
         Self {
             system,
             p,
@@ -134,8 +135,8 @@ impl<'a, S: System> FilterProblem<'a, S> {
 }
 
 /// Positions of the unknowns that are differential, in some mode.
-pub(super) fn states_of<S: System>(system: &S) -> Vec<usize> {
-    let somewhere = differential_somewhere(system);
+pub(super) fn states_of(system: &dyn Model) -> Vec<usize> {
+    let somewhere = differential_somewhere(&system);
     (0..somewhere.len()).filter(|i| somewhere[*i]).collect()
 }
 
@@ -158,18 +159,15 @@ pub struct Sample<'a> {
 ///
 /// [`FilterError::Start`]: sizes of states are those of their start values where the model declares no
 /// nominal ones.
-pub fn usual_tuning<S: System>(
-    problem: &FilterProblem<'_, S>,
-    first: Sample<'_>,
-) -> Result<Tuning, FilterError> {
+pub fn usual_tuning(problem: &FilterProblem<'_>, first: Sample<'_>) -> Result<Tuning, FilterError> {
     let FilterProblem { system, p, start, options, .. } = problem;
     let signature = system.signature();
     verify_first_inputs(problem, first)?;
     let inputs = Inputs::constant(first.u);
-    let started = Problem { system: *system, p, inputs: &inputs, start };
+    let started = Problem { system, p, inputs: &inputs, start };
     let y = consistent_start(&started, first.t, options).map_err(FilterError::Start)?.y;
     let mut sizes = vec![0.0; y.len()];
-    unknown_sizes(*system, &y, &mut sizes);
+    unknown_sizes(system, &y, &mut sizes);
     let states = problem.states();
     let state = |i: &usize| Walk {
         start: STATE_START * sizes[*i],
@@ -178,7 +176,7 @@ pub fn usual_tuning<S: System>(
     let parameter = |i: &usize| {
         // A logarithm has the size 1, and its derivative is the value.
         let log = signature.parameters[*i].log;
-        let size = if log { p[*i].abs() } else { parameter_size(*system, *i) };
+        let size = if log { p[*i].abs() } else { parameter_size(system, *i) };
         Walk { start: PARAMETER_START * size, rate: PARAMETER_WALK * size / HOUR.sqrt() }
     };
     Ok(Tuning {
@@ -189,8 +187,8 @@ pub fn usual_tuning<S: System>(
 }
 
 /// All inputs have a value in the first row.
-pub(super) fn verify_first_inputs<S: System>(
-    problem: &FilterProblem<'_, S>,
+pub(super) fn verify_first_inputs(
+    problem: &FilterProblem<'_>,
     first: Sample<'_>,
 ) -> Result<(), FilterError> {
     let inputs = &problem.system.signature().inputs;
@@ -201,8 +199,8 @@ pub(super) fn verify_first_inputs<S: System>(
 }
 
 /// Checks numbers that a user may have given.
-pub(super) fn verify_tuning<S: System>(
-    problem: &FilterProblem<'_, S>,
+pub(super) fn verify_tuning(
+    problem: &FilterProblem<'_>,
     tuning: &Tuning,
 ) -> Result<(), FilterError> {
     let signature = problem.system.signature();

@@ -1,6 +1,6 @@
 //! What a regression found, and how sure it is.
 
-use dgd_runtime::{Direction, System};
+use dgd_runtime::Direction;
 use nalgebra::DMatrix;
 
 use crate::noise::Noise;
@@ -132,7 +132,7 @@ struct Tally {
     last: Option<f64>,
 }
 
-fn tallies<S: System>(rows: &mut Rows<'_, S>, p: &[f64]) -> Result<Vec<Tally>, RegressionError> {
+fn tallies(rows: &mut Rows<'_>, p: &[f64]) -> Result<Vec<Tally>, RegressionError> {
     let mut tallies = vec![Tally::default(); rows.kinds.len()];
     rows.visit(p, &mut |row| {
         let tally = &mut tallies[row.kind];
@@ -155,9 +155,9 @@ fn tallies<S: System>(rows: &mut Rows<'_, S>, p: &[f64]) -> Result<Vec<Tally>, R
 
 impl Found {
     /// First guesses: σ from the scatter of the residuals from one sample to the next.
-    pub(crate) fn first<S: System>(
-        prepared: &Prepared<'_, S>,
-        rows: &mut Rows<'_, S>,
+    pub(crate) fn first(
+        prepared: &Prepared<'_>,
+        rows: &mut Rows<'_>,
     ) -> Result<Self, RegressionError> {
         let tallies = tallies(rows, &prepared.p)?;
         let least = tallies.iter().map(|tally| match ROUNDING * tally.largest {
@@ -185,9 +185,9 @@ impl Found {
     }
 
     /// Where a round ended, with what its residuals say of σ.
-    pub(crate) fn new<S: System>(
-        prepared: &Prepared<'_, S>,
-        rows: &mut Rows<'_, S>,
+    pub(crate) fn new(
+        prepared: &Prepared<'_>,
+        rows: &mut Rows<'_>,
         last: &Self,
         (p, unbounded): (Vec<f64>, Vec<f64>),
         bounds: &[(f64, f64)],
@@ -233,7 +233,7 @@ impl Found {
 }
 
 /// σ of a kind of rows, where it is given.
-fn known<S: System>(prepared: &Prepared<'_, S>, rows: &Rows<'_, S>, kind: usize) -> Option<f64> {
+fn known(prepared: &Prepared<'_>, rows: &Rows<'_>, kind: usize) -> Option<f64> {
     match rows.kinds[kind].of {
         RowOf::Equation(_) => None,
         RowOf::Output(i) => match prepared.problem.noise[i] {
@@ -244,9 +244,9 @@ fn known<S: System>(prepared: &Prepared<'_, S>, rows: &Rows<'_, S>, kind: usize)
 }
 
 /// The regression that ended there.
-pub(crate) fn finish<S: System>(
-    prepared: &Prepared<'_, S>,
-    rows: &mut Rows<'_, S>,
+pub(crate) fn finish(
+    prepared: &Prepared<'_>,
+    rows: &mut Rows<'_>,
     linear: &[bool],
     found: Found,
     method: RegressionMethod,

@@ -11,15 +11,17 @@
 //! θ is p in units of its sizes, and P of their squares. Where there are rows of several equations and
 //! outputs, each is divided by the scatter of its residuals at the start, relative to that of the first.
 
-use dgd_runtime::{Point, System};
+use dgd_runtime::Point;
 use nalgebra::DMatrix;
 
 use crate::regression::error::RegressionError;
-use crate::regression::filters::LambdaFilter;
 use crate::regression::finish::{Found, RegressionFit, finish};
 use crate::regression::known::Known;
+use crate::regression::known::filters::LambdaFilter;
+use crate::regression::least_squares::recursive::{
+    ContinuousLeastSquares, Forgetting, RegressorSample,
+};
 use crate::regression::prepare::{self, Prepared};
-use crate::regression::recursive::{ContinuousLeastSquares, Forgetting, RegressorSample};
 use crate::regression::rows::{RowOf, Rows};
 use crate::regression::separable::Searched;
 use crate::regression::{RegressionMethod, RegressionProblem, structure};
@@ -60,8 +62,8 @@ pub struct Followed {
 ///
 /// [`RegressionError`]: as [`regress`](super::regress) by linear least squares;
 /// [`RegressionError::Filter`] for time constants that are not positive.
-pub fn follow<S: System>(
-    problem: &RegressionProblem<'_, S>,
+pub fn follow(
+    problem: &RegressionProblem<'_>,
     options: &FollowOptions,
 ) -> Result<Followed, RegressionError> {
     let Forgetting { rate, limit, .. } = options.forgetting;
@@ -120,8 +122,8 @@ pub fn follow<S: System>(
     })
 }
 
-struct Following<'a, S> {
-    prepared: &'a Prepared<'a, S>,
+struct Following<'a> {
+    prepared: &'a Prepared<'a>,
     weights: Vec<f64>,
     filter: LambdaFilter,
     estimator: ContinuousLeastSquares,
@@ -129,10 +131,10 @@ struct Following<'a, S> {
     step: f64,
 }
 
-impl<S: System> Following<'_, S> {
+impl Following<'_> {
     fn along(
         &mut self,
-        rows: &mut Rows<'_, S>,
+        rows: &mut Rows<'_>,
         recording: usize,
         known: &Known,
         visit: &mut dyn FnMut(f64, &[f64]),
@@ -186,7 +188,7 @@ impl<S: System> Following<'_, S> {
     /// What is filtered, row by row: z₀, φ₀ in sizes, and what enters z and φ by its rate.
     fn signals(
         &self,
-        rows: &mut Rows<'_, S>,
+        rows: &mut Rows<'_>,
         (recording, sample): (usize, usize),
         at: Point<'_>,
     ) -> Option<Vec<f64>> {
@@ -240,7 +242,7 @@ impl<S: System> Following<'_, S> {
 }
 
 /// Whether some transition resets an unknown whose equation has rows.
-fn resets_a_row<S: System>(rows: &Rows<'_, S>) -> bool {
+fn resets_a_row(rows: &Rows<'_>) -> bool {
     let discrete = &rows.system().signature().discrete;
     let mut resets = discrete.transitions().flat_map(|(_, transition)| transition.resets.iter());
     resets.any(|i| rows.kinds.iter().any(|kind| kind.of == RowOf::Equation(*i)))

@@ -23,28 +23,21 @@
 //! | `profile` | how far an estimate can go while the others make up for it |
 //! | `trace` | what the rows are then, sample by sample |
 //! | `filters`, `recursive`, `follow` | the same while samples come in |
-use dgd_runtime::System;
 
 mod error;
-mod filters;
 mod finish;
 mod follow;
 mod known;
-mod late;
 mod least_squares;
-mod modes;
 mod prepare;
 mod profile;
-mod recursive;
 mod rows;
 mod separable;
-mod slopes;
 mod structure;
 mod trace;
-mod triangle;
 
-use crate::levenberg_marquardt::StoppingRule;
-use crate::nelder_mead::SimplexRule;
+use crate::minimise::levenberg_marquardt::StoppingRule;
+use crate::minimise::nelder_mead::SimplexRule;
 use crate::noise::Noise;
 use crate::output_error::Prior;
 use crate::progress::{Unwatched, Watch};
@@ -52,15 +45,16 @@ use crate::recording::Recording;
 use crate::regression::finish::Found;
 use crate::regression::known::Known;
 use crate::regression::prepare::Prepared;
+use dgd_runtime::model::Model;
 
 pub use error::{RegressionError, Unsteady};
-pub use filters::LambdaFilter;
 pub use finish::{RegressionFit, RowQuality};
 pub use follow::{FollowOptions, Followed, follow};
-pub use profile::regression_profiles;
-pub use recursive::{
+pub use known::filters::LambdaFilter;
+pub use least_squares::recursive::{
     ContinuousLeastSquares, Forgetting, Normalisation, RecursiveLeastSquares, RegressorSample,
 };
+pub use profile::regression_profiles;
 pub use rows::{RowOf, RowsLeftOut};
 pub use trace::{RowTrace, traces};
 
@@ -89,9 +83,9 @@ pub enum RegressionMethod {
 
 /// What to fit to what.
 #[derive(Debug, Clone)]
-pub struct RegressionProblem<'a, S> {
+pub struct RegressionProblem<'a> {
     /// The model.
-    pub system: &'a S,
+    pub system: &'a dyn Model,
     /// All parameters, SI: values of those that are not free, first guesses of the others.
     pub p: &'a [f64],
     /// Which of the model's directions are free; start values are not looked at.
@@ -115,9 +109,9 @@ pub struct RegressionProblem<'a, S> {
     pub watch: &'a dyn Watch,
 }
 
-impl<'a, S: System> RegressionProblem<'a, S> {
+impl<'a> RegressionProblem<'a> {
     /// A problem in which all parameters among the directions are free, and all outputs used.
-    pub fn new(system: &'a S, p: &'a [f64], recordings: &'a [Recording]) -> Self {
+    pub fn new(system: &'a dyn Model, p: &'a [f64], recordings: &'a [Recording]) -> Self {
         let signature = system.signature();
         Self {
             system,
@@ -153,8 +147,8 @@ impl<'a, S: System> RegressionProblem<'a, S> {
 /// # Panics
 ///
 /// When lengths are not those of the model's signature.
-pub fn regress<S: System>(
-    problem: &RegressionProblem<'_, S>,
+pub fn regress(
+    problem: &RegressionProblem<'_>,
     method: RegressionMethod,
 ) -> Result<RegressionFit, RegressionError> {
     let mut prepared = Prepared::new(problem)?;
@@ -162,7 +156,7 @@ pub fn regress<S: System>(
     let mut known = prepared.known()?;
     let mut fit = regress_known(&prepared, &known, method)?;
     let signature = problem.system.signature();
-    if modes::remembered(problem.system).is_none() && signature.delayed_unknowns.is_empty() {
+    if known::modes::remembered(problem.system).is_none() && signature.delayed_unknowns.is_empty() {
         return Ok(fit);
     }
     // Conditions may have parameters that are estimated, in themselves or in what leads to them, and delays
@@ -194,8 +188,8 @@ fn differing(known: &[Known], next: &[Known]) -> usize {
 }
 
 /// The regression on what is known of each sample.
-fn regress_known<S: System>(
-    prepared: &Prepared<'_, S>,
+fn regress_known(
+    prepared: &Prepared<'_>,
     known: &[Known],
     method: RegressionMethod,
 ) -> Result<RegressionFit, RegressionError> {

@@ -1,19 +1,19 @@
 //! From a problem to its rows, or why there are none.
 
 use dgd_runtime::for_identify::{delay_sensitivities, parameter_size};
-use dgd_runtime::{Direction, Output, Pattern, Problem, System};
+use dgd_runtime::{Direction, Output, Pattern, Problem};
 
 use crate::noise::Noise;
 use crate::recording::Recording;
 use crate::regression::error::{RegressionError, Unsteady};
+use crate::regression::known::modes::remembered;
 use crate::regression::known::{Known, Sensors};
-use crate::regression::modes::remembered;
 use crate::regression::rows::{RowKind, RowOf, Rows, delaying, late_reads};
 use crate::regression::{RegressionMethod, RegressionProblem, structure};
 
 /// A problem that has been looked through.
-pub(crate) struct Prepared<'a, S> {
-    pub problem: &'a RegressionProblem<'a, S>,
+pub(crate) struct Prepared<'a> {
+    pub problem: &'a RegressionProblem<'a>,
     /// Positions of the free parameters.
     pub free: Vec<usize>,
     /// Their sizes.
@@ -22,8 +22,8 @@ pub(crate) struct Prepared<'a, S> {
     pub p: Vec<f64>,
 }
 
-impl<'a, S: System> Prepared<'a, S> {
-    pub(crate) fn new(problem: &'a RegressionProblem<'a, S>) -> Result<Self, RegressionError> {
+impl<'a> Prepared<'a> {
+    pub(crate) fn new(problem: &'a RegressionProblem<'a>) -> Result<Self, RegressionError> {
         let system = problem.system;
         let signature = system.signature();
         assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
@@ -41,7 +41,7 @@ impl<'a, S: System> Prepared<'a, S> {
         }
         let prepared = Self {
             problem,
-            sizes: free.iter().map(|i| parameter_size(system, *i)).collect(),
+            sizes: free.iter().map(|i| parameter_size(&system, *i)).collect(),
             free,
             p: problem.p.to_vec(),
         };
@@ -105,7 +105,7 @@ impl<'a, S: System> Prepared<'a, S> {
     }
 
     /// The rows, of which each free parameter has some.
-    pub(crate) fn rows<'b>(&'b self, known: &'b [Known]) -> Result<Rows<'b, S>, RegressionError> {
+    pub(crate) fn rows<'b>(&'b self, known: &'b [Known]) -> Result<Rows<'b>, RegressionError> {
         let RegressionProblem { system, recordings, .. } = self.problem;
         let kinds = RowKind::all(*system, &self.free, |i| self.uses(i) && self.is_prompt(i));
         let mut rows = Rows::new(*system, recordings, known, kinds, &self.free);
@@ -219,7 +219,8 @@ impl<'a, S: System> Prepared<'a, S> {
             return Err(RegressionError::ModesAndPast { name, unknown });
         }
         let Some(recording) = self.problem.recordings.first() else { return Ok(()) };
-        let problem = Problem { system, p: &self.p, inputs: &recording.inputs, start: &[] };
+        let problem =
+            Problem { system: &system, p: &self.p, inputs: &recording.inputs, start: &[] };
         let dtau = delay_sensitivities(&problem);
         let n = signature.delays.len();
         let of_inputs = |delay: usize| {
@@ -244,9 +245,9 @@ impl<'a, S: System> Prepared<'a, S> {
 }
 
 /// Which parameters do not enter linearly, each with a row that shows it.
-pub(crate) fn not_linear<S: System>(
-    problem: &RegressionProblem<'_, S>,
-    rows: &mut Rows<'_, S>,
+pub(crate) fn not_linear(
+    problem: &RegressionProblem<'_>,
+    rows: &mut Rows<'_>,
     linear: &[bool],
 ) -> RegressionError {
     let parameters = (0..linear.len())

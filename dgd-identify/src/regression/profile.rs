@@ -5,10 +5,8 @@
 
 use std::cell::{Cell, RefCell};
 
-use dgd_runtime::System;
-
-use crate::along::{Place, Way, one_by_one};
-use crate::profile::{FAR, Profile};
+use crate::intervals::along::{Place, Way, one_by_one};
+use crate::intervals::profile::{FAR, Profile};
 use crate::regression::error::RegressionError;
 use crate::regression::finish::{Found, RegressionFit};
 use crate::regression::prepare::Prepared;
@@ -25,8 +23,8 @@ use crate::regression::{RegressionMethod, RegressionProblem, separable, structur
 /// # Panics
 ///
 /// When the fit is not one of the problem, or an estimate is not one of the fit.
-pub fn regression_profiles<S: System>(
-    problem: &RegressionProblem<'_, S>,
+pub fn regression_profiles(
+    problem: &RegressionProblem<'_>,
     fit: &RegressionFit,
     estimates: &[usize],
 ) -> Result<Vec<Profile>, RegressionError> {
@@ -55,9 +53,9 @@ struct Sum {
 }
 
 /// Σ_rows (residual/σ)² + Σ_priors ((p − mean) / std)².
-fn sum<S: System>(
-    prepared: &Prepared<'_, S>,
-    rows: &mut Rows<'_, S>,
+fn sum(
+    prepared: &Prepared<'_>,
+    rows: &mut Rows<'_>,
     sigma: &[f64],
     p: &[f64],
 ) -> Result<Sum, RegressionError> {
@@ -75,15 +73,15 @@ fn sum<S: System>(
 }
 
 /// Estimates, along one of which the others are fitted.
-struct Along<'a, S> {
-    prepared: &'a Prepared<'a, S>,
-    rows: RefCell<Rows<'a, S>>,
+struct Along<'a> {
+    prepared: &'a Prepared<'a>,
+    rows: RefCell<Rows<'a>>,
     fit: &'a RegressionFit,
     method: RegressionMethod,
     least: Sum,
 }
 
-impl<S: System> Along<'_, S> {
+impl Along<'_> {
     /// Variables are estimates in parts of their sizes.
     fn profile(&self, j: usize) -> Profile {
         let sizes = &self.fit.sizes;

@@ -14,12 +14,13 @@
 //! What a row reads late moves with a delay that is estimated: ∂/∂p has −∂f/∂x(t − τ) ẋ(t − τ) ∂τ/∂p, too.
 
 use dgd_runtime::for_identify::changes_by_mode;
-use dgd_runtime::{Direction, Pattern, Point, System};
+use dgd_runtime::model::Model;
+use dgd_runtime::{Direction, Pattern, Point};
 
 use crate::recording::Recording;
 use crate::regression::error::RegressionError;
 use crate::regression::known::Known;
-use crate::regression::late::{BeforeRecord, Late};
+use crate::regression::known::late::{BeforeRecord, Late};
 
 /// What a row is of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,8 +64,8 @@ impl RowKind {
     }
 
     /// All that have a free parameter: equations, and outputs that are in use.
-    pub(crate) fn all<S: System>(
-        system: &S,
+    pub(crate) fn all(
+        system: &dyn Model,
         free: &[usize],
         used: impl Fn(usize) -> bool,
     ) -> Vec<Self> {
@@ -117,11 +118,7 @@ impl RowKind {
 }
 
 /// Delayed unknowns that a row reads, each with the position of the derivative to its value.
-pub(crate) fn late_reads<S: System>(
-    system: &S,
-    pattern: &Pattern,
-    row: usize,
-) -> Vec<(usize, usize)> {
+pub(crate) fn late_reads(system: &dyn Model, pattern: &Pattern, row: usize) -> Vec<(usize, usize)> {
     let values = system.signature().past().values();
     let places = pattern.positions().enumerate();
     let own = places.filter(|(_, (r, column))| *r == row && values.contains(column));
@@ -129,7 +126,7 @@ pub(crate) fn late_reads<S: System>(
 }
 
 /// For each delayed unknown, the free parameters that its delay may depend on.
-pub(crate) fn delaying<S: System>(system: &S, free: &[usize]) -> Vec<Vec<usize>> {
+pub(crate) fn delaying(system: &dyn Model, free: &[usize]) -> Vec<Vec<usize>> {
     let signature = system.signature();
     let p: Vec<f64> = signature.parameters.iter().map(|parameter| parameter.value).collect();
     let (n_tau, n_s) = (signature.delays.len(), signature.directions.len());
@@ -168,8 +165,8 @@ pub(crate) struct Row<'a> {
 }
 
 /// Evaluates rows.
-pub(crate) struct Rows<'a, S> {
-    system: &'a S,
+pub(crate) struct Rows<'a> {
+    system: &'a dyn Model,
     pub recordings: &'a [Recording],
     pub known: &'a [Known],
     pub kinds: Vec<RowKind>,
@@ -193,9 +190,9 @@ pub(crate) struct Rows<'a, S> {
     slopes: Vec<f64>,
 }
 
-impl<'a, S: System> Rows<'a, S> {
+impl<'a> Rows<'a> {
     pub(crate) fn new(
-        system: &'a S,
+        system: &'a dyn Model,
         recordings: &'a [Recording],
         known: &'a [Known],
         kinds: Vec<RowKind>,
@@ -211,7 +208,7 @@ impl<'a, S: System> Rows<'a, S> {
             f: vec![0.0; n],
             w: vec![0.0; n_w],
             mass: vec![0.0; n],
-            by_mode: changes_by_mode(system),
+            by_mode: changes_by_mode(&system),
             dfdp: vec![0.0; signature.parameter_jacobian.len()],
             dfdu: vec![0.0; signature.input_jacobian.len()],
             dtau: vec![0.0; signature.delays.len() * signature.directions.len()],
@@ -226,7 +223,7 @@ impl<'a, S: System> Rows<'a, S> {
         }
     }
 
-    pub(crate) fn system(&self) -> &'a S {
+    pub(crate) fn system(&self) -> &'a dyn Model {
         self.system
     }
 

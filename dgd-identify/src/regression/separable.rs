@@ -15,19 +15,21 @@
 //!
 //! Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973) 413; Kaufman, BIT 15 (1975) 49.
 
-use dgd_runtime::{Direction, System};
+use dgd_runtime::Direction;
 use nalgebra::DVector;
 
-use crate::levenberg_marquardt::{NormalEquations, Region, Termination, is_flat, minimise_watched};
-use crate::nelder_mead::nelder_mead;
+use crate::minimise::levenberg_marquardt::{
+    NormalEquations, Region, Termination, is_flat, minimise_watched,
+};
+use crate::minimise::nelder_mead::nelder_mead;
 use crate::progress::{Of, Progress};
 use crate::regression::RegressionMethod;
 use crate::regression::error::RegressionError;
 use crate::regression::finish::Found;
 use crate::regression::least_squares;
+use crate::regression::least_squares::triangle::Triangle;
 use crate::regression::prepare::Prepared;
 use crate::regression::rows::Rows;
-use crate::regression::triangle::Triangle;
 use crate::variables::{Variable, Variables};
 
 /// A linear parameter that becomes so many times smaller is solved for once more.
@@ -36,9 +38,9 @@ const MOST_PASSES: usize = 6;
 
 /// The triangle of the weighted rows at p: derivatives to `columns` of the free parameters, each times a
 /// factor, and −r.
-pub(crate) fn triangle<S: System>(
-    prepared: &Prepared<'_, S>,
-    rows: &mut Rows<'_, S>,
+pub(crate) fn triangle(
+    prepared: &Prepared<'_>,
+    rows: &mut Rows<'_>,
     sigma: &[f64],
     p: &[f64],
     columns: &[(usize, f64)],
@@ -63,9 +65,9 @@ pub(crate) fn triangle<S: System>(
 }
 
 /// Solves with given weights, from where the last round ended, within bounds of the free parameters.
-pub(crate) fn solve<S: System>(
-    prepared: &Prepared<'_, S>,
-    rows: &mut Rows<'_, S>,
+pub(crate) fn solve(
+    prepared: &Prepared<'_>,
+    rows: &mut Rows<'_>,
     linear: &[bool],
     last: &Found,
     (method, bounds): (RegressionMethod, &[(f64, f64)]),
@@ -111,8 +113,8 @@ pub(crate) fn solve<S: System>(
 }
 
 /// Least squares in the linear parameters.
-struct Inner<'a, S> {
-    prepared: &'a Prepared<'a, S>,
+struct Inner<'a> {
+    prepared: &'a Prepared<'a>,
     /// Positions of the linear ones among the free parameters.
     columns: Vec<usize>,
     sigma: &'a [f64],
@@ -120,8 +122,8 @@ struct Inner<'a, S> {
     bounds: &'a [(f64, f64)],
 }
 
-impl<S: System> Inner<'_, S> {
-    fn triangle(&self, rows: &mut Rows<'_, S>, p: &[f64]) -> Result<Triangle, RegressionError> {
+impl Inner<'_> {
+    fn triangle(&self, rows: &mut Rows<'_>, p: &[f64]) -> Result<Triangle, RegressionError> {
         let columns: Vec<(usize, f64)> = self.columns.iter().map(|j| (*j, 1.0)).collect();
         triangle(self.prepared, rows, self.sigma, p, &columns)
     }
@@ -129,7 +131,7 @@ impl<S: System> Inner<'_, S> {
     /// Gives the linear parameters their best values; returns the sum of squares.
     ///
     /// From values that are much larger than the best ones it is repeated: the difference has lost digits.
-    fn solve(&self, rows: &mut Rows<'_, S>, p: &mut [f64]) -> Result<f64, RegressionError> {
+    fn solve(&self, rows: &mut Rows<'_>, p: &mut [f64]) -> Result<f64, RegressionError> {
         for _ in 1..MOST_PASSES {
             let before = p.to_vec();
             let squares = self.correct(rows, p)?;
@@ -145,7 +147,7 @@ impl<S: System> Inner<'_, S> {
     }
 
     /// One pass of it.
-    fn correct(&self, rows: &mut Rows<'_, S>, p: &mut [f64]) -> Result<f64, RegressionError> {
+    fn correct(&self, rows: &mut Rows<'_>, p: &mut [f64]) -> Result<f64, RegressionError> {
         let triangle = self.triangle(rows, p)?;
         let (r, zeta) = (triangle.r(), triangle.zeta());
         let parameter = |j: usize| self.prepared.free[self.columns[j]];
@@ -168,7 +170,7 @@ impl<S: System> Inner<'_, S> {
     }
 
     /// What the linear parameters would be without bounds.
-    fn unbounded(&self, rows: &mut Rows<'_, S>, p: &[f64]) -> Result<Vec<f64>, RegressionError> {
+    fn unbounded(&self, rows: &mut Rows<'_>, p: &[f64]) -> Result<Vec<f64>, RegressionError> {
         let triangle = self.triangle(rows, p)?;
         let delta = least_squares::solve(&triangle.r(), &triangle.zeta());
         let mut unbounded = p.to_vec();
@@ -203,15 +205,15 @@ impl Searched {
 }
 
 /// The parameters that do not enter linearly.
-struct Outer<'a, S> {
-    prepared: &'a Prepared<'a, S>,
+struct Outer<'a> {
+    prepared: &'a Prepared<'a>,
     variables: Variables,
     /// Their positions among the free parameters, in the order of the variables.
     positions: Vec<usize>,
 }
 
-impl<'a, S: System> Outer<'a, S> {
-    fn new(prepared: &'a Prepared<'a, S>, linear: &[bool]) -> Result<Self, RegressionError> {
+impl<'a> Outer<'a> {
+    fn new(prepared: &'a Prepared<'a>, linear: &[bool]) -> Result<Self, RegressionError> {
         let system = prepared.problem.system;
         let position = |i: usize| prepared.free.iter().position(|free| *free == i);
         let is_outer = |direction: &Direction| match direction {
@@ -257,8 +259,8 @@ impl<'a, S: System> Outer<'a, S> {
     /// more, it begins anew: its scales remember the steepest place that it came by.
     fn search(
         &self,
-        rows: &mut Rows<'_, S>,
-        inner: &Inner<'_, S>,
+        rows: &mut Rows<'_>,
+        inner: &Inner<'_>,
         p: &[f64],
         mut z: Vec<f64>,
         bounds: &[(f64, f64)],
@@ -294,8 +296,8 @@ impl<'a, S: System> Outer<'a, S> {
     /// Whether a search without derivatives went from one point to another that lies on a plain.
     fn is_flat(
         &self,
-        rows: &mut Rows<'_, S>,
-        inner: &Inner<'_, S>,
+        rows: &mut Rows<'_>,
+        inner: &Inner<'_>,
         p: &[f64],
         (first, last): (&[f64], &[f64]),
         bounds: &[(f64, f64)],
@@ -309,8 +311,8 @@ impl<'a, S: System> Outer<'a, S> {
     /// The projected problem at z. Linear parameters are solved for from those of the problem before.
     fn project(
         &self,
-        rows: &mut Rows<'_, S>,
-        inner: &Inner<'_, S>,
+        rows: &mut Rows<'_>,
+        inner: &Inner<'_>,
         near: &mut Vec<f64>,
         z: &[f64],
     ) -> Result<NormalEquations, RegressionError> {

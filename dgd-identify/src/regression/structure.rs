@@ -8,8 +8,8 @@
 //! An equation with a common factor, as ẏ = F(p)/M, is multiplied by it where more parameters enter
 //! linearly then.
 
-use dgd_runtime::System;
 use dgd_runtime::for_identify::parameter_size;
+use dgd_runtime::model::Model;
 
 use crate::regression::rows::{RowOf, Rows};
 
@@ -25,7 +25,7 @@ const MOST_TRIED: usize = 16;
 
 /// For each free parameter, whether it is in the largest set in which all rows are linear. Rows get the
 /// multipliers that they need.
-pub(crate) fn find_linear<S: System>(system: &S, rows: &mut Rows<'_, S>, p: &[f64]) -> Vec<bool> {
+pub(crate) fn find_linear(system: &dyn Model, rows: &mut Rows<'_>, p: &[f64]) -> Vec<bool> {
     let n = rows.free.len();
     let points = SHIFTS.map(|shift| Neighbourhood::of(system, rows, p, shift));
     let mut conflicts = Vec::new();
@@ -67,9 +67,9 @@ fn table(n: usize, pairs: &[(usize, usize)]) -> Vec<Vec<bool>> {
 }
 
 /// A row kind in which a parameter does not enter linearly, whatever the others do.
-pub(crate) fn where_nonlinear<S: System>(
-    system: &S,
-    rows: &mut Rows<'_, S>,
+pub(crate) fn where_nonlinear(
+    system: &dyn Model,
+    rows: &mut Rows<'_>,
     p: &[f64],
     parameter: usize,
 ) -> usize {
@@ -95,7 +95,7 @@ struct Evaluated {
 }
 
 impl Neighbourhood {
-    fn of<S: System>(system: &S, rows: &mut Rows<'_, S>, p: &[f64], shift: f64) -> Self {
+    fn of(system: &dyn Model, rows: &mut Rows<'_>, p: &[f64], shift: f64) -> Self {
         let free = rows.free;
         let mut centre = p.to_vec();
         for (k, i) in free.iter().enumerate() {
@@ -114,7 +114,7 @@ impl Neighbourhood {
 }
 
 impl Evaluated {
-    fn at<S: System>(rows: &mut Rows<'_, S>, p: &[f64]) -> Option<Self> {
+    fn at(rows: &mut Rows<'_>, p: &[f64]) -> Option<Self> {
         let samples: usize = rows.known.iter().map(|known| known.times.len()).sum();
         let stride = samples.div_ceil(COMPARED).max(1);
         let n_kinds = rows.kinds.len();
@@ -148,9 +148,9 @@ impl Evaluated {
 }
 
 /// A parameter moved by a part of its size, within its bounds.
-fn moved_by<S: System>(system: &S, i: usize, value: f64, part: f64) -> f64 {
+fn moved_by(system: &dyn Model, i: usize, value: f64, part: f64) -> f64 {
     let parameter = &system.signature().parameters[i];
-    let step = part * parameter_size(system, i);
+    let step = part * parameter_size(&system, i);
     let within = |value: &f64| parameter.lower <= *value && *value <= parameter.upper;
     // Where the bounds leave no room for the step, to the one further away.
     let further = if parameter.upper - value >= value - parameter.lower {
@@ -162,9 +162,9 @@ fn moved_by<S: System>(system: &S, i: usize, value: f64, part: f64) -> f64 {
 }
 
 /// Pairs (j, k) of parameters for which the derivatives of a kind to the j-th change with the k-th.
-fn conflicts_of<S: System>(
+fn conflicts_of(
     points: &[Neighbourhood],
-    rows: &Rows<'_, S>,
+    rows: &Rows<'_>,
     kind: usize,
     multiplier: Option<usize>,
 ) -> Vec<(usize, usize)> {

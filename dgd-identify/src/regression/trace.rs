@@ -1,7 +1,5 @@
 //! Equations and outputs along recordings, as a regression left them.
 
-use dgd_runtime::System;
-
 use crate::regression::error::RegressionError;
 use crate::regression::finish::RegressionFit;
 use crate::regression::prepare::Prepared;
@@ -32,8 +30,8 @@ pub struct RowTrace {
 /// # Panics
 ///
 /// When the fit is that of another problem.
-pub fn traces<S: System>(
-    problem: &RegressionProblem<'_, S>,
+pub fn traces(
+    problem: &RegressionProblem<'_>,
     fit: &RegressionFit,
 ) -> Result<Vec<RowTrace>, RegressionError> {
     let mut prepared = Prepared::new(problem)?;

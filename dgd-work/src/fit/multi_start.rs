@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use dgd_execute::Loaded;
 use dgd_identify::{
     EstimateError, Fit, LocalMinimum, Loss, MultiStart, OutputErrorProblem, PointEnd, THRESHOLD,
     Termination, fit_from, starting_points,
@@ -51,7 +50,7 @@ impl SearchRequest {
     /// The best fit from all points.
     pub(crate) fn fit(
         self,
-        problem: &OutputErrorProblem<'_, Loaded>,
+        problem: &OutputErrorProblem<'_>,
         seed: u64,
     ) -> Result<MultiStart, EstimateError> {
         let mut random = Pcg64::new(u128::from(seed), STREAM);

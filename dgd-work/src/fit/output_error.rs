@@ -1,6 +1,5 @@
 //! By simulation error: each recording simulated from its start, by the model or a linear one.
 
-use dgd_execute::Loaded;
 use dgd_identify::OutputErrorProblem;
 use dgd_plot::Text;
 use dgd_runtime::System;
@@ -26,7 +25,7 @@ pub(super) fn run(
 ) -> Result<Found, WorkError> {
     let signature = task.system.signature();
     let problem = OutputErrorProblem { loss: request.search.loss, ..task.problem() };
-    let fitted = |problem: &OutputErrorProblem<'_, Loaded>| {
+    let fitted = |problem: &OutputErrorProblem<'_>| {
         let found = request.search.fit(problem, task.session.seed);
         found.map_err(|error| task.failed(error, &request.data))
     };

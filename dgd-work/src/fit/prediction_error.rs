@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use dgd_compiler::pipeline::Compiled;
-use dgd_execute::Loaded;
 use dgd_identify::filter::{
     FilterProblem, Level, LevelEstimate, PredictionError, PredictionErrorProblem, Row,
     prediction_error, prediction_error_profiles, predictions,
@@ -114,7 +113,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
     })
 }
 
-fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProblem<'a, Loaded> {
+fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProblem<'a> {
     let defaults = PredictionErrorProblem::new(&task.system, &task.p, &task.train);
     let is_free = |direction: &Direction| is_free(&task.compiled, request, direction);
     let given = task.problem();
@@ -192,10 +191,10 @@ impl Outcome<'_> {
 
     /// What was measured and what was predicted one row ahead, and the innovations within ± 2 of the
     /// standard deviations that the filter gives them; of recordings fitted to, then of those held out.
-    fn figure(&self, problem: &PredictionErrorProblem<'_, Loaded>) -> Result<Figure, WorkError> {
+    fn figure(&self, problem: &PredictionErrorProblem<'_>) -> Result<Figure, WorkError> {
         let Self { task, request, found, .. } = self;
         let (mut subjects, mut panels) = (Vec::new(), Vec::new());
-        let mut draw = |problem: &PredictionErrorProblem<'_, Loaded>,
+        let mut draw = |problem: &PredictionErrorProblem<'_>,
                         starts: &[Starts],
                         paths: &[PathBuf]|
          -> Result<(), WorkError> {

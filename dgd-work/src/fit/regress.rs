@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use dgd_execute::Loaded;
 use dgd_identify::regression::{
     FollowOptions, Forgetting, Normalisation, RegressionError, RegressionMethod, RegressionProblem,
     follow, regress, regression_profiles, traces,
@@ -132,7 +131,7 @@ fn follow_options(request: &RegressionRequest) -> FollowOptions {
 fn regression_problem<'a>(
     task: &'a Task<'_>,
     request: &FitRequest,
-) -> Result<RegressionProblem<'a, Loaded>, WorkError> {
+) -> Result<RegressionProblem<'a>, WorkError> {
     let defaults = RegressionProblem::new(&task.system, &task.p, &task.train);
     let (mut stopping, mut simplex) = (defaults.stopping, defaults.simplex);
     if let Some(most) = task.evaluations {

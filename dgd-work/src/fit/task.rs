@@ -203,7 +203,7 @@ impl<'s> Task<'s> {
     pub(super) fn linearised(
         &self,
         place: Place,
-        problem: &OutputErrorProblem<'_, Loaded>,
+        problem: &OutputErrorProblem<'_>,
         fit: &Fit,
         train: &Evaluation,
         request: &FitRequest,
@@ -224,7 +224,7 @@ impl<'s> Task<'s> {
         Ok(Linearised::new(signature, place, points, (&self.train, train), fit, model))
     }
 
-    pub(super) fn problem(&self) -> OutputErrorProblem<'_, Loaded> {
+    pub(super) fn problem(&self) -> OutputErrorProblem<'_> {
         let parameters = self.compiled.dae.parameters.iter().enumerate();
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
             declared.prior.map(|(mean, std)| Prior { parameter, mean, std })
@@ -251,7 +251,7 @@ impl<'s> Task<'s> {
 
     pub(super) fn evaluated(
         &self,
-        problem: &OutputErrorProblem<'_, Loaded>,
+        problem: &OutputErrorProblem<'_>,
         fit: &Fit,
         paths: &[PathBuf],
     ) -> Result<Evaluation, WorkError> {
@@ -262,7 +262,7 @@ impl<'s> Task<'s> {
     /// The validation recordings, simulated with start values from their beginnings.
     pub(super) fn tested(
         &self,
-        problem: &OutputErrorProblem<'_, Loaded>,
+        problem: &OutputErrorProblem<'_>,
         fit: &Fit,
         request: &FitRequest,
     ) -> Result<Option<Tested>, WorkError> {
@@ -295,7 +295,7 @@ impl<'s> Task<'s> {
     /// The recordings of a problem, simulated at its parameters with start values from their beginnings.
     pub(super) fn simulated(
         &self,
-        held_out: &OutputErrorProblem<'_, Loaded>,
+        held_out: &OutputErrorProblem<'_>,
         paths: &[PathBuf],
     ) -> Result<Tested, WorkError> {
         let failed = |error| self.failed(error, paths);

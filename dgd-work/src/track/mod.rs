@@ -7,7 +7,6 @@ mod settings;
 use std::io::{self, Read, Write};
 
 use dgd_compiler::pipeline::{Compiled, Directions};
-use dgd_execute::Loaded;
 use dgd_identify::filter::{
     Alarm, Filter, FilterError, FilterProblem, Row, Sample, Tracked as Estimate,
 };
@@ -132,7 +131,7 @@ struct Tracking<'a> {
     request: &'a TrackRequest,
     session: Session<'a>,
     compiled: &'a Compiled,
-    problem: FilterProblem<'a, Loaded>,
+    problem: FilterProblem<'a>,
     asked: Asked,
     provenance: Provenance,
 }
@@ -214,7 +213,7 @@ impl Output<'_> {
     fn write(
         &mut self,
         settings: &Settings,
-        mut filter: Filter<'_, Loaded>,
+        mut filter: Filter<'_>,
         first: Row,
         mut rows: Rows<'_>,
         (out, format): (&mut dyn Write, LineFormat),
@@ -345,7 +344,7 @@ impl Tally {
     }
 
     /// What the data says nothing about, and whether innovations were as expected.
-    fn said(&self, problem: &FilterProblem<'_, Loaded>) -> Vec<String> {
+    fn said(&self, problem: &FilterProblem<'_>) -> Vec<String> {
         let mut said = Vec::new();
         let signature = problem.system.signature();
         if self.samples > 0 {

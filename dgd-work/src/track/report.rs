@@ -3,7 +3,6 @@
 use std::io::{self, Write};
 
 use dgd_data::write::{Written, write_header, write_rows};
-use dgd_execute::Loaded;
 use dgd_identify::filter::{Alarm, FilterProblem, Row, Tracked};
 use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
 use dgd_runtime::{System, Unit};
@@ -37,7 +36,7 @@ pub(super) struct Report {
 }
 
 impl Report {
-    pub(super) fn new(problem: &FilterProblem<'_, Loaded>, used: &[bool]) -> Self {
+    pub(super) fn new(problem: &FilterProblem<'_>, used: &[bool]) -> Self {
         let signature = problem.system.signature();
         let states = problem.states().into_iter();
         let states =

@@ -7,7 +7,6 @@ use dgd_compiler::pipeline::Compiled;
 use dgd_compiler::syntax;
 use dgd_compiler::syntax::ast::{Expr, ExprKind, Name};
 use dgd_compiler::units::{Unit, read_unit};
-use dgd_execute::Loaded;
 use dgd_identify::filter::{Estimator, FilterProblem, Sample, Spread, Tuning, usual_tuning};
 use dgd_runtime::System;
 use serde_json::{Value, json};
@@ -218,7 +217,7 @@ impl Settings {
     pub(super) fn new(
         asked: &Asked,
         compiled: &Compiled,
-        problem: &FilterProblem<'_, Loaded>,
+        problem: &FilterProblem<'_>,
         first: Sample<'_>,
         measured: &[bool],
     ) -> Result<Self, WorkError> {
@@ -293,7 +292,7 @@ impl Settings {
     }
 
     /// For people.
-    pub(super) fn text(&self, problem: &FilterProblem<'_, Loaded>) -> String {
+    pub(super) fn text(&self, problem: &FilterProblem<'_>) -> String {
         let recursive = matches!(self.estimator, Estimator::Recursive { .. });
         let mut text = format!("{}\n", self.name());
         if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
@@ -338,7 +337,7 @@ impl Settings {
     }
 
     /// For programs.
-    pub(super) fn json(&self, problem: &FilterProblem<'_, Loaded>) -> Value {
+    pub(super) fn json(&self, problem: &FilterProblem<'_>) -> Value {
         let mut all = serde_json::Map::new();
         all.insert("estimator".to_owned(), json!(self.name()));
         if let Estimator::Recursive { forgetting_factor, .. } = self.estimator {
@@ -377,7 +376,7 @@ impl Settings {
     }
 
     /// Names, symbols and factors of what is tracked.
-    fn tracked(problem: &FilterProblem<'_, Loaded>) -> Vec<(String, String, f64)> {
+    fn tracked(problem: &FilterProblem<'_>) -> Vec<(String, String, f64)> {
         let signature = problem.system.signature();
         let of = |name: &str, unit: &dgd_runtime::Unit| {
             (name.to_owned(), unit.symbol.to_string(), unit.factor)

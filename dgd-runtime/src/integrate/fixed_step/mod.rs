@@ -48,6 +48,7 @@ use crate::signal::Segment;
 use crate::solution::Solution;
 use crate::system::System;
 use carried::{Carried, Unknowns, WithSensitivities};
+pub(crate) use choice::Measured;
 use choice::head;
 pub use choice::{
     PerSampleChoice, choose_per_sample, inputs_change_by_sample, measure, per_sample_of_head,

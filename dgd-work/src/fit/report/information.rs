@@ -48,7 +48,7 @@ struct Point {
 impl Origins {
     /// At the end of a fit.
     pub(crate) fn find(
-        problem: &OutputErrorProblem<'_, Loaded>,
+        problem: &OutputErrorProblem<'_>,
         fit: &Fit,
         evaluation: &Evaluation,
     ) -> Result<Self, EstimateError> {

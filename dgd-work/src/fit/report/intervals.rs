@@ -3,7 +3,6 @@
 
 use std::fmt::Write as _;
 
-use dgd_execute::Loaded;
 use dgd_identify::{
     Bootstrap, End, Estimate, EstimateError, Fit, OutputErrorProblem, Profile, THRESHOLD, Term,
     bootstrap, profiles,
@@ -107,7 +106,7 @@ impl Intervals {
     /// they are what is complete.
     pub(crate) fn find(
         args: &IntervalRequest,
-        problem: &OutputErrorProblem<'_, Loaded>,
+        problem: &OutputErrorProblem<'_>,
         fit: &Fit,
         seed: u64,
     ) -> Result<Self, EstimateError> {

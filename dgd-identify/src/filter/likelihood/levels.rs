@@ -1,0 +1,110 @@
+//! Levels of noise as variables of a search.
+//!
+//! | of | level | variable z | bounds |
+//! |---|---|---|---|
+//! | an output | σ = unit · eᶻ | ln(σ/unit) | what is told from rounding .. far above the scatter |
+//! | a state | rate = unit · √(eᶻ − 1) | ln(1 + (rate/unit)²) | 0 .. far above the usual rate |
+//!
+//! A rate may be none at all. By its logarithm that would be infinitely far away, over a plain without
+//! slopes; here z = 0 is none, the likelihood has a slope there, as it has in the rate's square, and far above
+//! its unit z is a logarithm. The unit is the rate that is told from none with one standard deviation
+//! ([`Search::told_from_none`](super::Search)).
+
+use crate::variables::LARGEST_FACTOR;
+
+/// A level that is sought.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::filter) struct Sought {
+    pub kind: Kind,
+    pub unit: f64,
+    /// The level that a search begins with, and those it stays between, SI.
+    first: f64,
+    least: f64,
+    most: f64,
+}
+
+/// What is sought.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::filter) enum Kind {
+    /// The noise of an output, above zero.
+    Noise,
+    /// How far a state strays in a second, zero or above.
+    Rate,
+}
+
+impl Sought {
+    /// The noise of an output.
+    pub(in crate::filter) fn noise(first: f64, least: f64, most: f64) -> Self {
+        Self { kind: Kind::Noise, unit: first, first, least, most }
+    }
+
+    /// The rate of a state.
+    pub(in crate::filter) fn rate(first: f64, most: f64) -> Self {
+        Self { kind: Kind::Rate, unit: first, first, least: 0.0, most }
+    }
+
+    /// Bounds of z.
+    pub(in crate::filter) fn bounds(&self) -> (f64, f64) {
+        (self.variable(self.least), self.variable(self.most))
+    }
+
+    /// How far a step of a search goes at most: far above its unit, the z of a rate is a logarithm of its
+    /// square.
+    pub(in crate::filter) fn reach(&self) -> f64 {
+        match self.kind {
+            Kind::Noise => LARGEST_FACTOR.ln(),
+            Kind::Rate => 2.0 * LARGEST_FACTOR.ln(),
+        }
+    }
+
+    /// z, where a search begins.
+    pub(in crate::filter) fn first(&self) -> f64 {
+        self.variable(self.first)
+    }
+
+    /// The level, SI.
+    pub(in crate::filter) fn level(&self, z: f64) -> f64 {
+        self.unit
+            * match self.kind {
+                Kind::Noise => z.exp(),
+                Kind::Rate => z.exp_m1().sqrt(),
+            }
+    }
+
+    /// z, of a level.
+    pub(in crate::filter) fn variable(&self, level: f64) -> f64 {
+        match self.kind {
+            Kind::Noise => (level / self.unit).ln(),
+            Kind::Rate => (level / self.unit).powi(2).ln_1p(),
+        }
+    }
+
+    /// ∂ ln level/∂z.
+    pub(in crate::filter) fn log_slope(&self, z: f64) -> f64 {
+        match self.kind {
+            Kind::Noise => 1.0,
+            Kind::Rate => -0.5 / (-z).exp_m1(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn variables_and_levels_belong_to_each_other() {
+        for sought in [Sought::noise(0.3, 1e-6, 1e3), Sought::rate(0.3, 1e3)] {
+            for level in [1e-3, 0.3, 20.0] {
+                let z = sought.variable(level);
+                assert!((sought.level(z) / level - 1.0).abs() < 1e-12, "{sought:?} {level}");
+                let step = 1e-5 * z.abs().max(1e-3);
+                let [below, above] = [z - step, z + step].map(|z| sought.level(z).ln());
+                let slope = (above - below) / (2.0 * step);
+                assert!((sought.log_slope(z) / slope - 1.0).abs() < 1e-4, "{sought:?} {level}");
+            }
+        }
+        let rate = Sought::rate(0.3, 1e3);
+        assert_eq!((rate.level(0.0), rate.variable(0.0)), (0.0, 0.0));
+    }
+}

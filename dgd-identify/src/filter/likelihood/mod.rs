@@ -1,0 +1,482 @@
+//! The likelihood of innovations and its derivatives.
+
+pub(super) mod levels;
+pub(super) mod prediction_error;
+pub(super) mod profile;
+pub(super) mod secant;
+pub(super) mod side_by_side;
+
+use dgd_runtime::model::Model;
+use dgd_runtime::parallel::in_parallel_by_model;
+use dgd_runtime::{Options, Side};
+use nalgebra::{DMatrix, DVector};
+
+use super::error::FilterError;
+use super::estimator::Innovated;
+use super::problem::{FilterProblem, Sample, Tuning, Walk, usual_tuning};
+use crate::error::{EstimateError, TrialFailed, TrialFailure};
+use crate::minimise::levenberg_marquardt::NormalEquations;
+use crate::noise;
+use crate::output_error::Prior;
+use crate::recording::Recording;
+use crate::variables::{Variable, Variables};
+use levels::Sought;
+use prediction_error::{Level, PredictionErrorProblem};
+use side_by_side::{Along, Numbers, filter_side_by_side};
+
+/// Steps of the differences: in scaled parameters and start values, and in variables of levels.
+const STEP: f64 = 1e-3;
+const LEVEL_STEP: f64 = 1e-2;
+/// A rate is searched for up to so many times the usual one.
+const MOST_RATE: f64 = 1e4;
+/// This part of the usual rate is hardly told from none.
+const SMALL_RATE: f64 = 1e-4;
+/// A noise is searched for up to so many times what is left of neighbouring samples.
+const MOST_NOISE: f64 = 1e3;
+
+/// Usual rates, from the start of the first recording.
+fn usual(problem: &PredictionErrorProblem<'_>) -> Result<Tuning, EstimateError> {
+    let Some(recording) = problem.recordings.first() else {
+        return Err(EstimateError::NothingMeasured);
+    };
+    let Some(&t) = recording.times.first() else {
+        return Err(EstimateError::NothingMeasured);
+    };
+    let mut u = vec![0.0; recording.inputs.len()];
+    recording.inputs.value(t, Side::Right, u.as_mut());
+    let filter = FilterProblem {
+        start: recording.start.clone(),
+        options: problem.options,
+        ..FilterProblem::new(problem.system, problem.p)
+    };
+    let sample = Sample { t, u: u.as_ref(), measured: &[] };
+    usual_tuning(&filter, sample).map_err(not_filtered)
+}
+
+/// Why a trial failed.
+pub(in crate::filter) enum Failed {
+    Trial(TrialFailed),
+    /// Before any trial: the model cannot be filtered.
+    Model(FilterError),
+}
+
+/// The variables of the search: parameters and start values, rates, noise.
+///
+/// It knows no system, so that threads can share it.
+pub(in crate::filter) struct Search<'p> {
+    pub(in crate::filter) p: &'p [f64],
+    pub(in crate::filter) recordings: &'p [Recording],
+    /// Levels that are given.
+    pub(in crate::filter) known_rates: &'p [Level],
+    pub(in crate::filter) known_noise: &'p [Option<Level>],
+    pub(in crate::filter) priors: &'p [Prior],
+    pub(in crate::filter) options: Options,
+    pub(in crate::filter) variables: Variables,
+    pub(in crate::filter) first: Vec<f64>,
+    /// For each state and each output in use, the level where it is sought.
+    pub(in crate::filter) rates: Vec<Option<Sought>>,
+    pub(in crate::filter) noise: Vec<Option<Sought>>,
+    /// σ that ln det S is relative to, so that it does not fall below zero.
+    pub(in crate::filter) least: Vec<f64>,
+}
+
+impl<'p> Search<'p> {
+    pub(in crate::filter) fn new(
+        problem: &'p PredictionErrorProblem<'_>,
+    ) -> Result<Self, EstimateError> {
+        let PredictionErrorProblem { system, p, free, recordings, .. } = problem;
+        let (variables, first) = Variables::new(*system, p, recordings, free)?;
+        let usual = usual(problem)?;
+        assert_eq!(problem.rates.len(), usual.states.len(), "number of states");
+        let mut rates = Vec::with_capacity(problem.rates.len());
+        for (level, walk) in problem.rates.iter().zip(&usual.states) {
+            rates.push(match level {
+                Level::Known(_) => None,
+                Level::Estimated => Some(Sought::rate(walk.rate, MOST_RATE * walk.rate)),
+            });
+        }
+        let (mut noise, mut least) = (Vec::new(), Vec::new());
+        for (i, level) in problem.noise.iter().enumerate() {
+            let output = &system.signature().outputs[i];
+            let lowest =
+                noise::least(recordings, i, problem.options.rtol.max(1e-6), output.unit.factor);
+            least.push(match level {
+                Some(Level::Known(sigma)) => *sigma,
+                Some(Level::Estimated) | None => lowest,
+            });
+            noise.push(match level {
+                Some(Level::Estimated) => {
+                    let scatter = noise::scatter(recordings, i).unwrap_or(lowest).max(lowest);
+                    Some(Sought::noise(scatter, lowest, MOST_NOISE * scatter))
+                }
+                Some(Level::Known(sigma)) if !(*sigma > 0.0 && sigma.is_finite()) => {
+                    let output = output.name.to_string();
+                    return Err(EstimateError::Noise { output, sigma: *sigma });
+                }
+                Some(Level::Known(_)) | None => None,
+            });
+        }
+        let mut search = Self {
+            p,
+            recordings,
+            known_rates: &problem.rates,
+            known_noise: &problem.noise,
+            priors: &problem.priors,
+            options: problem.options,
+            variables,
+            first,
+            rates,
+            noise,
+            least,
+        };
+        search.tell_from_none(*system, problem.threads);
+        let first: Vec<f64> = search.levels().map(Sought::first).collect();
+        search.first.extend(first);
+        Ok(search)
+    }
+
+    /// Levels that are sought: rates, then noise.
+    fn levels(&self) -> impl Iterator<Item = &Sought> {
+        self.rates.iter().chain(&self.noise).flatten()
+    }
+
+    /// How far a step goes at most in each variable.
+    pub(in crate::filter) fn reach(&self) -> Vec<f64> {
+        let of_levels = self.levels().map(Sought::reach);
+        self.variables.all.iter().map(Variable::reach).chain(of_levels).collect()
+    }
+
+    pub(in crate::filter) fn bounds(&self) -> Vec<(f64, f64)> {
+        let of_levels = self.levels().map(Sought::bounds);
+        self.variables.all.iter().map(Variable::bounds).chain(of_levels).collect()
+    }
+
+    /// Makes the unit of each rate the one that is told from none with one standard deviation, where the
+    /// search begins:
+    ///
+    /// ```text
+    ///   unit⁴ = 1/I,   I = Σ ½ tr(S⁻¹ S′ S⁻¹ S′),   S′ = ∂S/∂(rate²) where no state strays
+    /// ```
+    fn tell_from_none(&mut self, system: &dyn Model, threads: usize) {
+        let n_rates = self.rates.iter().flatten().count();
+        if n_rates == 0 {
+            return;
+        }
+        for sought in self.rates.iter_mut().flatten() {
+            sought.unit *= SMALL_RATE;
+        }
+        let mut none = self.first.clone();
+        none.resize(none.len() + n_rates, 0.0);
+        none.extend(self.noise.iter().flatten().map(Sought::first));
+        let mut points = vec![none.clone()];
+        let small = self.rates.iter().flatten().map(|sought| sought.variable(sought.unit));
+        for (i, small) in small.enumerate() {
+            let mut point = none.clone();
+            point[self.variables.len() + i] = small;
+            points.push(point);
+        }
+        let of_recordings = self.of_recordings(system, threads, |system, r, threads| {
+            let mut sums = vec![0.0; n_rates];
+            self.filter(system, r, &points, threads, |row| {
+                for (sum, with) in sums.iter_mut().zip(&row[1..]) {
+                    let difference = with.covariance() - row[0].covariance();
+                    *sum += 0.5 * row[0].whiten_both(&difference).norm_squared();
+                }
+            })
+            .map(|()| sums)
+        });
+        // Where the model cannot do without corrections, a small rate has to be small enough.
+        let Ok(of_recordings) = of_recordings.into_iter().collect::<Result<Vec<_>, _>>() else {
+            return;
+        };
+        for (i, sought) in self.rates.iter_mut().flatten().enumerate() {
+            let information: f64 = of_recordings.iter().map(|sums| sums[i]).sum();
+            let usual = sought.unit / SMALL_RATE;
+            let unit = sought.unit / information.sqrt().sqrt();
+            // What is not seen at all is not told from none at any rate.
+            sought.unit = if unit.is_finite() { unit.min(MOST_RATE * usual) } else { usual };
+        }
+    }
+
+    /// Rates and noise at z.
+    pub(in crate::filter) fn tuning(&self, z: &[f64]) -> Tuning {
+        let mut levels = z[self.variables.len()..].iter();
+        let mut level = |sought: &Option<Sought>, known: Level| match (sought, known) {
+            (Some(sought), _) => sought.level(levels.next().copied().unwrap_or(0.0)),
+            (None, Level::Known(value)) => value,
+            (None, Level::Estimated) => 0.0,
+        };
+        let rates = self.rates.iter().zip(self.known_rates);
+        let states = rates.map(|(sought, known)| Walk { start: 0.0, rate: level(sought, *known) });
+        let states = states.collect();
+        let noise = self.noise.iter().zip(self.known_noise);
+        let noise = noise.map(|(sought, known)| known.map(|known| level(sought, known))).collect();
+        Tuning { states, parameters: Vec::new(), noise }
+    }
+
+    /// −2 ln L less a constant; with its derivatives where it is below `least`, and zeros else: no step is
+    /// taken from there.
+    pub(in crate::filter) fn better(
+        &self,
+        system: &dyn Model,
+        threads: usize,
+        z: &[f64],
+        least: f64,
+    ) -> Result<NormalEquations, Failed> {
+        let bounds = self.bounds();
+        if least.is_finite() {
+            let at = self.sum(system, threads, z, |_| Differences::none(z))?;
+            if at.cost >= least || at.cost.is_nan() {
+                return Ok(at);
+            }
+        }
+        self.sum(system, threads, z, |r| self.differences(r, z, &bounds))
+    }
+
+    /// The sum over all recordings, with the derivatives that `differences` of each give.
+    fn sum(
+        &self,
+        system: &dyn Model,
+        threads: usize,
+        z: &[f64],
+        differences: impl Fn(usize) -> Differences + Sync,
+    ) -> Result<NormalEquations, Failed> {
+        let of = self.of_recordings(system, threads, |system, r, threads| {
+            let Differences { points, weights } = differences(r);
+            let mut sum = NormalEquations::zeros(z.len());
+            self.filter(system, r, &points, threads, |row| self.add(&mut sum, row, &weights))?;
+            Ok(sum)
+        });
+        let mut sum = NormalEquations::zeros(z.len());
+        for of_recording in of {
+            let of_recording = of_recording?;
+            sum.cost += of_recording.cost;
+            sum.gradient += of_recording.gradient;
+            sum.information += of_recording.information;
+        }
+        for i in 0..z.len() {
+            for j in 0..i {
+                sum.information[(j, i)] = sum.information[(i, j)];
+            }
+        }
+        self.add_priors(&mut sum, z);
+        Ok(sum)
+    }
+
+    /// Results for all recordings. Where there are fewer of them than threads, one comes after the other,
+    /// and its filters share the threads.
+    fn of_recordings<T: Send>(
+        &self,
+        system: &dyn Model,
+        threads: usize,
+        work: impl Fn(&dyn Model, usize, usize) -> T + Sync,
+    ) -> Vec<T> {
+        let count = self.recordings.len();
+        let (outside, inside) = if count < threads { (1, threads) } else { (threads, 1) };
+        in_parallel_by_model(system, count, outside, |system, r| work(system, r, inside))
+    }
+
+    /// Gives `take` the innovations of filters with the numbers of `points`, row after row of a recording.
+    fn filter(
+        &self,
+        system: &dyn Model,
+        r: usize,
+        points: &[Vec<f64>],
+        threads: usize,
+        take: impl FnMut(&[&Innovated]),
+    ) -> Result<(), Failed> {
+        let recording = &self.recordings[r];
+        let numbers = |z: &Vec<f64>| Numbers {
+            p: self.variables.parameters(self.p, z),
+            start: self.variables.starts(r, &recording.start, z),
+            tuning: self.tuning(z),
+        };
+        let all: Vec<Numbers> = points.iter().map(numbers).collect();
+        let along = Along { recording, position: r, options: self.options };
+        filter_side_by_side(system, along, &all, threads, take)
+    }
+
+    /// ((p − mean) / std)² of parameters that are free.
+    fn add_priors(&self, sum: &mut NormalEquations, z: &[f64]) {
+        for Prior { parameter, mean, std } in self.priors {
+            let Some(i) = self.variables.parameter(*parameter) else { continue };
+            let variable = &self.variables.all[i];
+            let (e, slope) = ((variable.value(z[i]) - mean) / std, variable.slope(z[i]) / std);
+            sum.cost += e * e;
+            sum.gradient[i] += e * slope;
+            sum.information[(i, i)] += slope * slope;
+        }
+    }
+
+    /// How derivatives are taken to the variables that concern a recording.
+    fn differences(&self, r: usize, z: &[f64], bounds: &[(f64, f64)]) -> Differences {
+        // Start values of other recordings are no business of this one.
+        let own = |j: usize| match self.variables.all.get(j) {
+            Some(variable) => variable.recording.is_none_or(|of| of == r),
+            None => true,
+        };
+        let mut differences = Differences::none(z);
+        for j in (0..z.len()).filter(|j| own(*j)) {
+            let h = if j < self.variables.len() { STEP * z[j].abs().max(1.0) } else { LEVEL_STEP };
+            differences.push(j, h, bounds[j]);
+        }
+        differences
+    }
+
+    /// Adds a row.
+    fn add(
+        &self,
+        sum: &mut NormalEquations,
+        row: &[&Innovated],
+        weights: &[(usize, Vec<(usize, f64)>)],
+    ) {
+        let Innovated { outputs, epsilon, root } = row[0];
+        let m = outputs.len();
+        if m == 0 {
+            return;
+        }
+        let mut white = DVector::from_column_slice(epsilon);
+        row[0].whiten(&mut white);
+        for (i, output) in outputs.iter().enumerate() {
+            sum.cost += 2.0 * (root[(i, i)] / self.least[*output]).ln();
+        }
+        sum.cost += white.norm_squared();
+        // ε′ and S′, whitened from both sides.
+        let mut slopes: Vec<(usize, DVector<f64>, DMatrix<f64>)> =
+            Vec::with_capacity(weights.len());
+        for (j, weights) in weights {
+            let (mut de, mut ds) = (DVector::zeros(m), DMatrix::zeros(m, m));
+            for &(point, weight) in weights {
+                for (de, epsilon) in de.iter_mut().zip(&row[point].epsilon) {
+                    *de += weight * epsilon;
+                }
+                let root = &row[point].root;
+                ds.gemm(weight, root, &root.transpose(), 1.0);
+            }
+            row[0].whiten(&mut de);
+            slopes.push((*j, de, row[0].whiten_both(&ds)));
+        }
+        for (a, (i, de, ds)) in slopes.iter().enumerate() {
+            let quadratic = white.dot(&(ds * &white));
+            sum.gradient[*i] += 0.5 * ds.trace() + de.dot(&white) - 0.5 * quadratic;
+            for (j, de_j, ds_j) in &slopes[..=a] {
+                sum.information[(*i, *j)] += de.dot(de_j) + 0.5 * ds.dot(ds_j);
+            }
+        }
+    }
+}
+
+/// Points around z, and what derivatives are of what is evaluated there.
+struct Differences {
+    /// z, then others.
+    points: Vec<Vec<f64>>,
+    /// Variables, each with the points that its derivative is a weighted sum over.
+    weights: Vec<(usize, Vec<(usize, f64)>)>,
+}
+
+impl Differences {
+    /// No derivatives.
+    fn none(z: &[f64]) -> Self {
+        Self { points: vec![z.to_vec()], weights: Vec::new() }
+    }
+
+    /// Differences of second order with steps of h: central ones, and where a bound is too near for them
+    /// those into the open side.
+    ///
+    /// ```text
+    ///   f′ = (f(z + h) − f(z − h))/2h      f′ = (−3 f(z) + 4 f(z + h) − f(z + 2h))/2h
+    /// ```
+    fn push(&mut self, j: usize, h: f64, (low, high): (f64, f64)) {
+        let (z, first) = (self.points[0][j], self.points.len());
+        let fits = |z: f64| low <= z && z <= high;
+        let side = if fits(z + 2.0 * h) { h } else { -h };
+        let (values, weights) = if fits(z - h) && fits(z + h) {
+            ([z - h, z + h], vec![(first, -0.5 / h), (first + 1, 0.5 / h)])
+        } else if fits(z + 2.0 * side) {
+            let weights = vec![(0, -1.5 / side), (first, 2.0 / side), (first + 1, -0.5 / side)];
+            ([z + side, z + 2.0 * side], weights)
+        } else {
+            // Bounds hardly leave anything.
+            let (below, above) = ((z - h).max(low), (z + h).min(high));
+            let width = above - below;
+            ([below, above], vec![(first, -1.0 / width), (first + 1, 1.0 / width)])
+        };
+        for value in values {
+            let mut point = self.points[0].clone();
+            point[j] = value;
+            self.points.push(point);
+        }
+        self.weights.push((j, weights));
+    }
+}
+
+impl Innovated {
+    /// S.
+    fn covariance(&self) -> DMatrix<f64> {
+        &self.root * self.root.transpose()
+    }
+
+    /// S^{-½} v.
+    fn whiten(&self, v: &mut DVector<f64>) {
+        if !self.root.solve_lower_triangular_mut(v) {
+            v.fill(f64::NAN);
+        }
+    }
+
+    /// S^{-½} M S^{-½ᵀ} of a symmetric M.
+    fn whiten_both(&self, m: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut half = m.clone();
+        let mut solved = self.root.solve_lower_triangular_mut(&mut half);
+        half.transpose_mut();
+        solved = solved && self.root.solve_lower_triangular_mut(&mut half);
+        if !solved {
+            half.fill(f64::NAN);
+        }
+        half
+    }
+}
+
+/// Positions of the rows of a recording, the second of two with one time, each with its samples; NaN for one
+/// that does not count.
+pub(in crate::filter) fn counting_rows(
+    recording: &Recording,
+) -> impl Iterator<Item = (usize, Vec<f64>)> + '_ {
+    let times = &recording.times;
+    let last = move |k: &usize| times.get(k + 1) != Some(&times[*k]);
+    (0..times.len()).filter(last).map(move |k| {
+        let counts = times[k] >= recording.counts_from;
+        let sample = |samples: &Option<Vec<f64>>| {
+            samples.as_ref().filter(|_| counts).map_or(f64::NAN, |samples| samples[k])
+        };
+        (k, recording.measured.iter().map(sample).collect())
+    })
+}
+
+impl Failed {
+    /// Where the search begins it ends it.
+    pub(in crate::filter) fn at_start(self) -> EstimateError {
+        match self {
+            Failed::Trial(failed) => EstimateError::Start(failed),
+            Failed::Model(FilterError::Free(error)) => error,
+            Failed::Model(error) => EstimateError::NotFiltered(Box::new(error)),
+        }
+    }
+
+    pub(in crate::filter) fn of(error: FilterError, recording: usize) -> Self {
+        match error {
+            FilterError::Start(error) => {
+                let reason = TrialFailure::Simulation(error);
+                Failed::Trial(TrialFailed { recording, reason })
+            }
+            FilterError::Stuck { failure: reason, .. } => {
+                Failed::Trial(TrialFailed { recording, reason })
+            }
+            error => Failed::Model(error),
+        }
+    }
+}
+
+/// A model that cannot be filtered, as an error of estimation.
+fn not_filtered(error: FilterError) -> EstimateError {
+    Failed::of(error, 0).at_start()
+}

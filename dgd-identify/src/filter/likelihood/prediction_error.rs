@@ -1,0 +1,404 @@
+//! Parameters, start values and levels of noise by the likelihood of the innovations.
+//!
+//! ```text
+//!   minimise  −2 ln L = Σ ln det S + εᵀ S⁻¹ ε      over θ, x(0) of each recording, rates of dβ, σ
+//! ```
+//!
+//! ε and S are those of an extended Kalman filter with known start values. Without process noise nothing is
+//! corrected, S is σ², and this is the fit by simulation error.
+//!
+//! The minimum is found by Fisher's scoring within bounds ([`minimise`]), with what [`super::secant`] knows of the
+//! Hessian beside the information: with primes for derivatives,
+//!
+//! ```text
+//!   gradient:     Σ ½ tr(S⁻¹S′) + ε′ᵀ S⁻¹ ε − ½ εᵀ S⁻¹ S′ S⁻¹ ε
+//!   information:  Σ ε′ᵀ S⁻¹ ε′ + ½ tr(S⁻¹ S′ S⁻¹ S′)
+//! ```
+//!
+//! ε′ and S′ are central differences; the filters that they need run side by side, so that no innovation is
+//! kept. The inverse of the information is the covariance of the estimates.
+//!
+//! Ljung, System Identification, 2nd ed. (1999), ch. 7; Kristensen, Madsen, Jørgensen, Parameter estimation in
+//! stochastic grey-box models, Automatica 40 (2004) 225; the information is that of Goodrich and Caines, IEEE
+//! TAC 24 (1979) 403.
+
+use dgd_runtime::model::Model;
+use dgd_runtime::{Options, Signature};
+use nalgebra::DMatrix;
+
+use super::levels::Sought;
+use super::secant::Secant;
+use super::{Failed, Search, counting_rows};
+use crate::error::EstimateError;
+use crate::filter::estimator::{Filter, Row};
+use crate::filter::problem::{FilterProblem, Tuning, Walk, states_of};
+use crate::minimise::levenberg_marquardt::{
+    Minimum, NormalEquations, Region, StoppingRule, Termination, minimise_watched,
+};
+use crate::output_error::{NEGLIGIBLE_REDUCTION, Prior, Starts};
+use crate::progress::{Of, Progress, Unwatched, Watch};
+use crate::recording::Recording;
+use crate::uncertainty::{Estimate, Uncertainty, Undetermined};
+use crate::variables::Bound;
+
+/// Eigenvalues of the information below this part of the largest are not told from zero: differences are
+/// known to some thousandth, and enter in squares.
+const UNSEEN: f64 = 1e-9;
+
+/// Where a level of noise comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Level {
+    /// This, SI.
+    Known(f64),
+    /// It is estimated.
+    Estimated,
+}
+
+/// What to estimate from what.
+#[derive(Debug, Clone)]
+pub struct PredictionErrorProblem<'a> {
+    /// The model. Its directions are what can be free, and have the start values of all unknowns that are
+    /// differential in some mode among them.
+    pub system: &'a dyn Model,
+    /// All parameters, SI: values of those that are not free, first guesses of the others.
+    pub p: &'a [f64],
+    /// Which of the directions are free.
+    pub free: Vec<bool>,
+    /// What was recorded. Of two rows with one time the second counts.
+    pub recordings: &'a [Recording],
+    /// For each unknown that is differential in some mode, how far it strays by itself in a second, SI/√s.
+    pub rates: Vec<Level>,
+    /// For each output, the standard deviation of its noise, SI; `None` for one that is not used.
+    pub noise: Vec<Option<Level>>,
+    /// What is known beforehand.
+    pub priors: Vec<Prior>,
+    /// How to integrate. Differences need a tight tolerance.
+    pub options: Options,
+    /// When to stop.
+    pub stopping: StoppingRule,
+    /// How many recordings are filtered at a time. Results do not depend on it.
+    pub threads: usize,
+    /// Who looks on, and may stop it.
+    pub watch: &'a dyn Watch,
+}
+
+impl<'a> PredictionErrorProblem<'a> {
+    /// A problem in which all directions, the process noise of all states and the noise of all outputs are
+    /// estimated.
+    pub fn new(system: &'a dyn Model, p: &'a [f64], recordings: &'a [Recording]) -> Self {
+        let signature = system.signature();
+        let states = states_of(system).len();
+        Self {
+            system,
+            p,
+            free: vec![true; signature.directions.len()],
+            recordings,
+            rates: vec![Level::Estimated; states],
+            noise: vec![Some(Level::Estimated); signature.outputs.len()],
+            priors: Vec::new(),
+            options: Options { rtol: 1e-8, atol: 1e-8, ..Options::default() },
+            stopping: StoppingRule { reduction: 1e-11, ..StoppingRule::default() },
+            threads: 1,
+            watch: &Unwatched,
+        }
+    }
+}
+
+/// A level of noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LevelEstimate {
+    /// Its value, SI.
+    pub value: f64,
+    /// Standard deviation of its logarithm; `None` where it was given, is at a bound, or not determined.
+    pub log_std: Option<f64>,
+    /// The bound that was reached: at the lower one the data asks for none.
+    pub at_bound: Option<Bound>,
+}
+
+/// What was estimated.
+#[derive(Debug, Clone)]
+pub struct PredictionError {
+    /// All parameters, SI.
+    pub p: Vec<f64>,
+    /// Start values that replace the model's, for each recording.
+    pub starts: Vec<Starts>,
+    /// What was estimated: parameters, then the start values of each recording.
+    pub estimates: Vec<Estimate>,
+    /// Changes of the estimates that the innovations do not see. Positions from `estimates.len()` on are
+    /// levels of noise, rates first.
+    pub undetermined: Vec<Undetermined>,
+    /// How far each unknown that is differential in some mode strays by itself in a second, SI/√s.
+    pub rates: Vec<LevelEstimate>,
+    /// Standard deviation of each output's noise, SI.
+    pub noise: Vec<Option<LevelEstimate>>,
+    /// −2 ln of the likelihood.
+    pub deviance: f64,
+    /// Samples that count, of all outputs in use.
+    pub samples: usize,
+    /// Accepted steps.
+    pub iterations: usize,
+    /// Points at which the likelihood was evaluated.
+    pub evaluations: usize,
+    /// Why it ended.
+    pub termination: Termination,
+    uncertainty: Uncertainty,
+    slopes: Vec<f64>,
+    /// The variables of the search.
+    pub(in crate::filter) z: Vec<f64>,
+}
+
+impl PredictionError {
+    /// Covariance of two estimates, SI; `None` where one of them is at a bound or not determined.
+    pub fn covariance(&self, i: usize, j: usize) -> Option<f64> {
+        Some(self.uncertainty.covariance(i, j)? * self.slopes[i] * self.slopes[j])
+    }
+
+    /// Says no more how sure the estimates are: where the noise is not known, neither is that.
+    pub fn forget_uncertainty(&mut self) {
+        self.uncertainty.forget(&mut self.estimates);
+        let levels = self.rates.iter_mut().chain(self.noise.iter_mut().flatten());
+        levels.for_each(|level| level.log_std = None);
+    }
+}
+
+/// Estimates parameters, start values and levels of noise by the innovations of an extended Kalman filter.
+///
+/// What its watch stops gives the best so far ([`PredictionError::termination`]).
+///
+/// # Errors
+///
+/// [`EstimateError`]: nothing to estimate or to estimate from, the model cannot be filtered, or not where the
+/// search begins.
+///
+/// # Panics
+///
+/// When lengths are not those of the model's signature.
+pub fn prediction_error(
+    problem: &PredictionErrorProblem<'_>,
+) -> Result<PredictionError, EstimateError> {
+    let signature = problem.system.signature();
+    assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
+    assert_eq!(problem.free.len(), signature.directions.len(), "number of directions");
+    assert_eq!(problem.noise.len(), signature.outputs.len(), "number of outputs");
+    let search = Search::new(problem)?;
+    let mut z = search.first.clone();
+    if z.is_empty() {
+        return Err(EstimateError::NothingFree);
+    }
+    let samples = samples(problem);
+    if samples == 0 {
+        return Err(EstimateError::NothingMeasured);
+    }
+    if samples < z.len() {
+        return Err(EstimateError::TooFewSamples { samples, free: z.len() });
+    }
+    let bounds = search.bounds();
+    for (z, (low, high)) in z.iter_mut().zip(&bounds) {
+        *z = z.clamp(*low, *high);
+    }
+    let minimum = minimised(&search, problem, z, (&bounds, &problem.stopping), |done| {
+        let of = Of::AtMost(problem.stopping.evaluations + 1);
+        problem.watch.advanced(Progress { what: "evaluations", done, of });
+    });
+    let minimum = minimum.map_err(Failed::at_start)?;
+    Ok(PredictionError {
+        samples,
+        iterations: minimum.iterations,
+        evaluations: minimum.evaluations + 1,
+        termination: minimum.termination,
+        ..search.finish(&minimum.x, &minimum.at, signature)
+    })
+}
+
+/// The least −2 ln L within bounds, from `z`; `told` is told how often it was evaluated.
+///
+/// # Errors
+///
+/// The model cannot be filtered at `z`.
+pub(in crate::filter) fn minimised(
+    search: &Search<'_>,
+    problem: &PredictionErrorProblem<'_>,
+    z: Vec<f64>,
+    (bounds, stopping): (&[(f64, f64)], &StoppingRule),
+    told: impl Fn(usize),
+) -> Result<Minimum<Evaluated, Failed>, Failed> {
+    let (mut done, mut least) = (0, f64::INFINITY);
+    let mut secant = Secant::new(z.len());
+    let mut evaluate = |z: &[f64]| {
+        let at = search.better(problem.system, problem.threads, z, least);
+        done += 1;
+        told(done);
+        let mut normal = at?;
+        let mut information = normal.information.clone();
+        if normal.cost < least {
+            least = normal.cost;
+            let hessian = secant.hessian(z, &normal);
+            information = std::mem::replace(&mut normal.information, hessian);
+        }
+        Ok(Evaluated { normal, information })
+    };
+    let first = evaluate(&z)?;
+    // A cost that is found on the way is less than the first.
+    let reduction = stopping.reduction.max(NEGLIGIBLE_REDUCTION / first.normal.cost);
+    let rule = StoppingRule { reduction, ..*stopping };
+    let reach = search.reach();
+    let region = Region { bounds, reach: &reach, leading: search.variables.n_shared };
+    Ok(minimise_watched(z, first, region, &rule, problem.watch, evaluate))
+}
+
+/// The likelihood at a point, with its Hessian in place of the information.
+pub(in crate::filter) struct Evaluated {
+    normal: NormalEquations,
+    information: DMatrix<f64>,
+}
+
+impl Evaluated {
+    /// −2 ln L less a constant.
+    pub(in crate::filter) fn cost(&self) -> f64 {
+        self.normal.cost
+    }
+}
+
+impl AsRef<NormalEquations> for Evaluated {
+    fn as_ref(&self) -> &NormalEquations {
+        &self.normal
+    }
+}
+
+/// The filter of an estimate, along recordings: a row for each sample, but for the first of two with one time.
+///
+/// `starts` are start values for each recording of the problem, such as [`PredictionError::starts`].
+///
+/// # Errors
+///
+/// [`EstimateError`]: the model cannot be filtered with these numbers.
+///
+/// # Panics
+///
+/// When lengths are not those of the model's signature, or there are not as many starts as recordings.
+pub fn predictions(
+    problem: &PredictionErrorProblem<'_>,
+    found: &PredictionError,
+    starts: &[Starts],
+) -> Result<Vec<Vec<Row>>, EstimateError> {
+    assert_eq!(starts.len(), problem.recordings.len(), "starts of all recordings");
+    let walk = |rate: &LevelEstimate| Walk { start: 0.0, rate: rate.value };
+    let tuning = Tuning {
+        states: found.rates.iter().map(walk).collect(),
+        parameters: Vec::new(),
+        noise: found.noise.iter().map(|noise| noise.map(|noise| noise.value)).collect(),
+    };
+    let along = |(r, (recording, start)): (usize, (&Recording, &Starts))| {
+        let failed = |error| Failed::of(error, r).at_start();
+        let filter = FilterProblem {
+            free: vec![false; problem.free.len()],
+            start: start.clone(),
+            options: problem.options,
+            ..FilterProblem::new(problem.system, &found.p)
+        };
+        let mut rows: Vec<Row> = Vec::with_capacity(recording.times.len());
+        let mut under_way = None;
+        for (k, measured) in counting_rows(recording) {
+            let (t, inputs) = (recording.times[k], &recording.inputs);
+            let row = match &mut under_way {
+                None => {
+                    let begun = Filter::begin_recorded(&filter, &tuning, inputs, (t, &measured));
+                    let (begun, row) = begun.map_err(failed)?;
+                    under_way = Some(begun);
+                    row
+                }
+                Some(filter) => filter.advance(inputs, t, &measured).map_err(failed)?,
+            };
+            rows.push(row);
+        }
+        Ok(rows)
+    };
+    problem.recordings.iter().zip(starts).enumerate().map(along).collect()
+}
+
+/// Samples of outputs in use that count.
+fn samples(problem: &PredictionErrorProblem<'_>) -> usize {
+    let outputs = (0..problem.noise.len()).filter(|i| problem.noise[*i].is_some());
+    outputs.map(|i| samples_of(problem.recordings, i)).sum()
+}
+
+/// Samples of an output that count.
+fn samples_of(recordings: &[Recording], output: usize) -> usize {
+    let of_recording = |recording: &Recording| {
+        counting_rows(recording).filter(|(_, measured)| measured[output].is_finite()).count()
+    };
+    recordings.iter().map(of_recording).sum()
+}
+
+impl Search<'_> {
+    /// What was found at z.
+    fn finish(&self, z: &[f64], at: &Evaluated, signature: &Signature) -> PredictionError {
+        let bounds = self.bounds();
+        let reached: Vec<Option<Bound>> = z
+            .iter()
+            .zip(&bounds)
+            .map(|(z, (low, high))| match z {
+                z if z <= low => Some(Bound::Lower),
+                z if z >= high => Some(Bound::Upper),
+                _ => None,
+            })
+            .collect();
+        let held: Vec<bool> = reached.iter().map(Option::is_some).collect();
+        let uncertainty = Uncertainty::new(&at.information, &held, UNSEEN);
+        let std = |i: usize| uncertainty.covariance(i, i).map(f64::sqrt);
+        let all = &self.variables.all;
+        let slopes: Vec<f64> = all.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();
+        let estimates = (0..all.len())
+            .map(|i| Estimate {
+                name: self.variables.name(signature, i),
+                of: all[i].of,
+                recording: all[i].recording,
+                value: all[i].value(z[i]),
+                std: std(i).map(|std| std * slopes[i].abs()),
+                at_bound: reached[i],
+            })
+            .collect();
+        let tuning = self.tuning(z);
+        let mut position = all.len();
+        let mut level = |value: f64, sought: &Option<Sought>| {
+            let Some(sought) = sought else {
+                return LevelEstimate { value, log_std: None, at_bound: None };
+            };
+            let i = position;
+            position += 1;
+            let log_std = std(i).map(|std| std * sought.log_slope(z[i]));
+            LevelEstimate { value, log_std, at_bound: reached[i] }
+        };
+        let rates = tuning.states.iter().zip(&self.rates);
+        let rates = rates.map(|(walk, sought)| level(walk.rate, sought)).collect();
+        let noise = tuning.noise.iter().zip(&self.noise);
+        let noise = noise.map(|(sigma, sought)| sigma.map(|sigma| level(sigma, sought)));
+        let noise = noise.collect();
+        // The constant: ln 2π of each sample, and what ln det S is relative to.
+        let outputs = (0..self.least.len()).filter(|i| self.known_noise[*i].is_some());
+        let constant: f64 = outputs
+            .map(|i| {
+                let count = samples_of(self.recordings, i);
+                count as f64 * (std::f64::consts::TAU * self.least[i] * self.least[i]).ln()
+            })
+            .sum();
+        PredictionError {
+            p: self.variables.parameters(self.p, z),
+            starts: (0..self.recordings.len())
+                .map(|r| self.variables.starts(r, &self.recordings[r].start, z))
+                .collect(),
+            estimates,
+            undetermined: uncertainty.undetermined.clone(),
+            rates,
+            noise,
+            deviance: at.normal.cost + constant,
+            samples: 0,
+            iterations: 0,
+            evaluations: 0,
+            termination: Termination::EvaluationLimit,
+            uncertainty,
+            slopes,
+            z: z.to_vec(),
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! How far an estimate of the innovations' likelihood can go while the others, levels of noise among them, make
+//! up for it, as [`crate::profiles`] says of a simulation.
+
+use std::cell::Cell;
+
+use super::prediction_error::{PredictionError, PredictionErrorProblem, minimised};
+use super::{Failed, Search};
+use crate::error::EstimateError;
+use crate::intervals::along::{Place, Way, one_by_one};
+use crate::intervals::profile::{FAR, FAR_LOGARITHM, Profile};
+use crate::minimise::levenberg_marquardt::StoppingRule;
+use crate::output_error::NEGLIGIBLE_REDUCTION;
+use crate::variables::Scale;
+
+/// A deviance is known well enough where steps gain less than this: its threshold is 3.8.
+const NEGLIGIBLE: f64 = 1e-4;
+
+/// Most evaluations of a point.
+const MOST_EVALUATIONS: usize = 40;
+
+/// The profiles of some estimates of this problem, in the order of `estimates`. Where its watch stops it, those
+/// that are complete are given ([`Profile::estimate`] says which they are).
+///
+/// # Errors
+///
+/// As [`prediction_error`](super::prediction_error()).
+///
+/// # Panics
+///
+/// When `found` was not found in the problem, or an estimate is not one of it.
+pub fn prediction_error_profiles(
+    problem: &PredictionErrorProblem<'_>,
+    found: &PredictionError,
+    estimates: &[usize],
+) -> Result<Vec<Profile>, EstimateError> {
+    let search = Search::new(problem)?;
+    assert_eq!(search.first.len(), found.z.len(), "what was found is of the problem");
+    let least = search.better(problem.system, problem.threads, &found.z, f64::INFINITY);
+    let least = least.map_err(Failed::at_start)?.cost;
+    let along = Along { problem, search, found, least };
+    Ok(one_by_one(estimates, problem.watch, |j| along.profile(j)))
+}
+
+/// Estimates, along one of which the others are fitted.
+struct Along<'a, 'p> {
+    problem: &'a PredictionErrorProblem<'p>,
+    search: Search<'a>,
+    found: &'a PredictionError,
+    least: f64,
+}
+
+impl Along<'_, '_> {
+    fn profile(&self, j: usize) -> Profile {
+        let Self { problem, search, found, .. } = self;
+        let variables = &search.variables.all;
+        let evaluations = Cell::new(0);
+        let centre = found.z.clone();
+        let of_variable =
+            |i: usize, z: f64| variables.get(i).map_or(z, |variable| variable.value(z));
+        let size = |(i, z): (usize, &f64)| variables.get(i).map_or(1.0, |v| v.slope(*z).abs());
+        let sizes: Vec<f64> = centre.iter().enumerate().map(size).collect();
+        let way = Way {
+            i: j,
+            bounds: variables[j].bounds(),
+            reach: match variables[j].scale {
+                Scale::Linear(_) => FAR * centre[j].abs().max(1.0),
+                Scale::Logarithm => FAR_LOGARITHM,
+            },
+            std: found.estimates[j].std.map(|std| std / sizes[j]),
+            centre,
+            place: &|held, from, before| self.place(j, held, (from, before), &evaluations),
+            is_stopped: &|| problem.watch.is_stopped(),
+        };
+        let mut profile = Profile::along(&way, of_variable, &sizes, &evaluations);
+        // Levels of noise are no estimates with names.
+        let n = found.estimates.len();
+        for terms in [&mut profile.with_lower, &mut profile.with_upper] {
+            terms.retain(|term| term.estimate < n);
+        }
+        profile.at_lower.truncate(n);
+        profile.at_upper.truncate(n);
+        profile
+    }
+
+    /// The least deviance with the estimate held at a value; `None` where no minimum is found.
+    fn place(
+        &self,
+        j: usize,
+        held: f64,
+        (from, before): (&Place, Option<&Place>),
+        evaluations: &Cell<usize>,
+    ) -> Option<Place> {
+        let Self { problem, search, least, .. } = self;
+        let mut bounds = search.bounds();
+        let mut z = match before {
+            Some(before) => from.moved_on(j, held, before),
+            None => from.z.clone(),
+        };
+        for (z, (low, high)) in z.iter_mut().zip(&bounds) {
+            *z = z.clamp(*low, *high);
+        }
+        z[j] = held;
+        bounds[j] = (held, held);
+        let reduction = NEGLIGIBLE.max(NEGLIGIBLE_REDUCTION) / least.abs().max(1.0);
+        let stopping = StoppingRule {
+            reduction,
+            evaluations: MOST_EVALUATIONS,
+            flat: 0.0,
+            ..problem.stopping
+        };
+        let minimum = minimised(search, problem, z, (&bounds, &stopping), |_| ()).ok()?;
+        evaluations.set(evaluations.get() + minimum.evaluations + 1);
+        Some(Place { deviance: minimum.at.cost() - least, z: minimum.x })
+    }
+}

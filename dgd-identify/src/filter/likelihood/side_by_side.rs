@@ -1,0 +1,177 @@
+//! Filters with several sets of numbers along one recording, row by row.
+//!
+//! Each thread has some of the filters and takes them through a stretch of rows; then the innovations of
+//! all are looked at together, row by row, and forgotten. What is done with them does not depend on how
+//! many threads there are.
+
+use std::sync::mpsc::sync_channel;
+
+use dgd_runtime::Options;
+use dgd_runtime::model::Model;
+use dgd_runtime::parallel::threads_for;
+
+use super::{Failed, counting_rows};
+use crate::error::TrialFailed;
+use crate::filter::estimator::{Filter, Innovated};
+use crate::filter::problem::{Estimator, FilterProblem, Tuning};
+use crate::output_error::Starts;
+use crate::recording::Recording;
+
+/// Rows between two looks.
+const STRETCH: usize = 256;
+
+/// The numbers of a filter.
+pub(in crate::filter) struct Numbers {
+    pub p: Vec<f64>,
+    pub start: Starts,
+    pub tuning: Tuning,
+}
+
+/// A recording, its position, and how its intervals are integrated.
+#[derive(Clone, Copy)]
+pub(in crate::filter) struct Along<'a> {
+    pub recording: &'a Recording,
+    pub position: usize,
+    pub options: Options,
+}
+
+/// Innovations of some filters over a stretch: for each filter, row after row. The first row in which a
+/// filter failed ends it, with the position of the filter.
+struct Stretch {
+    innovated: Vec<Vec<Innovated>>,
+    failed: Option<(usize, usize, Failed)>,
+}
+
+/// Gives `take` the innovations of all filters, row after row.
+///
+/// # Errors
+///
+/// The first row that cannot be filtered; of several filters that of the first.
+pub(in crate::filter) fn filter_side_by_side(
+    system: &dyn Model,
+    along: Along<'_>,
+    all: &[Numbers],
+    threads: usize,
+    mut take: impl FnMut(&[&Innovated]),
+) -> Result<(), Failed> {
+    let share = all.len().div_ceil(threads_for(threads, all.len()));
+    if share >= all.len() {
+        let mut outcome = Ok(());
+        filter_some(system, along, (0, all), |stretch| {
+            outcome = look(vec![stretch], &mut take);
+            outcome.is_ok()
+        });
+        return outcome;
+    }
+    std::thread::scope(|scope| {
+        let stretches: Vec<_> = (all.chunks(share).enumerate())
+            .map(|(k, some)| {
+                // Nobody runs further ahead than one stretch.
+                let (send, receive) = sync_channel(1);
+                let system = system.copied();
+                scope.spawn(move || {
+                    filter_some(system.as_ref(), along, (k * share, some), |stretch| {
+                        send.send(stretch).is_ok()
+                    });
+                });
+                receive
+            })
+            .collect();
+        loop {
+            let together: Vec<Stretch> =
+                stretches.iter().filter_map(|stretch| stretch.recv().ok()).collect();
+            if together.is_empty() {
+                return Ok(());
+            }
+            look(together, &mut take)?;
+        }
+    })
+}
+
+/// Looks at a stretch of all filters.
+fn look(stretches: Vec<Stretch>, take: &mut impl FnMut(&[&Innovated])) -> Result<(), Failed> {
+    let (mut of_all, mut first) = (Vec::new(), None);
+    for Stretch { innovated, failed } in stretches {
+        of_all.extend(innovated);
+        let Some((row, filter, failed)) = failed else { continue };
+        if first.as_ref().is_none_or(|(least, _, _)| row < *least) {
+            first = Some((row, filter, failed));
+        }
+    }
+    if let Some((_, _, failed)) = first {
+        return Err(failed);
+    }
+    let rows = of_all.first().map_or(0, Vec::len);
+    for k in 0..rows {
+        let row: Vec<&Innovated> = of_all.iter().map(|innovated| &innovated[k]).collect();
+        take(&row);
+    }
+    Ok(())
+}
+
+/// Takes filters through a recording, and tells of each stretch until nobody wants to know.
+fn filter_some(
+    system: &dyn Model,
+    along: Along<'_>,
+    (first, some): (usize, &[Numbers]),
+    mut tell: impl FnMut(Stretch) -> bool,
+) {
+    let Along { recording, position, options } = along;
+    let n_directions = system.signature().directions.len();
+    let problems: Vec<FilterProblem<'_>> = some
+        .iter()
+        .map(|numbers| FilterProblem {
+            system,
+            p: &numbers.p,
+            free: vec![false; n_directions],
+            start: numbers.start.clone(),
+            estimator: Estimator::ExtendedKalman,
+            gate: None,
+            options,
+        })
+        .collect();
+    let mut filters: Vec<Option<Filter<'_>>> = some.iter().map(|_| None).collect();
+    let mut rows = counting_rows(recording);
+    loop {
+        let stretch: Vec<(usize, Vec<f64>)> = rows.by_ref().take(STRETCH).collect();
+        if stretch.is_empty() {
+            return;
+        }
+        let mut told = Stretch { innovated: Vec::with_capacity(some.len()), failed: None };
+        for (i, filter) in filters.iter_mut().enumerate() {
+            // What comes after a failure is not looked at.
+            let until = told.failed.as_ref().map_or(stretch.len(), |(row, _, _)| *row);
+            let mut innovated = Vec::with_capacity(until);
+            for (row, (k, measured)) in stretch[..until].iter().enumerate() {
+                let (t, inputs) = (recording.times[*k], &recording.inputs);
+                let moved = if let Some(filter) = filter {
+                    filter.advance(inputs, t, measured)
+                } else {
+                    let (problem, tuning) = (&problems[i], &some[i].tuning);
+                    let begun = Filter::begin_recorded(problem, tuning, inputs, (t, measured));
+                    begun.map(|(begun, row)| {
+                        *filter = Some(begun);
+                        row
+                    })
+                };
+                // A row in which the model could not be evaluated spoils the likelihood.
+                let failure = match moved {
+                    Err(error) => Some(Failed::of(error, position)),
+                    Ok(row) => row
+                        .failure
+                        .map(|reason| Failed::Trial(TrialFailed { recording: position, reason })),
+                };
+                if let Some(failure) = failure {
+                    told.failed = Some((row, first + i, failure));
+                    break;
+                }
+                innovated.extend(filter.as_mut().map(Filter::take_innovated));
+            }
+            told.innovated.push(innovated);
+        }
+        let has_failed = told.failed.is_some();
+        if !tell(told) || has_failed {
+            return;
+        }
+    }
+}

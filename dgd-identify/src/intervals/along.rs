@@ -1,0 +1,184 @@
+//! From a minimum outwards along one variable, to where the deviance has its threshold.
+//!
+//! Steps are such that √d, a straight line where the model is linear, grows by a fifth of its threshold
+//! each; the crossing is then closed in on by the false position of √d.
+
+use crate::intervals::profile::{End, Profile, THRESHOLD};
+use crate::progress::{Of, Progress, Watch};
+
+/// √d grows by this part of its threshold in a step.
+const STEP: f64 = 0.2;
+
+/// A step is repeated with half its length where √d has grown by more than this part of the threshold.
+const TOO_FAR: f64 = 0.6;
+
+/// A crossing is known where √d is this close to that of the threshold, relative to it.
+const CLOSE: f64 = 1e-3;
+
+/// Most points of a side.
+const MOST_POINTS: usize = 60;
+
+/// A minimum with the variable held.
+#[derive(Debug, Clone)]
+pub(crate) struct Place {
+    /// All variables.
+    pub z: Vec<f64>,
+    /// d.
+    pub deviance: f64,
+}
+
+impl Place {
+    /// √d.
+    fn root(&self) -> f64 {
+        self.deviance.max(0.0).sqrt()
+    }
+
+    /// All variables on the line from `other` through this place, to where the i-th has a value.
+    pub(crate) fn moved_on(&self, i: usize, held: f64, other: &Place) -> Vec<f64> {
+        let part = (held - self.z[i]) / (self.z[i] - other.z[i]);
+        let moved = self.z.iter().zip(&other.z);
+        let mut z: Vec<f64> = moved.map(|(z, other)| z + part * (z - other)).collect();
+        z[i] = held;
+        z
+    }
+}
+
+/// The minimum with the variable held at a value, looked for from a place and one before or behind it;
+/// `None` where none is found.
+pub(crate) type Held<'a> = dyn Fn(f64, &Place, Option<&Place>) -> Option<Place> + 'a;
+
+/// What is walked along: a variable of the order of 1, or a logarithm.
+pub(crate) struct Way<'a> {
+    /// Position of the variable.
+    pub i: usize,
+    /// The minimum.
+    pub centre: Vec<f64>,
+    /// Bounds of the variable.
+    pub bounds: (f64, f64),
+    /// A side that is open ends this far away.
+    pub reach: f64,
+    /// Standard deviation of the variable, where there is one.
+    pub std: Option<f64>,
+    /// The minimum with the variable held.
+    pub place: &'a Held<'a>,
+    /// Whether to leave it at what there is.
+    pub is_stopped: &'a dyn Fn() -> bool,
+}
+
+/// The profiles of some estimates, one after the other; where the watch stops them, those that are complete.
+pub(crate) fn one_by_one(
+    estimates: &[usize],
+    watch: &dyn Watch,
+    profile: impl Fn(usize) -> Profile,
+) -> Vec<Profile> {
+    let mut profiles = Vec::with_capacity(estimates.len());
+    for j in estimates {
+        let profile = profile(*j);
+        // What is found after this was said may lack something.
+        if watch.is_stopped() {
+            break;
+        }
+        profiles.push(profile);
+        let of = Of::Exactly(estimates.len());
+        watch.advanced(Progress { what: "profiles", done: profiles.len(), of });
+    }
+    profiles
+}
+
+/// One side of a profile.
+pub(crate) struct Arm {
+    /// From the minimum outwards, without it.
+    pub places: Vec<Place>,
+    /// What its end means.
+    pub end: fn(f64) -> End,
+    /// Its end.
+    pub at: Place,
+}
+
+impl Way<'_> {
+    /// The side of the smaller (`sign` −1) or the larger values (1).
+    pub(crate) fn arm(&self, sign: f64) -> Arm {
+        let start = self.centre[self.i];
+        let (low, high) = self.bounds;
+        let bound = if sign < 0.0 { low } else { high };
+        let far =
+            if sign < 0.0 { bound.max(start - self.reach) } else { bound.min(start + self.reach) };
+        let at_far: fn(f64) -> End = if far == bound { End::Bound } else { End::Open };
+
+        let threshold = THRESHOLD.sqrt();
+        let mut h = match self.std {
+            Some(std) if std > 0.0 => (STEP * threshold * std).min(0.1 * self.reach),
+            _ => 1e-2 * start.abs().max(1e-2),
+        };
+        let mut arm = Arm {
+            places: Vec::new(),
+            end: at_far,
+            at: Place { z: self.centre.clone(), deviance: 0.0 },
+        };
+        let mut before: Option<Place> = None;
+        let least_step = 1e-9 * start.abs().max(1.0);
+        while arm.places.len() < MOST_POINTS && arm.at.z[self.i] != far && !(self.is_stopped)() {
+            let now = arm.at.z[self.i];
+            let next = now + sign * h;
+            let next = if (next - far) * sign >= 0.0 { far } else { next };
+            let Some(place) = (self.place)(next, &arm.at, before.as_ref()) else {
+                h *= 0.25;
+                if h < least_step {
+                    arm.end = End::Unsimulated;
+                    return arm;
+                }
+                continue;
+            };
+            let growth = (place.root() - arm.at.root()) / threshold;
+            if growth > TOO_FAR && h > least_step {
+                h *= (STEP / growth).max(0.1);
+                continue;
+            }
+            if place.deviance >= THRESHOLD {
+                return self.crossing(arm, place);
+            }
+            h *= if growth > 0.0 { (STEP / growth).clamp(0.5, 3.0) } else { 3.0 };
+            before = Some(std::mem::replace(&mut arm.at, place.clone()));
+            arm.places.push(place);
+        }
+        if arm.at.z[self.i] != far {
+            arm.end = End::Open;
+        }
+        arm
+    }
+
+    /// Closes in on the threshold between where an arm is and a place beyond it.
+    fn crossing(&self, mut arm: Arm, beyond: Place) -> Arm {
+        let threshold = THRESHOLD.sqrt();
+        let (mut inside, mut outside) = (arm.at.clone(), beyond.clone());
+        let (mut f_inside, mut f_outside) = (inside.root() - threshold, outside.root() - threshold);
+        for _ in 0..12 {
+            if (self.is_stopped)() || outside.root() - threshold <= CLOSE * threshold {
+                break;
+            }
+            let (a, b) = (inside.z[self.i], outside.z[self.i]);
+            let z = a + (b - a) * f_inside / (f_inside - f_outside);
+            let Some(place) = (self.place)(z, &inside, Some(&outside)) else { break };
+            let f = place.root() - threshold;
+            if f.abs() <= CLOSE * threshold {
+                outside = place;
+                break;
+            }
+            // Illinois: the end that stays counts half.
+            if f < 0.0 {
+                (inside, f_inside) = (place, f);
+                f_outside *= 0.5;
+            } else {
+                (outside, f_outside) = (place, f);
+                f_inside *= 0.5;
+            }
+        }
+        arm.places.push(outside.clone());
+        if beyond.z[self.i] != outside.z[self.i] {
+            arm.places.push(beyond);
+        }
+        arm.end = End::Interval;
+        arm.at = outside;
+        arm
+    }
+}

@@ -1,0 +1,129 @@
+//! A fit's problem again, to be solved near the estimates: with the noise and the steps it ended with.
+
+use dgd_runtime::Options;
+use dgd_runtime::model::Model;
+
+use crate::error::{EstimateError, TrialFailed};
+use crate::journal::{Digest, Journal, Kept, kept_success};
+use crate::loss::Loss;
+use crate::minimise::levenberg_marquardt::{Minimum, Region, StoppingRule, minimise_watched};
+use crate::output_error::fit::Fit;
+use crate::output_error::weighing::{Weighted, simulate_all, weigh};
+use crate::output_error::{OutputErrorProblem, Prior};
+use crate::progress::Watch;
+use crate::recording::Recording;
+use crate::variables::{Variable, Variables};
+
+/// What is solved again around a fit.
+///
+/// It has no system, so that threads can share it and have one each.
+pub(crate) struct Around<'a> {
+    p: &'a [f64],
+    free: Vec<bool>,
+    recordings: &'a [Recording],
+    priors: Vec<Prior>,
+    loss: Loss,
+    options: Options,
+    pub variables: Variables,
+    /// Where the fit ended.
+    pub z: Vec<f64>,
+    /// Bounds of the variables.
+    pub bounds: Vec<(f64, f64)>,
+    sigma: Vec<Option<f64>>,
+    rule: StoppingRule,
+    pub watch: &'a dyn Watch,
+    pub journal: &'a dyn Journal,
+    /// Of all of it, if anything is kept.
+    pub of: Option<Digest>,
+}
+
+impl<'a> Around<'a> {
+    /// With at most so many simulations each time.
+    pub(crate) fn new(
+        problem: &OutputErrorProblem<'a>,
+        fit: &Fit,
+        evaluations: usize,
+    ) -> Result<Self, EstimateError> {
+        let (variables, _) =
+            Variables::new(problem.system, problem.p, problem.recordings, &problem.free)?;
+        assert_eq!(variables.len(), fit.estimates.len(), "the fit is that of the problem");
+        let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
+        let z = variables.all.iter().zip(&fit.estimates).zip(&bounds);
+        let z = z.map(|((variable, estimate), (low, high))| {
+            variable.variable(estimate.value).clamp(*low, *high)
+        });
+        let z = z.collect();
+        let freedom = fit.degrees_of_freedom.max(1) as f64;
+        let reduction = problem.stopping.reduction.max(problem.negligible_reduction / freedom);
+        Ok(Self {
+            p: problem.p,
+            free: problem.free.clone(),
+            recordings: problem.recordings,
+            priors: problem.priors.clone(),
+            loss: problem.loss,
+            options: fit.stepping.applied(problem.options),
+            variables,
+            z,
+            bounds,
+            sigma: fit.noise.clone(),
+            // Away from a minimum outputs may well be flat.
+            rule: StoppingRule { reduction, evaluations, flat: 0.0, ..problem.stopping },
+            watch: problem.watch,
+            journal: problem.keeping.journal,
+            of: problem.keeping.digest(|digest| {
+                let loss = problem.loss;
+                let problem = (problem.p, &problem.free, problem.recordings, &problem.priors);
+                let fit = (&fit.estimates, &fit.noise, fit.stepping, &fit.starts);
+                digest.of(&problem).of(&loss).of(&fit).of(&evaluations)
+            }),
+        })
+    }
+
+    /// What is found around the fit, or was before.
+    pub(crate) fn kept<T: Kept, E>(
+        &self,
+        arguments: impl FnOnce(Digest) -> Digest,
+        compute: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, E> {
+        match self.of {
+            None => compute(),
+            Some(of) => kept_success(self.journal, arguments(of).value(), compute),
+        }
+    }
+
+    /// The problem for one thread.
+    pub(crate) fn problem<'s>(&'s self, system: &'s dyn Model) -> OutputErrorProblem<'s> {
+        OutputErrorProblem {
+            free: self.free.clone(),
+            priors: self.priors.clone(),
+            loss: self.loss,
+            options: self.options,
+            watch: self.watch,
+            ..OutputErrorProblem::new(system, self.p, self.recordings)
+        }
+    }
+
+    /// The sum of squares at z.
+    pub(crate) fn evaluated(
+        &self,
+        problem: &OutputErrorProblem<'_>,
+        z: &[f64],
+    ) -> Result<Weighted, TrialFailed> {
+        let sums = simulate_all(problem, &self.variables, z, &self.sigma)?;
+        Ok(weigh(problem, &self.variables, z, &self.sigma, sums))
+    }
+
+    /// The minimum that is found from z, within bounds that may be narrower than the model's, with the
+    /// recordings and priors of `problem`.
+    pub(crate) fn minimum(
+        &self,
+        problem: &OutputErrorProblem<'_>,
+        z: Vec<f64>,
+        bounds: &[(f64, f64)],
+    ) -> Result<Minimum<Weighted, TrialFailed>, TrialFailed> {
+        let at = self.evaluated(problem, &z)?;
+        let reach = self.variables.reach();
+        let region = Region { bounds, reach: &reach, leading: self.variables.n_shared };
+        Ok(minimise_watched(z, at, region, &self.rule, self.watch, |z| self.evaluated(problem, z)))
+    }
+}

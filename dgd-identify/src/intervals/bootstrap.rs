@@ -1,0 +1,338 @@
+//! Residual bootstrap: how estimates scatter when the residuals come again in another order.
+//!
+//! ```text
+//!   y* = w(t; θ̂) + e*        e*: blocks of e √(N/ν), of random beginnings and lengths
+//!   θ* = fit of y*, from θ̂    standard deviation and quantiles of many θ*
+//! ```
+//!
+//! Blocks keep what colour the residuals have, and they are the same for all outputs of a recording, so
+//! that outputs that err together go on doing so. Their lengths are geometric (the stationary
+//! bootstrap) with a mean that minimises the error of the variance of a mean. e is less its mean in
+//! each recording, with the weights of the loss, and scaled for the ν = N − n that a fit of n leaves free. A prior is drawn around
+//! the estimate. Weights are those of the fit.
+//!
+//! Sources: Politis, Romano, The stationary bootstrap, J. Am. Stat. Assoc. 89 (1994) 1303; Politis,
+//! White, Automatic block-length selection for the dependent bootstrap, Econometric Reviews 23 (2004)
+//! 53, with the correction of Patton, Politis, White, ibid. 28 (2009) 372.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use dgd_runtime::model::Model;
+use dgd_runtime::parallel::in_parallel_by_model;
+
+use crate::error::{EstimateError, TrialFailed};
+use crate::intervals::around::Around;
+use crate::journal::Digest;
+use crate::minimise::levenberg_marquardt::Termination;
+use crate::output_error::OutputErrorProblem;
+use crate::output_error::fit::Fit;
+use crate::output_error::weighing::effective_priors;
+use crate::progress::{Of, Progress};
+use crate::random::Uniform;
+use crate::recording::{Derivatives, Recording, outputs_of};
+
+/// Most simulations of a refit, which starts next to its minimum.
+const MOST_EVALUATIONS: usize = 40;
+
+/// Estimates of many resampled data sets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bootstrap {
+    /// All estimates of each refit that reached a minimum, SI, in the order of the fit's.
+    pub replicates: Vec<Vec<f64>>,
+    /// Refits that did not.
+    pub failures: usize,
+    /// Refits that were not made, or not to the end, because the problem's watch stopped them.
+    pub left_out: usize,
+    /// Mean length of the blocks in each recording, in rows.
+    pub block_lengths: Vec<f64>,
+}
+
+impl Bootstrap {
+    /// Standard deviation of an estimate, SI; `None` with fewer than two refits.
+    pub fn std(&self, estimate: usize) -> Option<f64> {
+        let n = self.replicates.len() as f64;
+        if n < 2.0 {
+            return None;
+        }
+        let values = || self.replicates.iter().map(|replicate| replicate[estimate]);
+        let mean = values().sum::<f64>() / n;
+        Some((values().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt())
+    }
+
+    /// The percentiles between which an estimate is with this probability, SI; `None` with fewer refits
+    /// than have one beyond each.
+    ///
+    /// Of n sorted values, the k-th is the quantile k/(n + 1); between them it is linear.
+    pub fn interval(&self, estimate: usize, probability: f64) -> Option<(f64, f64)> {
+        let mut values: Vec<f64> =
+            self.replicates.iter().map(|replicate| replicate[estimate]).collect();
+        values.sort_by(f64::total_cmp);
+        let n = values.len();
+        let below = 0.5 * (1.0 - probability) * (n as f64 + 1.0);
+        if below < 1.0 {
+            return None;
+        }
+        let quantile = |place: f64| {
+            let k = (place.floor() as usize).clamp(1, n - 1);
+            values[k - 1] + (place - k as f64) * (values[k] - values[k - 1])
+        };
+        Some((quantile(below), quantile(n as f64 + 1.0 - below)))
+    }
+}
+
+/// Refits a fit's problem to so many resampled data sets, by the threads of the problem.
+///
+/// `random` gives each replicate, by its number, a generator of its own of uniform 64-bit numbers, so that
+/// results do not depend on threads. Where the watch of the problem stops it, the refits that are complete
+/// are given.
+///
+/// # Errors
+///
+/// As [`fit`](crate::fit); or the problem cannot be simulated where the fit ended.
+///
+/// # Panics
+///
+/// When the fit is not one of the problem.
+pub fn bootstrap<G: FnMut() -> u64>(
+    problem: &OutputErrorProblem<'_>,
+    fit: &Fit,
+    replicates: usize,
+    random: impl Fn(usize) -> G + Sync,
+) -> Result<Bootstrap, EstimateError> {
+    let around = Around::new(problem, fit, MOST_EVALUATIONS)?;
+    let data = fit.samples + effective_priors(problem, &around.variables);
+    let spread = (data as f64 / fit.degrees_of_freedom.max(1) as f64).sqrt();
+    let at = around.problem(problem.system);
+    let mut sources = Vec::with_capacity(problem.recordings.len());
+    for (r, recording) in problem.recordings.iter().enumerate() {
+        let options = &at.options;
+        let starts = &fit.starts[r];
+        let simulated =
+            outputs_of(problem.system, recording, &fit.p, starts, options, Derivatives::No)
+                .map_err(|reason| EstimateError::Start(TrialFailed { recording: r, reason }))?;
+        let of_output = |i: usize| {
+            let sigma = fit.noise[i]?;
+            let weight = |e: f64| problem.loss.at(e / sigma).weight;
+            let samples: Vec<(usize, f64)> = recording.counted(i).collect();
+            Channel::new(recording.times.len(), &samples, |k| simulated.w(k)[i], weight, spread)
+        };
+        sources.push(Source::new(recording, (0..fit.noise.len()).map(of_output).collect()));
+    }
+
+    let done = AtomicUsize::new(0);
+    // None where no minimum was reached.
+    let refit = |system: &dyn Model, k: usize| -> Result<Option<Vec<f64>>, LeftOut> {
+        if around.watch.is_stopped() {
+            return Err(LeftOut);
+        }
+        let mut uniform = Uniform(random(k));
+        let recordings: Vec<Recording> =
+            sources.iter().map(|source| source.resampled(&mut uniform)).collect();
+        let mut resampled = around.problem(system);
+        resampled.recordings = &recordings;
+        for prior in &mut resampled.priors {
+            prior.mean = fit.p[prior.parameter] + prior.std * uniform.normal();
+        }
+        match around.minimum(&resampled, around.z.clone(), &around.bounds) {
+            Ok(minimum) if minimum.termination.is_converged() => {
+                let variables = around.variables.all.iter().zip(&minimum.x);
+                Ok(Some(variables.map(|(variable, z)| variable.value(*z)).collect()))
+            }
+            Ok(minimum) if minimum.termination == Termination::Stopped => Err(LeftOut),
+            Ok(_) | Err(_) => Ok(None),
+        }
+    };
+    let refits = in_parallel_by_model(problem.system, replicates, problem.threads, |system, k| {
+        let drawn = |digest: Digest| {
+            let mut numbers = random(k);
+            digest.of(&("refit", numbers(), numbers()))
+        };
+        let refit = around.kept(drawn, || refit(system, k));
+        if refit.is_ok() {
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            let of = Of::Exactly(replicates);
+            around.watch.advanced(Progress { what: "resampled data sets", done, of });
+        }
+        refit
+    });
+    let mut found = Bootstrap {
+        replicates: Vec::with_capacity(replicates),
+        failures: 0,
+        left_out: 0,
+        block_lengths: sources.iter().map(|source| source.block_length).collect(),
+    };
+    for refit in refits {
+        match refit {
+            Ok(Some(estimates)) => found.replicates.push(estimates),
+            Ok(None) => found.failures += 1,
+            Err(LeftOut) => found.left_out += 1,
+        }
+    }
+    Ok(found)
+}
+
+/// A refit that was not made to the end.
+struct LeftOut;
+
+/// What is drawn from in one recording.
+struct Source<'a> {
+    recording: &'a Recording,
+    channels: Vec<Option<Channel>>,
+    /// Mean length of a block, in rows.
+    block_length: f64,
+}
+
+/// One output of one recording.
+struct Channel {
+    /// Positions of the samples that count.
+    positions: Vec<usize>,
+    /// What the fit simulates there, SI.
+    simulated: Vec<f64>,
+    /// Residuals, less their mean and scaled, SI.
+    residuals: Vec<f64>,
+    /// For each position of the recording, the first of the residuals from there on, cyclic; `None` in a gap.
+    nearest: Vec<Option<usize>>,
+    /// Rows from one sample to the next, as a rule.
+    spacing: usize,
+}
+
+/// Samples further apart than so many times what is usual have a gap between them.
+const GAP: usize = 2;
+
+impl Channel {
+    /// `None` without samples.
+    fn new(
+        len: usize,
+        samples: &[(usize, f64)],
+        simulated: impl Fn(usize) -> f64,
+        weight: impl Fn(f64) -> f64,
+        spread: f64,
+    ) -> Option<Self> {
+        if samples.is_empty() {
+            return None;
+        }
+        let positions: Vec<usize> = samples.iter().map(|(k, _)| *k).collect();
+        let simulated: Vec<f64> = positions.iter().map(|k| simulated(*k)).collect();
+        let errors = || samples.iter().zip(&simulated).map(|((_, y), w)| y - w);
+        let weights = errors().map(&weight).sum::<f64>();
+        let weighted = errors().map(|e| weight(e) * e).sum::<f64>();
+        let mean = if weights > 0.0 { weighted / weights } else { 0.0 };
+        let residuals = errors().map(|e| (e - mean) * spread).collect();
+        let n = positions.len();
+        // Rows up to each sample from the one before, cyclic.
+        let mut steps: Vec<usize> = positions.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.insert(0, positions[0] + len - positions[n - 1]);
+        let spacing = {
+            let mut sorted = steps.clone();
+            sorted.sort_unstable();
+            sorted[n / 2]
+        };
+        let nearest = (0..len).map(|k| {
+            let next = positions.partition_point(|p| *p < k) % n;
+            (positions[next] == k || steps[next] <= GAP * spacing).then_some(next)
+        });
+        Some(Self { nearest: nearest.collect(), positions, simulated, residuals, spacing })
+    }
+
+    /// For each sample, which residual comes there: that of the row from which the recording's blocks take
+    /// theirs, or where that lies in a gap, one of a block of the channel's own.
+    fn drawn<G: FnMut() -> u64>(&self, from: &[usize], uniform: &mut Uniform<G>) -> Vec<usize> {
+        let n = self.residuals.len();
+        let mut own: Option<(usize, usize)> = None;
+        let drawn = self.positions.iter().map(|k| {
+            if let Some(residual) = self.nearest[from[*k]] {
+                own = None;
+                return residual;
+            }
+            let residual = match own {
+                Some((before, residual))
+                    if from[*k] == (from[before] + k - before) % from.len() =>
+                {
+                    (residual + 1) % n
+                }
+                Some(_) | None => uniform.below(n),
+            };
+            own = Some((*k, residual));
+            residual
+        });
+        drawn.collect()
+    }
+
+    /// The mean length of its blocks, in rows.
+    fn block_length(&self) -> f64 {
+        block_length(&self.residuals) * self.spacing as f64
+    }
+}
+
+impl<'a> Source<'a> {
+    fn new(recording: &'a Recording, channels: Vec<Option<Channel>>) -> Self {
+        let block_length = channels.iter().flatten().map(Channel::block_length).fold(1.0, f64::max);
+        Self { recording, channels, block_length }
+    }
+
+    /// The recording with what was simulated and blocks of residuals.
+    fn resampled<G: FnMut() -> u64>(&self, uniform: &mut Uniform<G>) -> Recording {
+        let n = self.recording.times.len();
+        let mut recording = self.recording.clone();
+        // Positions whose residuals come at each position.
+        let mut from: Vec<usize> = Vec::with_capacity(n);
+        for _ in 0..n {
+            let next = match from.last() {
+                Some(before) if uniform.next() > 1.0 / self.block_length => (before + 1) % n,
+                Some(_) | None => uniform.below(n),
+            };
+            from.push(next);
+        }
+        for (channel, measured) in self.channels.iter().zip(&mut recording.measured) {
+            let (Some(channel), Some(measured)) = (channel, measured) else { continue };
+            let drawn = channel.drawn(&from, uniform);
+            for ((k, simulated), drawn) in
+                channel.positions.iter().zip(&channel.simulated).zip(drawn)
+            {
+                measured[*k] = simulated + channel.residuals[drawn];
+            }
+        }
+        recording
+    }
+}
+
+/// The mean length of blocks for the stationary bootstrap of a sequence, in samples.
+///
+/// ```text
+///   b = (2G²/D N)^⅓,   G = Σ λ(k/M)|k| R(k),   D = 2 (Σ λ(k/M) R(k))²       k = −M … M
+/// ```
+///
+/// λ is flat to a half and falls to zero at 1; M is twice the lag behind which K autocorrelations in a
+/// row are within 2√(log₁₀N/N). At least 1 and at most 3√N or N/3.
+fn block_length(e: &[f64]) -> f64 {
+    let n = e.len();
+    let count = n as f64;
+    let power: f64 = e.iter().map(|e| e * e).sum();
+    if n < 16 || power == 0.0 {
+        return 1.0;
+    }
+    let rho = |lag: usize| e.iter().zip(&e[lag..]).map(|(a, b)| a * b).sum::<f64>() / power;
+    let in_a_row = (count.log10().sqrt().ceil() as usize).max(5);
+    let most = (count.sqrt().ceil() as usize + in_a_row).min(n - 1);
+    let small = 2.0 * (count.log10() / count).sqrt();
+    let mut rhos = Vec::new();
+    let (mut last, mut quiet) = (0, 0);
+    while rhos.len() < most && quiet < in_a_row {
+        rhos.push(rho(rhos.len() + 1));
+        if rhos[rhos.len() - 1].abs() < small {
+            quiet += 1;
+        } else {
+            (last, quiet) = (rhos.len(), 0);
+        }
+    }
+    let m = (2 * last.max(1)).min(most);
+    let (mut g, mut d) = (0.0, 1.0);
+    for k in 1..=m {
+        let rho = rhos.get(k - 1).copied().unwrap_or_else(|| rho(k));
+        let window = (2.0 * (1.0 - k as f64 / m as f64)).min(1.0);
+        g += 2.0 * window * k as f64 * rho;
+        d += 2.0 * window * rho;
+    }
+    let length = if d > 0.0 { (g * g / (d * d) * count).cbrt() } else { f64::INFINITY };
+    length.clamp(1.0, (3.0 * count.sqrt()).min(count / 3.0).max(1.0))
+}

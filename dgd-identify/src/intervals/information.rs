@@ -1,0 +1,211 @@
+//! What determines each estimate: where the information about it comes from.
+//!
+//! ```text
+//!   s⊥ = J C eᵢ / Cᵢᵢ        rows of J: ∂w/∂θ/σ at each sample; C: covariance of the estimates
+//!   Σ s⊥² = 1/Cᵢᵢ            over samples and priors
+//! ```
+//!
+//! s⊥ is what is left of the sensitivity to θᵢ when the part that changes of the others could mimic
+//! is taken out (in J = QR with θᵢ last, its last row). Its squares are parts of the information that
+//! the standard deviation comes from, and can be added up by recording, output, or kind of sample.
+//!
+//! What more of one kind would do, its samples being n of N:
+//!
+//! ```text
+//!   C′ = (I + C H)⁻¹ C,   H = N/n Σ_kind s sᵀ/σ²        s: ∂w/∂θ
+//! ```
+//!
+//! is the covariance with as many samples again as there are, all of that kind. Over √½, which the same
+//! recordings once more would give, a kind is a waste of time; the smallest is the test to make.
+//!
+//! Source of the latter: Fedorov, Theory of Optimal Experiments (1972) §2, a design point's gain.
+
+use dgd_runtime::Direction;
+use dgd_runtime::parallel::in_parallel_by_model;
+use nalgebra::{DMatrix, DVector};
+
+use crate::error::{EstimateError, TrialFailed};
+use crate::output_error::OutputErrorProblem;
+use crate::output_error::fit::Fit;
+use crate::recording::outputs_with_sensitivities;
+
+/// Where the information about an estimate comes from. All parts add up to 1, that of the prior
+/// included.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Information {
+    /// Position among the estimates.
+    pub estimate: usize,
+    /// Parts of the recordings.
+    pub recordings: Vec<f64>,
+    /// Parts of the outputs.
+    pub outputs: Vec<f64>,
+    /// Parts of the kinds of samples.
+    pub kinds: Vec<f64>,
+    /// By kind, the standard deviation over what it is, with as many samples again as there are, all of
+    /// that kind; `None` for a kind without samples.
+    pub again: Vec<Option<f64>>,
+    /// The same with all recordings once more: √½ without priors.
+    pub all_again: f64,
+    /// The sample that says most: recording, output and position.
+    pub best: Option<(usize, usize, usize)>,
+}
+
+/// Information about each estimate that is determined and not at a bound.
+///
+/// `kinds` has for each sample of each recording which kind it is, of `n_kinds`.
+///
+/// # Errors
+///
+/// The problem cannot be simulated where the fit ended.
+///
+/// # Panics
+///
+/// When the fit is not one of the problem, or `kinds` does not fit its recordings.
+pub fn information(
+    problem: &OutputErrorProblem<'_>,
+    fit: &Fit,
+    kinds: &[Vec<usize>],
+    n_kinds: usize,
+) -> Result<Vec<Information>, EstimateError> {
+    assert_eq!(kinds.len(), problem.recordings.len(), "kinds for each recording");
+    let options = fit.stepping.applied(problem.options);
+    let directions = &problem.system.signature().directions;
+    let n = fit.estimates.len();
+    let determined: Vec<usize> = (0..n).filter(|i| fit.covariance(*i, *i).is_some()).collect();
+    let position = |of: Direction| directions.iter().position(|direction| *direction == of);
+    let columns: Vec<Option<usize>> = fit.estimates.iter().map(|e| position(e.of)).collect();
+    let empty = |estimate: &usize| Information {
+        estimate: *estimate,
+        recordings: vec![0.0; problem.recordings.len()],
+        outputs: vec![0.0; fit.noise.len()],
+        kinds: vec![0.0; n_kinds],
+        again: vec![None; n_kinds],
+        all_again: 1.0,
+        best: None,
+    };
+
+    let recordings =
+        in_parallel_by_model(problem.system, kinds.len(), problem.threads, |system, r| {
+            let recording = &problem.recordings[r];
+            let observations =
+                outputs_with_sensitivities(system, recording, &fit.p, &fit.starts[r], &options)?;
+            let mut all: Vec<(Information, f64)> =
+                determined.iter().map(|i| (empty(i), 0.0)).collect();
+            let mut sums = vec![OfKind::zeros(n); n_kinds];
+            for (output, sigma) in fit.noise.iter().enumerate() {
+                let Some(sigma) = sigma else { continue };
+                for (k, _) in recording.counted(output) {
+                    let slope = |j: usize| -> f64 {
+                        let own = fit.estimates[j].recording.is_none_or(|of| of == r);
+                        let column = columns[j].filter(|_| own);
+                        column.map_or(0.0, |c| observations.dw(k)[c * observations.n_w + output])
+                    };
+                    let slopes: Vec<f64> = (0..n).map(slope).collect();
+                    if slopes.iter().any(|slope| !slope.is_finite()) {
+                        continue;
+                    }
+                    sums[kinds[r][k]].add(&slopes, *sigma);
+                    for (place, i) in determined.iter().enumerate() {
+                        let (found, most) = &mut all[place];
+                        let along = slopes.iter().enumerate();
+                        let sum: f64 =
+                            along.map(|(j, slope)| fit.seen_covariance(*i, j) * slope).sum();
+                        let part = (sum / sigma).powi(2);
+                        found.recordings[r] += part;
+                        found.outputs[output] += part;
+                        found.kinds[kinds[r][k]] += part;
+                        if part > *most {
+                            (*most, found.best) = (part, Some((r, output, k)));
+                        }
+                    }
+                }
+            }
+            Ok((all, sums))
+        });
+
+    let mut all: Vec<(Information, f64)> = determined.iter().map(|i| (empty(i), 0.0)).collect();
+    let mut sums = vec![OfKind::zeros(n); n_kinds];
+    for (recording, result) in recordings.into_iter().enumerate() {
+        let (found, of_recording): (Vec<(Information, f64)>, Vec<OfKind>) =
+            result.map_err(|reason| EstimateError::Start(TrialFailed { recording, reason }))?;
+        for (sum, more) in sums.iter_mut().zip(of_recording) {
+            sum.samples += more.samples;
+            sum.information += more.information;
+        }
+        for ((sum, most), (one, of_one)) in all.iter_mut().zip(found) {
+            add(&mut sum.recordings, &one.recordings);
+            add(&mut sum.outputs, &one.outputs);
+            add(&mut sum.kinds, &one.kinds);
+            if of_one > *most {
+                (*most, sum.best) = (of_one, one.best);
+            }
+        }
+    }
+    for (found, _) in &mut all {
+        let i = found.estimate;
+        // Σ (J C eᵢ)² + Σ_priors (C_pᵢ/s)² = Cᵢᵢ
+        let whole = fit.covariance(i, i).unwrap_or(f64::NAN);
+        let parts = [&mut found.recordings, &mut found.outputs, &mut found.kinds];
+        parts.into_iter().flatten().for_each(|part| *part /= whole);
+    }
+    let size = DVector::from_fn(n, |i, _| {
+        let variance = fit.seen_covariance(i, i);
+        if variance > 0.0 { variance.sqrt() } else { 1.0 }
+    });
+    let covariance = DMatrix::from_fn(n, n, |i, j| fit.seen_covariance(i, j) / (size[i] * size[j]));
+    // Standard deviations over what they are, with so many times the samples of a kind.
+    let with = |more: &OfKind, times: f64| -> Option<Vec<f64>> {
+        let h = DMatrix::from_fn(n, n, |i, j| times * size[i] * size[j] * more.information[(i, j)]);
+        let after = (DMatrix::identity(n, n) + &covariance * h).lu().solve(&covariance)?;
+        let ratio = |i: usize| (after[(i, i)] / covariance[(i, i)]).max(0.0).sqrt();
+        Some((0..n).map(ratio).collect())
+    };
+    let whole = sums.iter().fold(OfKind::zeros(n), |mut whole, sum| {
+        whole.samples += sum.samples;
+        whole.information += &sum.information;
+        whole
+    });
+    let of_whole = with(&whole, 1.0);
+    let of_kinds: Vec<Option<Vec<f64>>> = sums
+        .iter()
+        .map(|sum| match sum.samples {
+            0 => None,
+            samples => with(sum, whole.samples as f64 / samples as f64),
+        })
+        .collect();
+    for (found, _) in &mut all {
+        let i = found.estimate;
+        found.all_again = of_whole.as_ref().map_or(1.0, |ratios| ratios[i]);
+        found.again = of_kinds.iter().map(|ratios| ratios.as_ref().map(|all| all[i])).collect();
+    }
+    Ok(all.into_iter().map(|(found, _)| found).collect())
+}
+
+/// What the samples of a kind know.
+#[derive(Debug, Clone)]
+struct OfKind {
+    samples: usize,
+    /// Σ s sᵀ/σ², of all estimates, 1/SI².
+    information: DMatrix<f64>,
+}
+
+impl OfKind {
+    fn zeros(n: usize) -> Self {
+        Self { samples: 0, information: DMatrix::zeros(n, n) }
+    }
+
+    fn add(&mut self, slopes: &[f64], sigma: f64) {
+        self.samples += 1;
+        for (j, b) in slopes.iter().enumerate() {
+            for (i, a) in slopes.iter().enumerate() {
+                self.information[(i, j)] += a * b / (sigma * sigma);
+            }
+        }
+    }
+}
+
+fn add(sums: &mut [f64], more: &[f64]) {
+    for (sum, more) in sums.iter_mut().zip(more) {
+        *sum += more;
+    }
+}

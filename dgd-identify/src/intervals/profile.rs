@@ -1,0 +1,315 @@
+//! Profile likelihood: how far an estimate can go while the others make up for it.
+//!
+//! ```text
+//!   d(θᵢ) = min over the other estimates of Σ (e/σ)²  −  Σ (e/σ)² of the fit
+//!   interval:  { θᵢ : d(θᵢ) ≤ χ²₁(0.95) = 1.959964² }
+//! ```
+//!
+//! From the estimate outwards on each side, the others start where they were last, moved on as they
+//! moved before ([`super::along`]). A side that never gets there is open: the data does not bound the
+//! estimate on that side, whatever its standard deviation says. σ is that of the fit all along. Under a
+//! loss that is not squares, d is the rise of Σ ρ(e/σ) over (H⁻¹ G H⁻¹)ᵢᵢ/(H⁻¹)ᵢᵢ ([`super::loss`]), so
+//! that it rises as 1/std² of the estimate does.
+//!
+//! Sources: Venzon, Moolgavkar, A method for computing profile-likelihood-based confidence
+//! intervals, Appl. Statist. 37 (1988) 87; Raue et al., Structural and practical identifiability
+//! analysis of partially observed dynamical models by exploiting the profile likelihood,
+//! Bioinformatics 25 (2009) 1923.
+
+use std::cell::Cell;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use dgd_runtime::parallel::in_parallel_by_model;
+
+use crate::error::EstimateError;
+use crate::intervals::along::{Place, Way};
+use crate::intervals::around::Around;
+use crate::journal::Kept;
+use crate::keep_by_fields;
+use crate::output_error::OutputErrorProblem;
+use crate::output_error::fit::Fit;
+use crate::progress::{Of, Progress};
+use crate::uncertainty::Term;
+use crate::variables::Scale;
+
+/// χ²₁(0.95), what the deviance of an interval of 95 % rises by.
+pub const THRESHOLD: f64 = 3.841_458_820_694_124;
+
+/// Most simulations of a point.
+const MOST_EVALUATIONS: usize = 60;
+
+/// A side ends here where it is open, in sizes of the estimate, or of 1 where that is larger.
+pub(crate) const FAR: f64 = 1e3;
+
+/// The same of a logarithm: a factor of a million.
+pub(crate) const FAR_LOGARITHM: f64 = 13.8;
+
+/// What changes by less than this part of the largest relative change has no part in making up.
+const TAKES_PART: f64 = 0.1;
+
+/// What changes by less than this part of its value stays.
+const STAYS: f64 = 1e-3;
+
+/// Where one side of a profile ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum End {
+    /// The deviance reaches its threshold at this value, SI: an end of the interval.
+    Interval(f64),
+    /// It does not before the parameter's bound, this value.
+    Bound(f64),
+    /// It does not as far as this value, far away: the data leaves this side open.
+    Open(f64),
+    /// It does not as far as this value, beyond which the model cannot be simulated.
+    Unsimulated(f64),
+}
+
+impl End {
+    /// The value, whatever it means.
+    pub fn value(self) -> f64 {
+        match self {
+            Self::Interval(value)
+            | Self::Bound(value)
+            | Self::Open(value)
+            | Self::Unsimulated(value) => value,
+        }
+    }
+}
+
+impl Kept for End {
+    fn write(&self, bytes: &mut Vec<u8>) {
+        let kind: usize = match self {
+            Self::Interval(_) => 0,
+            Self::Bound(_) => 1,
+            Self::Open(_) => 2,
+            Self::Unsimulated(_) => 3,
+        };
+        (kind, self.value()).write(bytes);
+    }
+
+    fn read(bytes: &mut &[u8]) -> Option<Self> {
+        let (kind, value) = <(usize, f64)>::read(bytes)?;
+        let kinds = [Self::Interval, Self::Bound, Self::Open, Self::Unsimulated];
+        Some(kinds.get(kind)?(value))
+    }
+}
+
+/// Deviance along an estimate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    /// Position among the estimates.
+    pub estimate: usize,
+    /// Values of the estimate, SI, ascending; that of the fit among them.
+    pub values: Vec<f64>,
+    /// d of each. A negative one means that the fit has not found the least.
+    pub deviance: Vec<f64>,
+    /// Where it ends below.
+    pub lower: End,
+    /// Where it ends above.
+    pub upper: End,
+    /// All estimates at the lower end, SI.
+    pub at_lower: Vec<f64>,
+    /// All estimates at the upper end, SI.
+    pub at_upper: Vec<f64>,
+    /// The other estimates that make up for this one at the lower end, with their changes in parts of
+    /// their sizes. Empty where they stay.
+    pub with_lower: Vec<Term>,
+    /// The same at the upper end.
+    pub with_upper: Vec<Term>,
+    /// Evaluations of all recordings.
+    pub evaluations: usize,
+}
+
+keep_by_fields!(Profile {
+    estimate,
+    values,
+    deviance,
+    lower,
+    upper,
+    at_lower,
+    at_upper,
+    with_lower,
+    with_upper,
+    evaluations
+});
+
+impl Profile {
+    /// The interval of 95 %, SI; `None` for a side that the data leaves open. A bound closes one.
+    pub fn interval(&self) -> (Option<f64>, Option<f64>) {
+        let end = |end: End| match end {
+            End::Interval(value) | End::Bound(value) => Some(value),
+            End::Open(_) | End::Unsimulated(_) => None,
+        };
+        (end(self.lower), end(self.upper))
+    }
+
+    /// What is found along a way. `value` gives an estimate of a variable, SI; `sizes` what changes of the
+    /// estimates are compared with, SI.
+    pub(crate) fn along(
+        way: &Way<'_>,
+        value: impl Fn(usize, f64) -> f64,
+        sizes: &[f64],
+        evaluations: &Cell<usize>,
+    ) -> Self {
+        let (below, above) = (way.arm(-1.0), way.arm(1.0));
+        let centre = Place { z: way.centre.clone(), deviance: 0.0 };
+        let all = |place: &Place| -> Vec<f64> {
+            place.z.iter().enumerate().map(|(i, z)| value(i, *z)).collect()
+        };
+        let mut places: Vec<&Place> =
+            below.places.iter().chain([&centre]).chain(&above.places).collect();
+        places.sort_by(|a, b| a.z[way.i].total_cmp(&b.z[way.i]));
+        let of_fit = all(&centre);
+        let followers = |at: &[f64]| followers(way.i, &of_fit, at, sizes);
+        let (at_lower, at_upper) = (all(&below.at), all(&above.at));
+        Self {
+            estimate: way.i,
+            values: places.iter().map(|place| value(way.i, place.z[way.i])).collect(),
+            deviance: places.iter().map(|place| place.deviance).collect(),
+            lower: (below.end)(at_lower[way.i]),
+            upper: (above.end)(at_upper[way.i]),
+            with_lower: followers(&at_lower),
+            with_upper: followers(&at_upper),
+            at_lower,
+            at_upper,
+            evaluations: evaluations.get(),
+        }
+    }
+}
+
+/// The other estimates that changed with the i-th.
+fn followers(i: usize, of_fit: &[f64], at: &[f64], sizes: &[f64]) -> Vec<Term> {
+    // An estimate may be zero, its size is not.
+    let change = |j: usize| (at[j] - of_fit[j]) / sizes[j];
+    let others = (0..at.len()).filter(|j| *j != i);
+    let terms: Vec<Term> = others.map(|j| Term { estimate: j, change: change(j) }).collect();
+    let largest = terms.iter().map(|term| term.change.abs()).fold(0.0, f64::max);
+    let counts = |term: &Term| term.change.abs() > (TAKES_PART * largest).max(STAYS);
+    terms.into_iter().filter(counts).collect()
+}
+
+/// The profiles of some estimates of a fit to this problem, in the order of `estimates`, by the threads
+/// of the problem. Where its watch stops it, those that are complete are given ([`Profile::estimate`] says
+/// which they are).
+///
+/// # Errors
+///
+/// As [`fit`](crate::fit); or the problem cannot be simulated where the fit ended.
+///
+/// # Panics
+///
+/// When the fit is not one of the problem, or an estimate is not one of the fit.
+pub fn profiles(
+    problem: &OutputErrorProblem<'_>,
+    fit: &Fit,
+    estimates: &[usize],
+) -> Result<Vec<Profile>, EstimateError> {
+    let around = Around::new(problem, fit, MOST_EVALUATIONS)?;
+    let first = around
+        .evaluated(&around.problem(problem.system), &around.z)
+        .map_err(EstimateError::Start)?;
+    let least = first.as_ref().cost;
+    let done = AtomicUsize::new(0);
+    let found =
+        in_parallel_by_model(problem.system, estimates.len(), problem.threads, |system, k| {
+            let problem = around.problem(system);
+            let (i, worth) = (estimates[k], fit.worth(estimates[k]));
+            let along = Along { around: &around, problem: &problem, i, least, worth };
+            let profile = around.kept(
+                |digest| digest.of(&("profile", estimates[k])),
+                || {
+                    let profile = along.profile(fit);
+                    // What is found after this was said may lack something.
+                    if around.watch.is_stopped() {
+                        Err(EstimateError::Stopped)
+                    } else {
+                        Ok(profile)
+                    }
+                },
+            );
+            let profile = profile.ok()?;
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            let of = Of::Exactly(estimates.len());
+            around.watch.advanced(Progress { what: "profiles", done, of });
+            Some(profile)
+        });
+    Ok(found.into_iter().flatten().collect())
+}
+
+/// The profile of one estimate: [`profiles`].
+///
+/// # Errors
+///
+/// As [`profiles`], and [`EstimateError::Stopped`].
+///
+/// # Panics
+///
+/// As [`profiles`].
+pub fn profile(
+    problem: &OutputErrorProblem<'_>,
+    fit: &Fit,
+    estimate: usize,
+) -> Result<Profile, EstimateError> {
+    profiles(problem, fit, &[estimate])?.pop().ok_or(EstimateError::Stopped)
+}
+
+/// One estimate, along which the others are fitted.
+struct Along<'a> {
+    around: &'a Around<'a>,
+    problem: &'a OutputErrorProblem<'a>,
+    i: usize,
+    /// Σ ρ(e/σ) of the fit.
+    least: f64,
+    /// What a rise of that is worth.
+    worth: f64,
+}
+
+impl Along<'_> {
+    fn profile(&self, fit: &Fit) -> Profile {
+        let start = self.around.z[self.i];
+        let variables = &self.around.variables.all;
+        let reach = match variables[self.i].scale {
+            Scale::Linear(_) => FAR * start.abs().max(1.0),
+            Scale::Logarithm => FAR_LOGARITHM,
+        };
+        let evaluations = Cell::new(0);
+        let way = Way {
+            i: self.i,
+            centre: self.around.z.clone(),
+            bounds: self.around.bounds[self.i],
+            reach,
+            std: fit.estimates[self.i].std.map(|std| std / variables[self.i].slope(start).abs()),
+            place: &|held, from, other| self.place(held, from, other, &evaluations),
+            is_stopped: &|| self.around.watch.is_stopped(),
+        };
+        let sizes: Vec<f64> = (0..fit.estimates.len()).map(|i| fit.size(i)).collect();
+        Profile::along(&way, |i, z| variables[i].value(z), &sizes, &evaluations)
+    }
+
+    /// The least sum of squares with the estimate held at a value; `None` where no minimum is found.
+    fn place(
+        &self,
+        held: f64,
+        from: &Place,
+        other: Option<&Place>,
+        evaluations: &Cell<usize>,
+    ) -> Option<Place> {
+        let mut bounds = self.around.bounds.clone();
+        bounds[self.i] = (held, held);
+        let moved_on = other.map(|other| {
+            let moved = from.moved_on(self.i, held, other).into_iter().zip(&bounds);
+            moved.map(|(z, (low, high))| z.clamp(*low, *high)).collect()
+        });
+        let mut stayed = from.z.clone();
+        stayed[self.i] = held;
+        for z in moved_on.into_iter().chain([stayed]) {
+            evaluations.set(evaluations.get() + 1);
+            let Ok(minimum) = self.around.minimum(self.problem, z, &bounds) else { continue };
+            evaluations.set(evaluations.get() + minimum.evaluations);
+            if minimum.termination.is_converged() {
+                let deviance = (minimum.at.as_ref().cost - self.least) * self.worth;
+                return Some(Place { z: minimum.x, deviance });
+            }
+        }
+        None
+    }
+}

@@ -1,0 +1,476 @@
+//! A recording simulated by a linear model close to an operating point, instead of the model itself.
+//!
+//! ```text
+//!   δẋ = r + A δx + B δu,    w = w₀ + C δx + D δu       δx = x − x₀(θ),  δu = u − u₀
+//!   x(0) is that of the model: start values are what they are
+//! ```
+//!
+//! Between samples inputs are straight lines, for which the solution is exact ([`Responses`]); so are
+//! the derivatives to θ, those of A, B, C, D and of the point included ([`Parametric`]). What arrives
+//! late by a time that is itself free jumps at a time that moves: at a jump Δv of u(t − τ) the
+//! derivative of x jumps by −B Δv dτ/dθ.
+
+use dgd_runtime::for_identify::{
+    LateTimes, Matrices, Parametric, Responses, delay_sensitivities, verify_inputs, verify_request,
+};
+use dgd_runtime::linearize::{LinearAt, NotLinearised, OperatingPoint};
+use dgd_runtime::model::ModelProblem;
+use dgd_runtime::parallel::in_parallel_by_model;
+use dgd_runtime::{
+    Direction, Inputs, IntegrateError, LateValues, Observations, Options, Point, Problem, Segment,
+    Side, Solution, Text, consistent_start, simulate,
+};
+use nalgebra::DVector;
+
+use crate::error::{TrialFailed, TrialFailure};
+use crate::output_error::{Evaluation, OutputErrorProblem, Starts, evaluate};
+use crate::recording::{Derivatives, Recording};
+
+/// Times are rounded to this part of them, and so are the lengths of steps between them.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Outputs at the sample times of a recording by the linear model at `at`.
+pub(crate) fn outputs_of(
+    problem: &ModelProblem<'_>,
+    (recording, at): (&Recording, &LinearAt),
+    options: &Options,
+    derivatives: Derivatives,
+) -> Result<Observations, NotLinearised> {
+    let times: &[f64] = &recording.times;
+    let signature = problem.system.signature();
+    let with_slopes = derivatives == Derivatives::Yes;
+    let n_s = if with_slopes { signature.directions.len() } else { 0 };
+    let n_w = signature.outputs.len();
+    let mut observations = Observations { n_w, n_s, w: Vec::new(), dw: Vec::new() };
+    let Some(&from) = times.first() else { return Ok(observations) };
+    verify_request(times, options)
+        .map_err(IntegrateError::BadRequest)
+        .and_then(|()| verify_inputs(problem, times).map_err(IntegrateError::Inputs))
+        .map_err(NotLinearised::Run)?;
+    let of_point = Problem { start: guess(recording, at, problem.start), ..*problem };
+    let model = Parametric::new(&of_point, (at, times), options, with_slopes)?;
+    let start = Start::new(problem, &model, from, options, n_s)?;
+    let late = LateTimes::new(problem, times).map_err(NotLinearised::Run)?;
+    let inputs = problem.inputs_read().map_err(IntegrateError::Inputs);
+    let inputs = inputs.map_err(NotLinearised::Run)?;
+    let all = late.as_ref().map_or(times, |late| &late.all);
+    let mut run = Run::new(problem, &model, &inputs, start);
+    let mut solution = run.to(all, Solution::empty(signature, n_s));
+    if let Some(late) = &late {
+        solution = late.split(times, solution);
+    }
+    run.observe(&solution, &mut observations);
+    Ok(observations)
+}
+
+/// Where the run starts.
+struct Start {
+    x: DVector<f64>,
+    /// ∂x/∂θ, by direction.
+    s: Vec<DVector<f64>>,
+}
+
+impl Start {
+    fn new(
+        problem: &ModelProblem<'_>,
+        model: &Parametric,
+        t: f64,
+        options: &Options,
+        n_s: usize,
+    ) -> Result<Self, NotLinearised> {
+        let system = problem.system;
+        let signature = system.signature();
+        let n = signature.unknowns.len();
+        let start = consistent_start(problem, t, options).map_err(NotLinearised::Run)?;
+        let inputs = problem.inputs_read().map_err(IntegrateError::Inputs);
+        let inputs = inputs.map_err(NotLinearised::Run)?;
+        let mut u = vec![0.0; inputs.len()];
+        inputs.value(t, Side::Right, &mut u);
+        let at = Point { t, y: &[], u: &u, p: problem.p, z: &start.z };
+        let mut mass = vec![0.0; n];
+        system.mass(at, &mut mass);
+        let other = (0..n).find(|i| (mass[*i] != 0.0) != model.states.contains(i));
+        if let Some(i) = other {
+            let unknown = signature.unknowns.name(i).to_string();
+            return Err(NotLinearised::OtherStates { unknown });
+        }
+        let of_states = |values: &[f64]| {
+            DVector::from_iterator(model.states.len(), model.states.iter().map(|i| values[*i]))
+        };
+        let mut s = vec![0.0; n * n_s];
+        if n_s > 0 {
+            system.start_sensitivities(at, &mut s);
+            // A replaced start value depends on nothing but itself.
+            for &(i, _) in problem.start {
+                for (j, direction) in signature.directions.iter().enumerate() {
+                    s[j * n + i] = f64::from(u8::from(*direction == Direction::Start(i)));
+                }
+            }
+        }
+        let s = (0..n_s).map(|j| of_states(&s[j * n..(j + 1) * n])).collect();
+        Ok(Self { x: of_states(&start.y), s })
+    }
+}
+
+/// A linear simulation under way: δx, and dδx/dθ by direction.
+struct Run<'a> {
+    problem: &'a ModelProblem<'a>,
+    model: &'a Matrices,
+    /// By direction.
+    slopes: &'a [Option<Matrices>],
+    responses: Responses<'a>,
+    inputs: &'a Inputs,
+    /// ∂τ/∂θ of each late input, by direction and then by late input.
+    dtau: Vec<Vec<f64>>,
+    x: DVector<f64>,
+    s: Vec<DVector<f64>>,
+}
+
+impl<'a> Run<'a> {
+    fn new(
+        problem: &'a ModelProblem<'a>,
+        model: &'a Parametric,
+        inputs: &'a Inputs,
+        start: Start,
+    ) -> Self {
+        let signature = problem.system.signature();
+        let directions = model.slopes.iter().flatten().map(|slopes| &slopes.a).collect();
+        let late = &signature.delayed_inputs;
+        let dtau = if late.is_empty() || model.slopes.is_empty() {
+            vec![Vec::new(); model.slopes.len()]
+        } else {
+            let dtau = delay_sensitivities(problem);
+            let columns = dtau.chunks_exact(signature.delays.len());
+            columns.map(|dtau| late.iter().map(|late| dtau[late.delay]).collect()).collect()
+        };
+        let moves = start.s.into_iter().zip(&model.slopes).map(|(s, slopes)| match slopes {
+            Some(slopes) => s - &slopes.x,
+            None => s,
+        });
+        Self {
+            problem,
+            x: start.x - &model.model.x,
+            s: moves.collect(),
+            model: &model.model,
+            slopes: &model.slopes,
+            responses: Responses::new(&model.model.a, directions, &model.sizes),
+            inputs,
+            dtau,
+        }
+    }
+
+    /// δx and its derivatives at these times, in place of a solution's unknowns.
+    fn to(&mut self, times: &[f64], mut solution: Solution) -> Solution {
+        solution.n = self.x.len();
+        solution.n_z = 0;
+        let Some(&first) = times.first() else { return solution };
+        let mut t = first;
+        let mut segment = self.inputs.segment_at(t, Side::Right);
+        for (k, &next) in times.iter().enumerate() {
+            let last = self.inputs.segment_at(next, dgd_runtime::side(times, k));
+            while segment < last {
+                let end = self.inputs.segment(segment).t1;
+                self.advance(segment, t, end);
+                t = end;
+                segment += 1;
+                self.jump(segment, t);
+            }
+            self.advance(segment, t, next);
+            t = next;
+            solution.times.push(t);
+            solution.y.extend_from_slice(self.x.as_slice());
+            solution.s.extend(self.s.iter().flat_map(DVector::as_slice));
+        }
+        solution
+    }
+
+    /// Goes on to `until` along one segment of the inputs.
+    fn advance(&mut self, segment: usize, t: f64, until: f64) {
+        if until <= t {
+            return;
+        }
+        let segment = self.inputs.segment(segment);
+        let at = self.driven(segment, t);
+        let udot = DVector::from_column_slice(segment.udot);
+        let rounding = ROUNDING * t.abs().max(until.abs());
+        // δẋ = A δx + b₀ + b₁ (t − t₀)
+        let b_0 = &self.model.rates + &self.model.b * &at.u;
+        let b_1 = &self.model.b * &udot;
+        let response = self.responses.of(until - t, rounding);
+        let of_slopes = &mut response.slopes.iter();
+        let value = &response.value;
+        for ((s, slopes), moved) in self.s.iter_mut().zip(self.slopes).zip(&at.moved) {
+            let mut next = &value.phi * &*s;
+            // What of b₀ is due to the inputs alone.
+            let mut db_0 = &self.model.b * moved;
+            if let Some(slopes) = slopes {
+                db_0 += &slopes.rates + &slopes.b * &at.u;
+                next += &value.gamma_1 * (&slopes.b * &udot);
+                if let Some(response) = of_slopes.next() {
+                    next += &response.phi * &self.x;
+                    next += &response.gamma_0 * &b_0;
+                    next += &response.gamma_1 * &b_1;
+                }
+            }
+            next += &value.gamma_0 * db_0;
+            *s = next;
+        }
+        self.x = &value.phi * &self.x + &value.gamma_0 * b_0 + &value.gamma_1 * b_1;
+    }
+
+    /// Enters a segment, whose start moves with the delays of what jumps there.
+    fn jump(&mut self, segment: usize, t: f64) {
+        let signature = self.problem.system.signature();
+        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
+        if n_late == 0 || self.s.is_empty() {
+            return;
+        }
+        let mut before = vec![0.0; self.inputs.len()];
+        self.inputs.segment(segment - 1).value(t, &mut before);
+        let after = self.inputs.segment(segment).u;
+        for (s, dtau) in self.s.iter_mut().zip(&self.dtau) {
+            for (k, dtau) in dtau.iter().enumerate().filter(|(_, dtau)| **dtau != 0.0) {
+                for column in [n_in + k, n_in + n_late + k] {
+                    let jump = after[column] - before[column];
+                    s.axpy(-jump * dtau, &self.model.b.column(column), 1.0);
+                }
+            }
+        }
+    }
+
+    /// δu, and what it moves by with θ.
+    fn driven(&self, segment: Segment<'_>, t: f64) -> Driven {
+        let signature = self.problem.system.signature();
+        let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
+        let mut u = vec![0.0; self.inputs.len()];
+        segment.value(t, &mut u);
+        let moved = self.slopes.iter().zip(&self.dtau).map(|(slopes, dtau)| {
+            let mut moved = match slopes {
+                Some(slopes) => -slopes.u.clone(),
+                None => DVector::zeros(u.len()),
+            };
+            for (k, dtau) in dtau.iter().enumerate() {
+                moved[n_in + k] -= u[n_in + n_late + k] * dtau;
+            }
+            moved
+        });
+        let moved = moved.collect();
+        Driven { u: DVector::from_vec(u) - &self.model.u, moved }
+    }
+
+    /// Outputs of a solution, those that are read late too.
+    fn observe(&self, solution: &Solution, observations: &mut Observations) {
+        for (k, &t) in solution.times.iter().enumerate() {
+            let segment = self.inputs.segment_at(t, solution.side(k));
+            let driven = self.driven(self.inputs.segment(segment), t);
+            let (x, s) = (solution.y(k), solution.s(k));
+            let (w, dw) = self.outputs(x, s, &driven);
+            observations.w.extend_from_slice(w.as_slice());
+            observations.dw.extend(dw.iter().flat_map(DVector::as_slice));
+        }
+        for late in &solution.late {
+            self.read_late(solution, late, observations);
+        }
+    }
+
+    /// w, and dw/dθ by direction.
+    fn outputs(&self, x: &[f64], s: &[f64], driven: &Driven) -> (DVector<f64>, Vec<DVector<f64>>) {
+        let Matrices { c, d, w, .. } = self.model;
+        let x = DVector::from_column_slice(x);
+        let value = w + c * &x + d * &driven.u;
+        let columns = self.slopes.iter().zip(&driven.moved).enumerate();
+        let dw = columns.map(|(j, (slopes, moved))| {
+            let s = DVector::from_column_slice(&s[j * x.len()..(j + 1) * x.len()]);
+            let own = c * s + d * moved;
+            match slopes {
+                Some(slopes) => own + &slopes.w + &slopes.c * &x + &slopes.d * &driven.u,
+                None => own,
+            }
+        });
+        (value, dw.collect())
+    }
+
+    /// Replaces what outputs with one delay were at t by what they were at t − τ.
+    fn read_late(&self, solution: &Solution, late: &LateValues, observations: &mut Observations) {
+        let signature = self.problem.system.signature();
+        let (n, n_w, n_s) = (solution.n, observations.n_w, observations.n_s);
+        let dtau = if n_s == 0 { Vec::new() } else { delay_sensitivities(self.problem) };
+        let dtau: Vec<f64> =
+            dtau.chunks_exact(signature.delays.len()).map(|dtau| dtau[late.delay]).collect();
+        let Matrices { a, b, c, d, rates, .. } = self.model;
+        for (k, &read) in late.times.iter().enumerate() {
+            let begun = read > solution.times[0];
+            let side = if begun { solution.side(k) } else { Side::Right };
+            let segment = self.inputs.segment(self.inputs.segment_at(read, side));
+            let driven = self.driven(segment, read);
+            let x = &late.y[k * n..(k + 1) * n];
+            let (w, dw) = self.outputs(x, &late.s[k * n * n_s..(k + 1) * n * n_s], &driven);
+            // Beyond the run, values rest.
+            let inside = read == solution.times[k] - late.tau;
+            let wdot = inside.then(|| {
+                let xdot = rates + a * DVector::from_column_slice(x) + b * &driven.u;
+                c * xdot + d * DVector::from_column_slice(segment.udot)
+            });
+            for (i, _) in
+                signature.outputs.iter().enumerate().filter(|(_, w)| w.delay == Some(late.delay))
+            {
+                observations.w[k * n_w + i] = w[i];
+                for (j, dw) in dw.iter().enumerate() {
+                    let moved = wdot.as_ref().map_or(0.0, |wdot| wdot[i] * dtau[j]);
+                    observations.dw[(k * n_s + j) * n_w + i] = dw[i] - moved;
+                }
+            }
+        }
+    }
+}
+
+/// δu at a time, and d(δu)/dθ by direction.
+struct Driven {
+    u: DVector<f64>,
+    moved: Vec<DVector<f64>>,
+}
+
+/// What the model itself makes of the estimates of its linear one.
+#[derive(Debug, Clone)]
+pub struct Nonlinear {
+    /// Its outputs, and how far they are from what was measured.
+    pub evaluation: Evaluation,
+    /// The operating point of each recording.
+    pub points: Vec<Option<OperatingPoint>>,
+    /// For each recording, where its run first is in another mode than its operating point.
+    pub departures: Vec<Option<Departure>>,
+}
+
+/// A run has left the mode of its operating point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Departure {
+    /// When, s.
+    pub t: f64,
+    /// The automaton, or the model's condition on time.
+    pub automaton: Text,
+    /// Its mode at the operating point.
+    pub at_point: Text,
+    /// Its mode in the run.
+    pub in_run: Text,
+}
+
+/// The operating points of recordings; `None` for one without samples, or that is the model's own.
+///
+/// # Errors
+///
+/// [`TrialFailed`]: the first recording that has none.
+pub fn operating_points(
+    problem: &OutputErrorProblem<'_>,
+    p: &[f64],
+    starts: &[Starts],
+) -> Result<Vec<Option<OperatingPoint>>, TrialFailed> {
+    let recordings = problem.recordings.iter().zip(starts).enumerate();
+    let all = recordings.map(|(r, (recording, start))| {
+        let (Some(at), Some(&from)) = (&recording.linear, recording.times.first()) else {
+            return Ok(None);
+        };
+        let start = guess(recording, at, start);
+        let run = Problem { system: &problem.system, p, inputs: &recording.inputs, start };
+        let failed = |error| TrialFailed {
+            recording: r,
+            reason: TrialFailure::NotLinearised(Box::new(error)),
+        };
+        at.point(&run, from, &problem.options).map(Some).map_err(failed)
+    });
+    all.collect()
+}
+
+/// Simulates recordings by the model itself, with the estimates of its linear one.
+///
+/// # Errors
+///
+/// [`TrialFailed`]: the first recording that cannot be simulated, or has no operating point.
+pub fn nonlinear(
+    problem: &OutputErrorProblem<'_>,
+    p: &[f64],
+    starts: &[Starts],
+) -> Result<Nonlinear, TrialFailed> {
+    let points = operating_points(problem, p, starts)?;
+    let of_model = |recording: &Recording| Recording { linear: None, ..recording.clone() };
+    let recordings: Vec<Recording> = problem.recordings.iter().map(of_model).collect();
+    let itself = OutputErrorProblem { recordings: &recordings, ..problem.clone() };
+    let evaluation = evaluate(&itself, p, starts)?;
+    let has_modes = !problem.system.signature().discrete.is_empty();
+    let options = &problem.options;
+    let departures =
+        in_parallel_by_model(problem.system, recordings.len(), problem.threads, |system, r| {
+            let Some(point) = points[r].as_ref().filter(|_| has_modes) else { return Ok(None) };
+            let Recording { inputs, times, .. } = &recordings[r];
+            let run = Problem { system: &system, p, inputs, start: &starts[r] };
+            departure(&run, times, point, options)
+        });
+    let departures = departures.into_iter().enumerate().map(|(recording, found)| {
+        let failed = |error| TrialFailed { recording, reason: TrialFailure::Simulation(error) };
+        found.map_err(failed)
+    });
+    Ok(Nonlinear { evaluation, points, departures: departures.collect::<Result<_, _>>()? })
+}
+
+/// Where a run is first in another mode than the point; a `when` that acts is one, too.
+fn departure(
+    problem: &ModelProblem<'_>,
+    times: &[f64],
+    point: &OperatingPoint,
+    options: &Options,
+) -> Result<Option<Departure>, IntegrateError> {
+    let discrete = &problem.system.signature().discrete;
+    let solution = simulate(problem, times, options).map_err(|failure| failure.error)?;
+    let event = solution.events.iter().find(|event| {
+        let mut automata = discrete.automata.iter();
+        automata
+            .any(|automaton| !automaton.kind.keeps_slopes() && automaton.name == event.automaton)
+    });
+    let by_event = event.map(|event| Departure {
+        t: event.t,
+        automaton: event.automaton.clone(),
+        at_point: event.from.clone(),
+        in_run: event.to.clone(),
+    });
+    let differs = |k: usize| {
+        let z = solution.z(k).iter().zip(&point.z).enumerate();
+        let mut differing = z.filter(|(i, (z, at))| {
+            z != at
+                && discrete.automata.get(*i).is_none_or(|automaton| !automaton.kind.keeps_slopes())
+        });
+        differing.next().map(|(i, (z, at))| {
+            let automaton = discrete.automata.get(i);
+            let mode = |z: f64| {
+                let modes = automaton.and_then(|automaton| automaton.modes.get(z as usize));
+                modes
+                    .cloned()
+                    .unwrap_or_else(|| if z == 0.0 { "before".into() } else { "after".into() })
+            };
+            Departure {
+                t: solution.times[k],
+                automaton: automaton.map_or("a condition on time".into(), |a| a.name.clone()),
+                at_point: mode(*at),
+                in_run: mode(*z),
+            }
+        })
+    };
+    let by_sample = (0..solution.len()).find_map(differs);
+    // An event before the first sample that differs says more exactly when.
+    Ok(match (by_event, by_sample) {
+        (Some(event), Some(sample)) if sample.t < event.t => Some(sample),
+        (Some(event), _) => Some(event),
+        (None, sample) => sample,
+    })
+}
+
+/// Start values from which a point is looked for. A steady state is looked for from the same ones in all
+/// trials, so that of several it stays one.
+fn guess<'a>(
+    recording: &'a Recording,
+    at: &LinearAt,
+    start: &'a [(usize, f64)],
+) -> &'a [(usize, f64)] {
+    match at {
+        LinearAt::Rest(_) => &recording.start,
+        LinearAt::Reached(_) => start,
+    }
+}

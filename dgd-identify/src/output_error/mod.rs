@@ -1,0 +1,476 @@
+//! Fits by simulation error.
+//!
+//! Every recording is simulated from its start, with nothing corrected on the way; what the
+//! simulated outputs differ from the measured ones by is made small in the weighted least-squares
+//! sense, by [`minimise`] with the model's sensitivities.
+//!
+//! Samples without a measurement are left out. Where sensitivities are undefined
+//! ([`UndefinedSensitivity`](dgd_runtime::UndefinedSensitivity)) the samples stay in the cost, so that
+//! no trial is accepted that fits them worse, and have no part in the search direction or the
+//! covariance: leaving them out of the cost would reward parameters that lose sensitivities early.
+//! [`Fit::samples_without_sensitivity`] counts them.
+//!
+//! The normal matrix has the shape of an arrow, one block shared by all recordings and one for
+//! each. Recordings are summed in their order, whatever thread simulated them.
+
+pub(crate) mod beginning;
+pub(crate) mod fit;
+pub(crate) mod linearised;
+pub(crate) mod multi_start;
+pub(crate) mod stepping;
+pub(crate) mod weighing;
+
+use dgd_runtime::model::Model;
+use dgd_runtime::parallel::in_parallel_by_model;
+use dgd_runtime::{Direction, Observations, Options};
+
+use crate::error::{EstimateError, TrialFailed};
+use crate::journal::{Digest, Keeping, kept_success};
+use crate::loss::{self, Loss};
+use crate::minimise::levenberg_marquardt::{Region, StoppingRule, Termination, minimise_watched};
+use crate::noise::{self, Noise};
+use crate::output_error::fit::{Fit, Total, finish, unseen};
+use crate::output_error::stepping::Stepping;
+use crate::output_error::weighing::{
+    Weighted, effective_priors, misfits, output_names, simulate_all, weigh,
+};
+use crate::progress::{Of, Progress, Unwatched, Watch};
+use crate::recording::{Derivatives, Misfit, Recording, Sums, outputs_of, sums};
+use crate::variables::{Variable, Variables};
+
+/// Most fits with re-estimated noise.
+const MOST_ROUNDS: usize = 10;
+
+/// Noise that changes by less than this part is stable. It follows estimates in second order, so that a
+/// round or two get there, and a fit that starts where one ended ends there.
+const STABLE: f64 = 1e-6;
+
+/// [`OutputErrorProblem::negligible_reduction`], if nothing else is asked for.
+pub(crate) const NEGLIGIBLE_REDUCTION: f64 = 1e-6;
+
+/// The same where the cost is exact: 1e-9 of a standard deviation.
+const EXACT_REDUCTION: f64 = 1e-18;
+
+/// Start values by position of the unknown, SI.
+pub type Starts = Vec<(usize, f64)>;
+
+/// What is known of a parameter beforehand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// Position of the parameter.
+    pub parameter: usize,
+    /// Mean, SI.
+    pub mean: f64,
+    /// Standard deviation, SI.
+    pub std: f64,
+}
+
+/// What to fit to what.
+#[derive(Debug, Clone)]
+pub struct OutputErrorProblem<'a> {
+    /// The model; its directions are what can be free.
+    pub system: &'a dyn Model,
+    /// All parameters, SI: values of those that are not free, first guesses of the others.
+    pub p: &'a [f64],
+    /// Which of the directions are free.
+    pub free: Vec<bool>,
+    /// What was recorded.
+    pub recordings: &'a [Recording],
+    /// For each output of the model, its noise; `None` for one that is not to be fitted.
+    pub noise: Vec<Option<Noise>>,
+    /// What is known beforehand.
+    pub priors: Vec<Prior>,
+    /// What errors are taken by.
+    pub loss: Loss,
+    /// How to integrate.
+    pub options: Options,
+    /// When to stop.
+    pub stopping: StoppingRule,
+    /// A promised reduction of Σ (e/σ)² below this part of its mean per degree of freedom ends a fit, too:
+    /// the estimates are then within its root of their standard deviations from the minimum, those being
+    /// of residuals of the size that is left.
+    pub negligible_reduction: f64,
+    /// How many recordings are simulated at a time. Results do not depend on it.
+    pub threads: usize,
+    /// Who looks on, and may stop it.
+    pub watch: &'a dyn Watch,
+    /// Where simulations of fits, profiles and refits are kept, and a digest of the model.
+    pub keeping: Keeping<'a>,
+}
+
+impl<'a> OutputErrorProblem<'a> {
+    /// A problem in which all directions are free and the noise of all outputs is estimated.
+    pub fn new(system: &'a dyn Model, p: &'a [f64], recordings: &'a [Recording]) -> Self {
+        let signature = system.signature();
+        Self {
+            system,
+            p,
+            free: vec![true; signature.directions.len()],
+            recordings,
+            noise: vec![Some(Noise::Estimated); signature.outputs.len()],
+            priors: Vec::new(),
+            loss: Loss::default(),
+            options: Options::default(),
+            stopping: StoppingRule::default(),
+            negligible_reduction: NEGLIGIBLE_REDUCTION,
+            threads: 1,
+            watch: &Unwatched,
+            keeping: Keeping::NOTHING,
+        }
+    }
+}
+
+/// Estimates the free parameters and start values.
+///
+/// A parameter outside of its bounds starts at the nearer one. A minimum that was not reached is no
+/// error: [`Fit::termination`] says so. A fit that its watch stops gives the best so far, weighted with
+/// the noise as it was taken for then.
+///
+/// # Errors
+///
+/// [`EstimateError`]: nothing to estimate or to estimate from, or the first simulation fails.
+///
+/// # Panics
+///
+/// When lengths are not those of the model's signature.
+pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
+    verify(problem)?;
+    let (variables, mut z) =
+        Variables::new(problem.system, problem.p, problem.recordings, &problem.free)?;
+    let samples = samples(problem);
+    let data = samples + effective_priors(problem, &variables);
+    if variables.len() == 0 {
+        return Err(EstimateError::NothingFree);
+    }
+    if samples == 0 {
+        return Err(EstimateError::NothingMeasured);
+    }
+    if data < variables.len() {
+        return Err(EstimateError::TooFewSamples { samples, free: variables.len() });
+    }
+
+    let of = problem.keeping.digest(|digest| {
+        digest.of(&"simulations of a fit").of(&problem.p).of(&problem.free).of(&problem.recordings)
+    });
+    let mut total = Total::default();
+    let mut stepping = Stepping::first(problem, &variables, &z)?;
+    loop {
+        let options = stepping.applied(problem.options);
+        let stepped = OutputErrorProblem { options, ..problem.clone() };
+        let ended = estimate_by_loss(&stepped, &variables, z, data, of, &mut total)?;
+        // From a plain no other steps lead.
+        let ends = matches!(total.termination, Some(Termination::Stopped | Termination::Flat));
+        let next = if ends { None } else { stepping.next(problem, &variables, &ended.z)? };
+        let Some(next) = next else {
+            let Ended { z, at, sigma } = ended;
+            return Ok(finish(&stepped, &variables, &z, &at, sigma, stepping, total));
+        };
+        (stepping, z) = (next, ended.z);
+    }
+}
+
+/// Where an estimation ended.
+struct Ended {
+    z: Vec<f64>,
+    at: Weighted,
+    sigma: Vec<Option<f64>>,
+}
+
+/// Estimates with given steps from z on, by way of Huber's loss where that of the problem forgets what is
+/// far away.
+fn estimate_by_loss(
+    problem: &OutputErrorProblem<'_>,
+    variables: &Variables,
+    z: Vec<f64>,
+    data: usize,
+    of: Option<Digest>,
+    total: &mut Total,
+) -> Result<Ended, EstimateError> {
+    if !problem.loss.is_redescending() {
+        return estimate(problem, variables, z, data, of, total);
+    }
+    let convex = OutputErrorProblem { loss: Loss::Huber, ..problem.clone() };
+    let ended = estimate(&convex, variables, z, data, of, total)?;
+    if total.termination == Some(Termination::Flat) {
+        return Ok(ended);
+    }
+    let Ended { z, sigma, .. } = ended;
+    let noise = sigma.iter().map(|sigma| sigma.map(Noise::Known)).collect();
+    let known = OutputErrorProblem { noise, ..problem.clone() };
+    estimate(&known, variables, z, data, of, total)
+}
+
+/// Estimates with given steps and σ from z on. Simulations are kept under digests that begin with `of`.
+fn estimate(
+    problem: &OutputErrorProblem<'_>,
+    variables: &Variables,
+    mut z: Vec<f64>,
+    data: usize,
+    of: Option<Digest>,
+    total: &mut Total,
+) -> Result<Ended, EstimateError> {
+    let is_squares = problem.loss == Loss::Squares;
+    let simulated = |z: &[f64], sigma: &[Option<f64>]| {
+        let simulated = || simulate_all(problem, variables, z, sigma);
+        let Some(of) = of else { return simulated() };
+        let key = of.of(&problem.options).of(&z);
+        // Sums of squares do not depend on σ.
+        let key = if is_squares { key } else { key.of(&(problem.loss, sigma)) };
+        kept_success(problem.keeping.journal, key.value(), simulated)
+    };
+    let least = least_noise(problem);
+    let mut sigma = if is_squares {
+        first_noise(problem, &least)
+    } else {
+        noise_of_medians(problem, variables, &z, &least, 1.0).map_err(EstimateError::Start)?
+    };
+    let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
+    let reach = variables.reach();
+    let freedom = (data - variables.len()).max(1) as f64;
+    // Without unknowns nothing is integrated, and the cost is exact to rounding.
+    let reduction = if problem.system.signature().unknowns.is_empty() {
+        EXACT_REDUCTION
+    } else {
+        problem.stopping.reduction.max(problem.negligible_reduction / freedom)
+    };
+    total.evaluations += 1;
+    let first = simulated(&z, &sigma).map_err(EstimateError::Start)?;
+    let mut at = weigh(problem, variables, &z, &sigma, first);
+    for round in 1.. {
+        let left = problem.stopping.evaluations.saturating_sub(total.evaluations);
+        let flat = unseen(problem.options.rtol).max(problem.stopping.flat);
+        let rule = StoppingRule { reduction, evaluations: left, flat, ..problem.stopping };
+        let region = Region { bounds: &bounds, reach: &reach, leading: variables.n_shared };
+        let mut done = total.evaluations;
+        let minimum = minimise_watched(z, at, region, &rule, problem.watch, |z| {
+            let sums = simulated(z, &sigma);
+            done += 1;
+            let of = Of::AtMost(problem.stopping.evaluations);
+            problem.watch.advanced(Progress { what: "simulations", done, of });
+            Ok(weigh(problem, variables, z, &sigma, sums?))
+        });
+        let termination = minimum.termination;
+        (z, at) = total.add(minimum);
+        // What is at a bound takes no degree of freedom.
+        let left = data.saturating_sub(variables.unheld(&z)).max(1);
+        let spread = (data as f64 / left as f64).sqrt();
+        let next = if is_squares {
+            estimated_noise(problem, &at.sums, &sigma, &least, spread)
+        } else {
+            noise_of_medians(problem, variables, &z, &least, spread)
+                .map_err(EstimateError::Start)?
+        };
+        let stable = next.iter().zip(&sigma).all(|(next, sigma)| match (next, sigma) {
+            (Some(next), Some(sigma)) => (next / sigma - 1.0).abs() <= STABLE,
+            _ => true,
+        });
+        if stable || round == MOST_ROUNDS || !termination.is_converged() {
+            break;
+        }
+        sigma = next;
+        let sums = if is_squares {
+            at.sums
+        } else {
+            total.evaluations += 1;
+            simulated(&z, &sigma).map_err(EstimateError::Start)?
+        };
+        at = weigh(problem, variables, &z, &sigma, sums);
+    }
+    Ok(Ended { z, at, sigma })
+}
+
+/// Start values of each recording from its samples before a time, at the parameters of the problem.
+///
+/// Those that are not free, and what the samples do not determine, stay as they are; so do all where
+/// there are too few samples. For validation recordings: what was used here should not count in their errors
+/// ([`Recording::counts_from`]), and [`counts_from`](super::counts_from) says how much it takes.
+///
+/// # Errors
+///
+/// As [`fit`].
+///
+/// # Panics
+///
+/// When there are other numbers of times than of recordings.
+pub fn fit_starts(
+    problem: &OutputErrorProblem<'_>,
+    before: &[f64],
+) -> Result<Vec<Starts>, EstimateError> {
+    assert_eq!(before.len(), problem.recordings.len(), "a time for each recording");
+    let directions = problem.system.signature().directions.iter();
+    let free: Vec<bool> = directions
+        .zip(&problem.free)
+        .map(|(direction, free)| *free && matches!(direction, Direction::Start(_)))
+        .collect();
+    if !free.contains(&true) {
+        return Ok(problem.recordings.iter().map(|recording| recording.start.clone()).collect());
+    }
+    let mut starts = Vec::with_capacity(problem.recordings.len());
+    for (r, recording) in problem.recordings.iter().enumerate() {
+        let head = [recording.head(before[r])];
+        let of_head =
+            OutputErrorProblem { recordings: &head, free: free.clone(), ..problem.clone() };
+        match fit(&of_head) {
+            Ok(fit) => starts.extend(fit.starts),
+            Err(EstimateError::NothingMeasured | EstimateError::TooFewSamples { .. }) => {
+                starts.push(recording.start.clone());
+            }
+            Err(EstimateError::Start(failed)) => {
+                return Err(EstimateError::Start(TrialFailed { recording: r, ..failed }));
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(starts)
+}
+
+/// Simulated outputs, and how far they are from what was measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// Outputs at the sample times of each recording.
+    pub observations: Vec<Observations>,
+    /// Simulated against measured, by recording and output, those that are not fitted too.
+    pub misfits: Vec<Vec<Misfit>>,
+    /// Σ (e/σ)² over outputs whose noise is known, without priors.
+    pub cost: f64,
+}
+
+/// Simulates all recordings with given parameters and start values.
+///
+/// # Errors
+///
+/// [`TrialFailed`]: the first recording that cannot be simulated.
+///
+/// # Panics
+///
+/// When lengths are not those of the model's signature, or `starts` is not one for each recording.
+pub fn evaluate(
+    problem: &OutputErrorProblem<'_>,
+    p: &[f64],
+    starts: &[Starts],
+) -> Result<Evaluation, TrialFailed> {
+    let OutputErrorProblem { system, recordings, options, threads, .. } = problem;
+    assert_eq!(starts.len(), recordings.len(), "start values for each recording");
+    let names = output_names(*system);
+    let results = in_parallel_by_model(*system, recordings.len(), *threads, |system, r| {
+        let recording = &recordings[r];
+        outputs_of(system, recording, p, &starts[r], options, Derivatives::No).and_then(
+            |observations| {
+                let losses = vec![None; names.len()];
+                let sums = sums(recording, &observations, &[], &losses, |i| names[i].clone())?;
+                Ok((observations, sums))
+            },
+        )
+    });
+    let (mut observations, mut sums) = (Vec::new(), Vec::new());
+    for (recording, result) in results.into_iter().enumerate() {
+        let (of_recording, sums_of) = result.map_err(|reason| TrialFailed { recording, reason })?;
+        observations.push(of_recording);
+        sums.push(sums_of);
+    }
+    let mut cost = 0.0;
+    for of_recording in &sums {
+        for (sums, noise) in of_recording.iter().zip(&problem.noise) {
+            if let Some(Noise::Known(sigma)) = noise {
+                cost += sums.squares / (sigma * sigma);
+            }
+        }
+    }
+    Ok(Evaluation { observations, misfits: misfits(&sums), cost })
+}
+
+fn verify(problem: &OutputErrorProblem<'_>) -> Result<(), EstimateError> {
+    let signature = problem.system.signature();
+    assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
+    assert_eq!(problem.free.len(), signature.directions.len(), "number of directions");
+    assert_eq!(problem.noise.len(), signature.outputs.len(), "number of outputs");
+    for recording in problem.recordings {
+        assert_eq!(recording.measured.len(), signature.outputs.len(), "number of outputs");
+        let lengths = recording.measured.iter().flatten().map(Vec::len);
+        assert!(lengths.into_iter().all(|len| len == recording.times.len()), "number of samples");
+    }
+    for (output, noise) in signature.outputs.iter().zip(&problem.noise) {
+        if let Some(Noise::Known(sigma)) = *noise
+            && !(sigma > 0.0 && sigma.is_finite())
+        {
+            return Err(EstimateError::Noise { output: output.name.to_string(), sigma });
+        }
+    }
+    Ok(())
+}
+
+/// Samples of fitted outputs that count.
+fn samples(problem: &OutputErrorProblem<'_>) -> usize {
+    let outputs = || (0..problem.noise.len()).filter(|i| problem.noise[*i].is_some());
+    let of_recording =
+        |recording: &Recording| outputs().map(|i| recording.counted(i).count()).sum::<usize>();
+    problem.recordings.iter().map(of_recording).sum()
+}
+
+fn least_noise(problem: &OutputErrorProblem<'_>) -> Vec<f64> {
+    let outputs = problem.system.signature().outputs.iter().enumerate();
+    let rtol = problem.options.rtol;
+    outputs
+        .map(|(i, output)| noise::least(problem.recordings, i, rtol, output.unit.factor))
+        .collect()
+}
+
+/// σ to begin with; `None` for what is not fitted.
+fn first_noise(problem: &OutputErrorProblem<'_>, least: &[f64]) -> Vec<Option<f64>> {
+    let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
+        Noise::Known(sigma) => Some(sigma),
+        Noise::Estimated => {
+            Some(noise::scatter(problem.recordings, i).unwrap_or(0.0).max(least[i]))
+        }
+    };
+    problem.noise.iter().enumerate().map(of).collect()
+}
+
+/// σ from the median of the errors' sizes, where it is to be estimated: outliers hardly move it.
+fn noise_of_medians(
+    problem: &OutputErrorProblem<'_>,
+    variables: &Variables,
+    z: &[f64],
+    least: &[f64],
+    spread: f64,
+) -> Result<Vec<Option<f64>>, TrialFailed> {
+    let is_estimated = |noise: &Option<Noise>| *noise == Some(Noise::Estimated);
+    let observations = if problem.noise.iter().any(is_estimated) {
+        let p = variables.parameters(problem.p, z);
+        let recordings = problem.recordings.iter().enumerate();
+        let starts: Vec<Starts> =
+            recordings.map(|(r, recording)| variables.starts(r, &recording.start, z)).collect();
+        evaluate(problem, &p, &starts)?.observations
+    } else {
+        Vec::new()
+    };
+    let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
+        Noise::Known(sigma) => Some(sigma),
+        Noise::Estimated => {
+            let recordings = problem.recordings.iter().zip(&observations);
+            let sizes = recordings.flat_map(|(recording, simulated)| {
+                recording.counted(i).map(move |(k, measured)| (simulated.w(k)[i] - measured).abs())
+            });
+            Some(loss::scale(sizes.collect()).unwrap_or(0.0) * spread)
+                .map(|sigma| sigma.max(least[i]))
+        }
+    };
+    Ok(problem.noise.iter().enumerate().map(of).collect())
+}
+
+/// σ from the residuals, where it is to be estimated.
+fn estimated_noise(
+    problem: &OutputErrorProblem<'_>,
+    sums: &[Vec<Sums>],
+    sigma: &[Option<f64>],
+    least: &[f64],
+    spread: f64,
+) -> Vec<Option<f64>> {
+    let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
+        Noise::Known(sigma) => Some(sigma),
+        Noise::Estimated => {
+            noise::of_residuals(sums, i, spread).map(|next| next.max(least[i])).or(sigma[i])
+        }
+    };
+    problem.noise.iter().enumerate().map(of).collect()
+}

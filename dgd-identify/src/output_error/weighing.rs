@@ -1,0 +1,170 @@
+//! The normal equations of a fit: recordings simulated, weighed and added up.
+
+use dgd_runtime::model::Model;
+use dgd_runtime::parallel::in_parallel_by_model;
+use nalgebra::DMatrix;
+
+use crate::error::{TrialFailed, TrialFailure};
+use crate::minimise::levenberg_marquardt::NormalEquations;
+use crate::output_error::OutputErrorProblem;
+use crate::recording::{Misfit, Sums, simulated_sums};
+use crate::variables::Variables;
+
+/// Sums of all recordings with their weights.
+pub(crate) struct Weighted {
+    pub normal: NormalEquations,
+    pub sums: Vec<Vec<Sums>>,
+}
+
+impl AsRef<NormalEquations> for Weighted {
+    fn as_ref(&self) -> &NormalEquations {
+        &self.normal
+    }
+}
+
+/// Sums over the samples of all recordings at z, which depend on σ where the loss is not squares.
+pub(crate) fn simulate_all(
+    problem: &OutputErrorProblem<'_>,
+    variables: &Variables,
+    z: &[f64],
+    sigma: &[Option<f64>],
+) -> Result<Vec<Vec<Sums>>, TrialFailed> {
+    let OutputErrorProblem { system, recordings, options, threads, .. } = problem;
+    let losses: Vec<_> = sigma.iter().map(|sigma| problem.loss.scaled(*sigma)).collect();
+    let p = variables.parameters(problem.p, z);
+    let names = output_names(*system);
+    let results = in_parallel_by_model(*system, recordings.len(), *threads, |system, r| {
+        let recording = &recordings[r];
+        let start = variables.starts(r, &recording.start, z);
+        let columns = variables.columns(r, z);
+        let name = |i: usize| names[i].clone();
+        let wanted = (columns.as_slice(), losses.as_slice());
+        simulated_sums(system, recording, (&p, &start), options, wanted, name)
+    });
+    let failed = |(recording, result): (usize, Result<Vec<Sums>, TrialFailure>)| {
+        result.map_err(|reason| TrialFailed { recording, reason })
+    };
+    results.into_iter().enumerate().map(failed).collect()
+}
+
+/// Weighs and adds up: recordings in their order, outputs in theirs, then priors.
+pub(crate) fn weigh(
+    problem: &OutputErrorProblem<'_>,
+    variables: &Variables,
+    z: &[f64],
+    sigma: &[Option<f64>],
+    sums: Vec<Vec<Sums>>,
+) -> Weighted {
+    let mut normal = NormalEquations::zeros(variables.len());
+    for (r, of_recording) in sums.iter().enumerate() {
+        for (sums, sigma) in of_recording.iter().zip(sigma) {
+            let Some(sigma) = sigma else { continue };
+            let weight = 1.0 / (sigma * sigma);
+            normal.cost += weight * sums.loss();
+            for (i, gradient) in sums.gradient.iter().enumerate() {
+                normal.gradient[variables.position(r, i)] += weight * gradient;
+            }
+            add(&mut normal.information, variables, r, weight, &sums.information);
+        }
+    }
+    for prior in &problem.priors {
+        let Some(i) = variables.parameter(prior.parameter) else { continue };
+        let variable = &variables.all[i];
+        let (r, slope) =
+            ((variable.value(z[i]) - prior.mean) / prior.std, variable.slope(z[i]) / prior.std);
+        normal.cost += r * r;
+        normal.gradient[i] += slope * r;
+        normal.information[(i, i)] += slope * slope;
+    }
+    normal.information.fill_upper_triangle_with_lower_triangle();
+    Weighted { normal, sums }
+}
+
+/// Adds what the samples of a recording know of its own variables.
+fn add(
+    information: &mut DMatrix<f64>,
+    variables: &Variables,
+    r: usize,
+    weight: f64,
+    of_recording: &[f64],
+) {
+    let own = variables.n_shared + variables.n_start;
+    for i in 0..own {
+        let row = variables.position(r, i);
+        for j in 0..=i {
+            let column = variables.position(r, j);
+            information[(row, column)] += weight * of_recording[i * own + j];
+        }
+    }
+}
+
+/// H and G of the covariance H⁻¹ G H⁻¹ under a loss that is not squares ([`super::loss`]).
+pub(crate) fn curvature_and_influence(
+    problem: &OutputErrorProblem<'_>,
+    variables: &Variables,
+    z: &[f64],
+    sigma: &[Option<f64>],
+    at: &Weighted,
+) -> (DMatrix<f64>, DMatrix<f64>) {
+    let n = variables.len();
+    let (mut h, mut g) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+    let all = || at.sums.iter().flatten().filter(|sums| sums.robust.is_some());
+    let samples = all().map(|sums| sums.samples).sum::<usize>();
+    let data = samples + effective_priors(problem, variables);
+    let unheld = variables.unheld(z);
+    let spread = data as f64 / data.saturating_sub(unheld).max(1) as f64;
+    for (i, sigma) in sigma.iter().enumerate() {
+        let Some(sigma) = sigma else { continue };
+        let of_output =
+            || at.sums.iter().enumerate().map(|(r, of_recording)| (r, &of_recording[i]));
+        let robust = || of_output().filter_map(|(r, sums)| Some((r, sums.robust.as_ref()?)));
+        let samples = of_output().map(|(_, sums)| sums.samples).sum::<usize>().max(1) as f64;
+        let mean = robust().map(|(_, sums)| sums.curvature).sum::<f64>() / samples;
+        let squares = robust().map(|(_, sums)| sums.curvature_squares).sum::<f64>() / samples;
+        // var ψ′ of a sample.
+        let scatter = (squares - mean * mean) * samples / (samples - 1.0).max(1.0);
+        let kappa = 1.0 + unheld as f64 / data as f64 * scatter / (mean * mean);
+        // Where most errors are outliers the sum does not curve upwards, and nothing is known.
+        let curvature = if mean > 0.0 { mean / kappa } else { 0.0 };
+        let influence = robust().map(|(_, sums)| sums.influence).sum::<f64>() / samples * spread;
+        for (r, sums) in robust() {
+            add(&mut h, variables, r, curvature / (sigma * sigma), &sums.information);
+            add(&mut g, variables, r, influence / (sigma * sigma), &sums.information);
+        }
+    }
+    for (i, slope) in prior_slopes(problem, variables, z) {
+        h[(i, i)] += slope * slope;
+        g[(i, i)] += slope * slope;
+    }
+    h.fill_upper_triangle_with_lower_triangle();
+    g.fill_upper_triangle_with_lower_triangle();
+    (h, g)
+}
+
+/// Positions of the variables with a prior, and ∂((p − mean)/std)/∂z.
+fn prior_slopes(
+    problem: &OutputErrorProblem<'_>,
+    variables: &Variables,
+    z: &[f64],
+) -> impl Iterator<Item = (usize, f64)> {
+    problem.priors.iter().filter_map(|prior| {
+        let i = variables.parameter(prior.parameter)?;
+        Some((i, variables.all[i].slope(z[i]) / prior.std))
+    })
+}
+
+/// Priors of parameters that are free.
+pub(crate) fn effective_priors(problem: &OutputErrorProblem<'_>, variables: &Variables) -> usize {
+    problem.priors.iter().filter(|prior| variables.parameter(prior.parameter).is_some()).count()
+}
+
+/// Simulated against measured, by recording and output.
+pub(crate) fn misfits(sums: &[Vec<Sums>]) -> Vec<Vec<Misfit>> {
+    let of = |sums: &Sums| Misfit { samples: sums.samples, squares: sums.squares };
+    sums.iter().map(|of_recording| of_recording.iter().map(of).collect()).collect()
+}
+
+/// For messages.
+pub(crate) fn output_names(system: &dyn Model) -> Vec<String> {
+    system.signature().outputs.iter().map(|output| output.name.to_string()).collect()
+}

@@ -1,0 +1,109 @@
+//! Unknowns that are read late, from what readings said of them at that time.
+//!
+//! ```text
+//!   x(t − τ):  cubic between neighbouring samples, through what readings give there with slopes of
+//!              [`super::slopes`]; ẋ(t − τ) is its derivative
+//! ```
+//!
+//! So the value at a sample is what was read, and both change smoothly with a delay that is estimated. What
+//! was before the record is not known: samples whose past begins there have no rows. Which ones these are
+//! is settled before a delay is searched for, or it would become longer to be rid of rows.
+
+use dgd_runtime::Point;
+use dgd_runtime::model::Model;
+
+use crate::regression::known::Known;
+
+/// What is taken for values before the record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum BeforeRecord {
+    /// They are not known.
+    Unknown,
+    /// Those of the first sample: for samples that had all of their past with the first guess of a delay.
+    AsAtFirst,
+}
+
+/// Delayed unknowns of a system, and the delays at the point looked at last.
+#[derive(Debug, Clone)]
+pub(crate) struct Late {
+    constant: Vec<f64>,
+    varying: Vec<f64>,
+    /// The earliest time that was looked up at the point written for last, s.
+    pub earliest: f64,
+}
+
+impl Late {
+    /// `None` where nothing is read late.
+    pub(crate) fn new(system: &dyn Model) -> Option<Self> {
+        let signature = system.signature();
+        (!signature.delayed_unknowns.is_empty()).then(|| Self {
+            constant: vec![0.0; signature.delays.len()],
+            varying: vec![0.0; signature.varying_delays.len()],
+            earliest: f64::INFINITY,
+        })
+    }
+
+    /// Writes what is known of delayed unknowns at `at` behind the inputs in `u`, which is that of the point;
+    /// NaN where readings do not say.
+    pub(crate) fn write(
+        &mut self,
+        system: &dyn Model,
+        known: &Known,
+        before: BeforeRecord,
+        at: Point<'_>,
+        u: &mut [f64],
+    ) {
+        let signature = system.signature();
+        system.delays(at, &mut self.constant);
+        system.varying_delays(at, &mut self.varying);
+        let layout = signature.past();
+        u[layout.first..].fill(0.0);
+        u[layout.held()].fill(1.0);
+        self.earliest = f64::INFINITY;
+        for (k, delayed) in signature.delayed_unknowns.iter().enumerate() {
+            let taus = if delayed.varies { &self.varying } else { &self.constant };
+            let alpha = at.t - taus[delayed.delay];
+            self.earliest = self.earliest.min(alpha);
+            let first = known.times.first().copied().unwrap_or(alpha);
+            let [value, rate] = match before {
+                BeforeRecord::AsAtFirst if alpha < first => {
+                    [known.read_at(delayed.unknown, first)[0], 0.0]
+                }
+                BeforeRecord::Unknown | BeforeRecord::AsAtFirst => {
+                    known.read_at(delayed.unknown, alpha)
+                }
+            };
+            u[layout.values().start + k] = value;
+            u[layout.rates().start + k] = rate;
+        }
+    }
+}
+
+/// Value and slope at s of the way from one sample to the next, h apart.
+pub(crate) fn cubic(s: f64, h: f64, [y0, y1]: [f64; 2], [m0, m1]: [f64; 2]) -> [f64; 2] {
+    // Hermite: y = y₀ + s d + s (1 − s) ((1 − s) a − s b),  a = h m₀ − d,  b = h m₁ − d
+    let d = y1 - y0;
+    let (a, b) = (h * m0 - d, h * m1 - d);
+    let r = 1.0 - s;
+    let value = y0 + s * d + s * r * (r * a - s * b);
+    let slope = d + (r - s) * (r * a - s * b) - s * r * (a + b);
+    [value, slope / h]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::cubic;
+
+    #[test]
+    fn a_cubic_is_itself() {
+        let y = |t: f64| 1.0 - 2.0 * t + 0.5 * t * t - 0.1 * t * t * t;
+        let slope = |t: f64| -2.0 + t - 0.3 * t * t;
+        let (t0, h) = (1.3, 0.7);
+        for s in [0.0, 0.2, 0.5, 1.0] {
+            let ends = [t0, t0 + h];
+            let [value, rate] = cubic(s, h, ends.map(y), ends.map(slope));
+            assert!((value - y(t0 + s * h)).abs() < 1e-14);
+            assert!((rate - slope(t0 + s * h)).abs() < 1e-13);
+        }
+    }
+}

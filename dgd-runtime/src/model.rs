@@ -1,0 +1,389 @@
+//! A compiled model behind one pointer, for code that is compiled once for all models.
+//!
+//! [`System`] is a bound: what solves it is compiled for each model, with its sizes as constants. [`Model`]
+//! is a pointer: whoever runs a model many times and does little between the runs asks for a whole run, or
+//! for functions at single points, by one virtual call each. Within a run there is none.
+//!
+//! `&dyn Model` is a [`System`], too, so that functions which are generic over systems take it. What would
+//! take long that way has a namesake here, by which the model's own code does the work: [`observe`],
+//! [`stream`], [`measure`], [`per_sample_of_head`] and [`choose_per_sample`].
+
+use std::fmt;
+
+use crate::error::{Failure, IntegrateError};
+use crate::integrate::Wanted;
+use crate::integrate::fixed_step::{self, Measured, PerSampleChoice};
+use crate::linalg::AutoLu;
+use crate::observe::{self, Observations};
+use crate::problem::{Options, Problem};
+use crate::signal::{Inputs, Segment};
+use crate::solution::Solution;
+use crate::system::{Point, Signature, Storage, System};
+use crate::taylor::{KeptSeries, NoTaylor, Terms};
+
+/// What a model is run with: a [`Problem`] without its system.
+#[derive(Debug, Clone, Copy)]
+pub struct Given<'a> {
+    /// Parameters, all of them, SI.
+    pub p: &'a [f64],
+    /// Inputs, in the order of the signature.
+    pub inputs: &'a Inputs,
+    /// Start values that replace the model's, by position of the unknown, SI.
+    pub start: &'a [(usize, f64)],
+}
+
+impl<'a> Given<'a> {
+    fn of<S>(problem: &Problem<'a, S>) -> Self {
+        let Problem { p, inputs, start, .. } = *problem;
+        Self { p, inputs, start }
+    }
+
+    fn to<S>(self, system: &'a S) -> Problem<'a, S> {
+        let Self { p, inputs, start } = self;
+        Problem { system, p, inputs, start }
+    }
+}
+
+/// Takes the outputs of a run as its samples are reached.
+pub trait Samples {
+    /// Whether outputs are wanted at the asked time of this position; times come in their order.
+    fn wants(&mut self, k: usize) -> bool;
+
+    /// The outputs w there, and ∂w/∂θ, n_w × n_s dense by columns.
+    fn take(&mut self, k: usize, w: &[f64], dw: &[f64]);
+}
+
+/// Hands a list of the functions of [`System`] at a point to another macro.
+macro_rules! for_point_functions {
+    ($use:ident) => {
+        $use! {
+            rhs(f: &mut [f64]);
+            linearize(udot: &[f64], f: &mut [f64], jacobian: &mut [f64], dfdt: &mut [f64]);
+            sensitivity_rhs(s: &[f64], f: &mut [f64], g: &mut [f64]);
+            sensitivity_linearize(
+                udot: &[f64], s: &[f64], f: &mut [f64], jacobian: &mut [f64], dfdt: &mut [f64],
+                g: &mut [f64], dgdy: &mut [f64], dgdt: &mut [f64]
+            );
+            parameter_jacobian(values: &mut [f64]);
+            input_jacobian(values: &mut [f64]);
+            time_derivative(values: &mut [f64]);
+            outputs(w: &mut [f64]);
+            output_jacobians(
+                dwdy: &mut [f64], dwdu: &mut [f64], dwdp: &mut [f64], dwdt: &mut [f64]
+            );
+            output_sensitivities(s: &[f64], w: &mut [f64], dw: &mut [f64]);
+            start(y: &mut [f64]);
+            start_sensitivities(s: &mut [f64]);
+            delays(tau: &mut [f64]);
+            delay_sensitivities(dtau: &mut [f64]);
+            varying_delays(tau: &mut [f64]);
+            varying_delay_sensitivities(
+                udot: &[f64], s: &[f64], dtau: &mut [f64], dtaudy: &mut [f64], dtaudt: &mut [f64]
+            );
+            histories(values: &mut [f64], rates: &mut [f64], curvatures: &mut [f64]);
+            history_sensitivities(s: &mut [f64], rates: &mut [f64]);
+            mass(mass: &mut [f64]);
+            condition_times(times: &mut [f64], after: &mut [f64]);
+            condition_time_sensitivities(dtimes: &mut [f64]);
+            event_functions(e: &mut [f64]);
+            event_sensitivities(
+                udot: &[f64], s: &[f64], de: &mut [f64], dedy: &mut [f64], dedt: &mut [f64]
+            );
+            resets(r: &mut [f64]);
+            reset_sensitivities(
+                udot: &[f64], s: &[f64], dr: &mut [f64], drdy: &mut [f64], drdt: &mut [f64]
+            );
+            taylor(udot: &[f64], h: f64, order: usize, kept: &mut [Terms], y: &mut [f64]);
+            sensitivity_taylor(
+                udot: &[f64], h: f64, order: usize, kept: &mut [Terms], y: &mut [f64], s: &mut [f64]
+            );
+        }
+    };
+}
+
+macro_rules! declare {
+    ($($name:ident($($argument:ident: $type:ty),*);)*) => {
+        /// A compiled model that can be copied for another thread. Implemented for every [`System`] that
+        /// can.
+        ///
+        /// Functions at a point are those of their names in [`System`].
+        #[allow(missing_docs, clippy::too_many_arguments)]
+        pub trait Model: Send {
+            /// Names, sizes, units, defaults and sparsity.
+            fn signature(&self) -> &Signature;
+
+            /// A copy, for another thread.
+            fn copied(&self) -> Box<dyn Model>;
+
+            $(fn $name(&self, at: Point<'_>, $($argument: $type),*);)*
+
+            #[doc(hidden)]
+            fn taylor_series(&self) -> Result<KeptSeries, NoTaylor>;
+
+            /// Integrates, as [`System::integrate`].
+            ///
+            /// # Errors
+            ///
+            /// [`Failure`], with what was reached.
+            fn integrate(
+                &self,
+                given: Given<'_>,
+                times: &[f64],
+                options: &Options,
+                wanted: Wanted<'_>,
+            ) -> Result<Solution, Failure>;
+
+            #[doc(hidden)]
+            fn observe(&self, given: Given<'_>, solution: &Solution) -> Observations;
+
+            #[doc(hidden)]
+            fn stream(
+                &self,
+                given: Given<'_>,
+                times: &[f64],
+                options: &Options,
+                samples: &mut dyn Samples,
+            ) -> Result<(), IntegrateError>;
+
+            #[doc(hidden)]
+            fn measure(
+                &self,
+                given: Given<'_>,
+                times: &[f64],
+                per_sample: u32,
+                options: &Options,
+            ) -> Result<Measured, IntegrateError>;
+
+            #[doc(hidden)]
+            fn per_sample_of_head(
+                &self,
+                given: Given<'_>,
+                times: &[f64],
+                options: &Options,
+            ) -> Result<u32, IntegrateError>;
+
+            #[doc(hidden)]
+            fn choose_per_sample(
+                &self,
+                given: Given<'_>,
+                times: &[f64],
+                options: &Options,
+            ) -> Result<PerSampleChoice, IntegrateError>;
+        }
+    };
+}
+
+for_point_functions!(declare);
+
+macro_rules! implement {
+    ($($name:ident($($argument:ident: $type:ty),*);)*) => {
+        impl<S: System + Clone + Send + 'static> Model for S {
+            fn signature(&self) -> &Signature {
+                System::signature(self)
+            }
+
+            fn copied(&self) -> Box<dyn Model> {
+                Box::new(self.clone())
+            }
+
+            $(fn $name(&self, at: Point<'_>, $($argument: $type),*) {
+                System::$name(self, at, $($argument),*);
+            })*
+
+            fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
+                System::taylor_series(self)
+            }
+
+            fn integrate(
+                &self,
+                given: Given<'_>,
+                times: &[f64],
+                options: &Options,
+                wanted: Wanted<'_>,
+            ) -> Result<Solution, Failure> {
+                <S as System>::integrate(&given.to(self), times, options, wanted)
+            }
+
+            fn observe(&self, given: Given<'_>, solution: &Solution) -> Observations {
+                observe::observe(&given.to(self), solution)
+            }
+
+            fn stream(
+                &self,
+                given: Given<'_>,
+                times: &[f64],
+                options: &Options,
+                samples: &mut dyn Samples,
+            ) -> Result<(), IntegrateError> {
+                let problem = given.to(self);
+                fixed_step::stream(&problem, times, options, &mut Sampling::new(problem, samples))
+            }
+
+            fn measure(
+                &self,
+                given: Given<'_>,
+                times: &[f64],
+                per_sample: u32,
+                options: &Options,
+            ) -> Result<Measured, IntegrateError> {
+                fixed_step::measure(&given.to(self), times, per_sample, options)
+            }
+
+            fn per_sample_of_head(
+                &self,
+                given: Given<'_>,
+                times: &[f64],
+                options: &Options,
+            ) -> Result<u32, IntegrateError> {
+                fixed_step::per_sample_of_head(&given.to(self), times, options)
+            }
+
+            fn choose_per_sample(
+                &self,
+                given: Given<'_>,
+                times: &[f64],
+                options: &Options,
+            ) -> Result<PerSampleChoice, IntegrateError> {
+                fixed_step::choose_per_sample(&given.to(self), times, options)
+            }
+        }
+
+        impl System for &dyn Model {
+            type Vector = Vec<f64>;
+            type Sensitivity = Vec<f64>;
+            type Inputs = Vec<f64>;
+            type Jacobian = Vec<f64>;
+            type SensitivityJacobian = Vec<f64>;
+            type Factorisation = AutoLu;
+
+            fn signature(&self) -> &Signature {
+                Model::signature(*self)
+            }
+
+            $(fn $name(&self, at: Point<'_>, $($argument: $type),*) {
+                Model::$name(*self, at, $($argument),*);
+            })*
+
+            fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
+                Model::taylor_series(*self)
+            }
+
+            fn integrate(
+                problem: &Problem<'_, Self>,
+                times: &[f64],
+                options: &Options,
+                wanted: Wanted<'_>,
+            ) -> Result<Solution, Failure> {
+                Model::integrate(*problem.system, Given::of(problem), times, options, wanted)
+            }
+        }
+    };
+}
+
+for_point_functions!(implement);
+
+impl fmt::Debug for dyn Model + '_ {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Model")
+    }
+}
+
+/// A [`Problem`] with a model behind a pointer.
+pub type ModelProblem<'a> = Problem<'a, &'a dyn Model>;
+
+/// [`crate::observe`].
+pub fn observe(problem: &ModelProblem<'_>, solution: &Solution) -> Observations {
+    problem.system.observe(Given::of(problem), solution)
+}
+
+/// Runs with sensitivities and so many steps per sample, and keeps nothing: the outputs at every asked time
+/// that is wanted are handed on as it is reached.
+///
+/// # Errors
+///
+/// [`IntegrateError`], where the run ends.
+pub fn stream(
+    problem: &ModelProblem<'_>,
+    times: &[f64],
+    options: &Options,
+    samples: &mut dyn Samples,
+) -> Result<(), IntegrateError> {
+    problem.system.stream(Given::of(problem), times, options, samples)
+}
+
+/// The unknowns' errors in a run with so many steps per sample.
+///
+/// # Errors
+///
+/// [`IntegrateError`], where the run ends.
+pub fn measure(
+    problem: &ModelProblem<'_>,
+    times: &[f64],
+    per_sample: u32,
+    options: &Options,
+) -> Result<Measured, IntegrateError> {
+    problem.system.measure(Given::of(problem), times, per_sample, options)
+}
+
+/// How many steps per sample the beginning of a run needs for the unknowns to have the tolerance.
+///
+/// # Errors
+///
+/// [`IntegrateError`], where that cannot be said.
+pub fn per_sample_of_head(
+    problem: &ModelProblem<'_>,
+    times: &[f64],
+    options: &Options,
+) -> Result<u32, IntegrateError> {
+    problem.system.per_sample_of_head(Given::of(problem), times, options)
+}
+
+/// [`crate::choose_per_sample`].
+///
+/// # Errors
+///
+/// As there.
+pub fn choose_per_sample(
+    problem: &ModelProblem<'_>,
+    times: &[f64],
+    options: &Options,
+) -> Result<PerSampleChoice, IntegrateError> {
+    problem.system.choose_per_sample(Given::of(problem), times, options)
+}
+
+/// Evaluates outputs for [`Samples`] by the code of the model itself.
+struct Sampling<'a, S: System> {
+    problem: Problem<'a, S>,
+    samples: &'a mut dyn Samples,
+    /// Position of the next time.
+    k: usize,
+    u: S::Inputs,
+    w: Vec<f64>,
+    dw: Vec<f64>,
+}
+
+impl<'a, S: System> Sampling<'a, S> {
+    fn new(problem: Problem<'a, S>, samples: &'a mut dyn Samples) -> Self {
+        let signature = problem.system.signature();
+        let n_w = signature.outputs.len();
+        let dw = vec![0.0; n_w * signature.directions.len()];
+        let u = S::Inputs::zeros(signature.n_u());
+        Self { problem, samples, k: 0, u, w: vec![0.0; n_w], dw }
+    }
+}
+
+impl<S: System> fixed_step::Sink for Sampling<'_, S> {
+    #[inline]
+    fn take(&mut self, t: f64, segment: Segment<'_>, y: &[f64], s: &[f64]) {
+        let k = self.k;
+        self.k += 1;
+        if !self.samples.wants(k) {
+            return;
+        }
+        let Problem { system, p, .. } = self.problem;
+        segment.value(t, self.u.as_mut());
+        let at = Point { t, y, u: self.u.as_ref(), p, z: &[] };
+        system.output_sensitivities(at, s, &mut self.w, &mut self.dw);
+        self.samples.take(k, &self.w, &self.dw);
+    }
+}
