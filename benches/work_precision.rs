@@ -12,10 +12,6 @@
 use std::path::Path;
 use std::time::Duration;
 
-use dgd::{
-    Column, Inputs, Interpolation, Options, Point, Problem, Solution, System, simulate,
-    simulate_with_sensitivities,
-};
 use dgd_benches::measure;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
@@ -25,6 +21,10 @@ use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_data::{Table, read};
 use dgd_execute::{Engine, Interpreted, Loaded};
+use dgd_runtime::{
+    Column, Inputs, Interpolation, Options, Point, Problem, Solution, System, simulate,
+    simulate_with_sensitivities,
+};
 
 mod models {
     dgd::model!("../models/bench_two_state.dgd", as ode);

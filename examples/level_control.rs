@@ -4,7 +4,7 @@
 //! riser pressure (Haukanes 2015, 2.31), while the booster flow is stopped and started again. Run
 //! with `cargo run --release --example level_control`.
 
-use dgd::{Inputs, Options, Point, Problem, System, simulate};
+use dgd_runtime::{Inputs, Options, Point, Problem, System, simulate};
 
 dgd::model!("models/mud_circulation.dgd");
 use mud_circulation::{Inputs as Controls, Model, Outputs, Parameters, Unknowns};

@@ -6,10 +6,10 @@ mod support;
 use std::cell::RefCell;
 use std::path::Path;
 
-use dgd::system::{DelayedUnknown, PastLayout};
-use dgd::taylor::MOST_ORDER;
-use dgd::{Direction, Pattern, Point, System, discrete_numbers};
 use dgd_execute::Interpreted;
+use dgd_runtime::system::{DelayedUnknown, PastLayout};
+use dgd_runtime::taylor::MOST_ORDER;
+use dgd_runtime::{Direction, Pattern, Point, System, discrete_numbers};
 use support::{
     Noise, bits_of, compiled, every_variant, input_values, interpreted, model_files, native,
 };

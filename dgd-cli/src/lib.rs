@@ -1,7 +1,6 @@
 //! The `dgd` command: arguments, and the commands themselves.
 
 mod args;
-mod attendant;
 mod command;
 mod command_line;
 mod console;
@@ -10,6 +9,7 @@ mod failure;
 mod interrupt;
 mod numbers;
 mod picture;
+mod progress;
 mod table_file;
 mod tail;
 mod targets;

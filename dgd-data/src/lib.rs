@@ -32,4 +32,4 @@ pub mod write;
 pub use csv::rename::Rename;
 pub use parquet::catches_panics;
 pub use read::{cannot_read, read, read_as_it_is, read_from, read_renamed};
-pub use table::{Cells, Column, Disorder, Place, Table};
+pub use table::{Cells, Column, Disorder, Location, Table};

@@ -68,7 +68,7 @@ pub struct Column {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cells {
     /// Where the first is.
-    pub first: Place,
+    pub first: Location,
     /// What it says.
     pub text: String,
     /// How many there are.
@@ -77,7 +77,7 @@ pub struct Cells {
 
 /// A place in a data file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place {
+pub struct Location {
     /// What can be pointed at: the place itself, or the header of its column.
     pub span: Span,
     /// The line, from 1, where the text there is not kept.
@@ -118,7 +118,7 @@ impl Table {
 
 impl Cells {
     /// One cell. What it says is cut where it is long.
-    pub(crate) fn one(first: Place, text: String) -> Cells {
+    pub(crate) fn one(first: Location, text: String) -> Cells {
         let text = match text.char_indices().nth(SHOWN) {
             Some((end, _)) => format!("{}…", &text[..end]),
             None => text,
@@ -127,7 +127,7 @@ impl Cells {
     }
 
     /// Counts a cell; only the first is looked at.
-    pub(crate) fn count(cells: &mut Option<Cells>, cell: impl FnOnce() -> (Place, String)) {
+    pub(crate) fn count(cells: &mut Option<Cells>, cell: impl FnOnce() -> (Location, String)) {
         if let Some(cells) = cells {
             cells.count += 1;
         } else {
@@ -153,7 +153,7 @@ impl Cells {
     }
 }
 
-impl Place {
+impl Location {
     /// A diagnostic at this place.
     pub(crate) fn diagnostic(self, code: Code, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(code, self.span, message).here(self.text(""))

@@ -16,7 +16,7 @@ use dgd_identify::journal::Digest;
 use dgd_runtime::{Options, Steps};
 
 use crate::conditions::Circumstances;
-use crate::fit::{Data, Fitted, Keeping, NoFit, StartPoint, most_steps, ranges};
+use crate::fit::{Data, Fitted, NoFit, StartPoint, WorkJournal, most_steps, ranges};
 use crate::guess::Guessing;
 use crate::library::{
     Adapted, Candidate, StructureId, Values, adapted, candidates, generic, unbound,
@@ -151,7 +151,7 @@ fn fit_base<'a>(request: &'a Request<'a>) -> Result<(Fitted, Data<'a>), Discover
     };
     let is_kept = request.journal.is_of_use();
     let digest = if is_kept { request.digest() } else { Digest::EMPTY };
-    let keeping = Keeping { journal: request.journal, watch: request.watch, request: digest };
+    let keeping = WorkJournal { journal: request.journal, watch: request.watch, request: digest };
     let (counts_from, own_weights) = (Vec::new(), false);
     let mut data = Data { train, valid, noise, counts_from, options, own_weights, keeping };
     data.options.max_steps =

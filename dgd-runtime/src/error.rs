@@ -2,11 +2,11 @@
 
 use std::fmt;
 
+use crate::codegen::taylor::NoTaylor;
 use crate::integrate::fixed_step::PerSampleError;
-use crate::readings::{Reading, With};
+use crate::observe::readings::{Reading, With};
 use crate::signal::InputError;
 use crate::solution::Solution;
-use crate::taylor::NoTaylor;
 
 /// A simulation that stopped early.
 #[derive(Clone, PartialEq)]

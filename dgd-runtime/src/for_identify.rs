@@ -1,12 +1,10 @@
 //! What `dgd-identify` reads beside the public interface.
 
-pub use crate::delay::{LateTimes, delay_sensitivities, delays};
+pub use crate::discrete::state_selection::select_states;
 pub use crate::discrete::{changes_by_mode, choose_sides, differential_somewhere};
 pub use crate::initial::start_values;
-pub use crate::integrate::fixed_step::{
-    can_stream, inputs_change_by_sample,
-};
+pub use crate::integrate::fixed_step::{can_stream, inputs_change_by_sample};
 pub use crate::integrate::{Hat, NODES, Past, Seed, held_by_bounds, verify_inputs, verify_request};
 pub use crate::linearize::{Matrices, Parametric, Responses};
+pub use crate::observe::delay::{LateTimes, delay_sensitivities, delays};
 pub use crate::problem::{parameter_size, unknown_sizes};
-pub use crate::state_selection::select_states;

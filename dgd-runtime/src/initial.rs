@@ -10,16 +10,16 @@
 //! 2004, §3.3). Both systems are solved at full size, with the identity in the rows of differential
 //! unknowns, so that one factorisation serves all sizes and patterns.
 
-use crate::blocks::{blocks, is_singular};
+use crate::discrete::state_selection::select_states;
 use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers, waiting};
 use crate::error::{InitialError, IntegrateError};
 use crate::integrate::drive::Drive;
+use crate::linalg::blocks::{blocks, is_singular};
 use crate::linalg::norm::Tolerances;
 use crate::linalg::{Factorisation, Pivot, Singular};
+use crate::observe::readings::readings;
 use crate::problem::{Options, Problem, unknown_sizes};
-use crate::readings::readings;
 use crate::signal::Side;
-use crate::state_selection::select_states;
 use crate::system::{Pattern, Point, Signature, Storage, System};
 
 /// Corrections below this part of the tolerance end the iteration.
@@ -800,6 +800,7 @@ pub(crate) fn add_terms(terms: &mut [f64], pattern: &Pattern, jacobian: &[f64], 
 }
 
 /// Sets the rows of differential unknowns to zero.
+#[inline]
 fn mask(values: &mut [f64], mass: &[f64]) {
     for (value, mass) in values.iter_mut().zip(mass) {
         if *mass != 0.0 {

@@ -15,9 +15,7 @@
 #[cfg(test)]
 extern crate self as dgd_runtime;
 
-mod blocks;
 pub mod codegen;
-mod delay;
 mod discrete;
 pub mod ensemble;
 mod error;
@@ -27,23 +25,17 @@ mod initial;
 pub mod integrate;
 pub mod linalg;
 pub mod linearize;
-pub mod math;
-mod measured_start;
 pub mod model;
 mod observe;
-pub mod parallel;
 mod problem;
-mod projection;
-mod readings;
 mod signal;
 mod solution;
-mod state_selection;
 pub mod system;
-pub mod taylor;
-mod width;
 
+pub use codegen::{math, taylor};
 pub use dgd_signature as signature;
 pub use discrete::discrete_numbers;
+pub use ensemble::parallel;
 pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
 pub use initial::{ConsistentStart, consistent_start};
 pub use integrate::begin::{OtherMethod, method_to_begin};
@@ -53,11 +45,11 @@ pub use integrate::catalogue::{
 pub use integrate::fixed_step::{
     PerSample, PerSampleChoice, PerSampleError, Steps, choose_per_sample,
 };
+pub use integrate::measured_start::{MeasuredStartError, start_from_outputs};
 pub use integrate::{simulate, simulate_chosen, simulate_observed, simulate_with_sensitivities};
-pub use measured_start::{MeasuredStartError, start_from_outputs};
+pub use observe::readings::Reading;
 pub use observe::{Observations, observe};
 pub use problem::{Options, Problem};
-pub use readings::Reading;
 pub use signal::{Column, Delayed, InputError, Inputs, Segment, Side};
 pub use solution::{
     Event, LateValues, Solution, Statistics, UndefinedCause, UndefinedSensitivity, side,

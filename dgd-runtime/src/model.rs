@@ -10,6 +10,7 @@
 
 use std::fmt;
 
+use crate::codegen::taylor::{KeptSeries, NoTaylor, Terms};
 use crate::error::{Failure, IntegrateError};
 use crate::integrate::Wanted;
 use crate::integrate::fixed_step::{self, Measured, PerSampleChoice};
@@ -19,7 +20,6 @@ use crate::problem::{Options, Problem};
 use crate::signal::{Inputs, Segment};
 use crate::solution::Solution;
 use crate::system::{Point, Signature, Storage, System};
-use crate::taylor::{KeptSeries, NoTaylor, Terms};
 
 /// What a model is run with: a [`Problem`] without its system.
 #[derive(Debug, Clone, Copy)]

@@ -2,12 +2,12 @@
 
 use std::borrow::Cow;
 
-use crate::delay::delays;
+use crate::discrete::state_selection::share_sizes;
 use crate::error::BadRequest;
 use crate::integrate::catalogue::{self, Method};
 use crate::integrate::fixed_step::Steps;
+use crate::observe::delay::delays;
 use crate::signal::{Delayed, InputError, Inputs};
-use crate::state_selection::share_sizes;
 use crate::system::System;
 
 /// A model with numbers.
@@ -144,6 +144,30 @@ impl Default for Options {
 }
 
 impl Options {
+    /// The same with another tolerance relative to each unknown's value.
+    #[must_use]
+    pub fn rtol(self, rtol: f64) -> Self {
+        Self { rtol, ..self }
+    }
+
+    /// The same with another tolerance relative to each unknown's nominal size.
+    #[must_use]
+    pub fn atol(self, atol: f64) -> Self {
+        Self { atol, ..self }
+    }
+
+    /// The same with another method.
+    #[must_use]
+    pub fn method(self, method: &'static Method) -> Self {
+        Self { method, ..self }
+    }
+
+    /// The same with another limit to the steps tried.
+    #[must_use]
+    pub fn max_steps(self, max_steps: usize) -> Self {
+        Self { max_steps, ..self }
+    }
+
     /// Checks that tolerances and the initial step are positive numbers.
     ///
     /// # Errors

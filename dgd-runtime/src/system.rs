@@ -25,13 +25,13 @@
 //! All numbers are in SI units. Matrices with a [`Pattern`] are given by their non-zeros in its
 //! order; dense ones are stored column by column: `s[j * n + i]` is ∂yᵢ/∂θⱼ.
 
+use crate::codegen::taylor::{KeptSeries, NoTaylor, Terms};
 use crate::ensemble::lanes::{self, LanePoint, LaneStorage, Lanes};
 use crate::error::Failure;
 use crate::integrate::{self, Wanted};
 use crate::linalg::Factorisation;
 use crate::problem::{Options, Problem};
 use crate::solution::Solution;
-use crate::taylor::{KeptSeries, NoTaylor, Terms};
 
 pub use dgd_signature::{
     Automaton, AutomatonKind, Crossing, DelayedInput, DelayedUnknown, DifferentiatedInput,
@@ -324,7 +324,7 @@ pub trait System {
     }
 
     /// The Taylor series of the solution through `at`, whose inputs are straight lines, up to an order
-    /// from 1 to [`MOST_ORDER`](crate::taylor::MOST_ORDER): yₖ in
+    /// from 1 to [`MOST_ORDER`](crate::codegen::taylor::MOST_ORDER): yₖ in
     ///
     /// ```text
     ///   y(t + τh) = Σₖ yₖ τᵏ

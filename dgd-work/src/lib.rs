@@ -47,9 +47,9 @@ pub use linearize::{Linearised, linearize};
 pub use output::provenance::{DataFile, Provenance};
 pub use request::{
     CheckRequest, Choices, DiscoverRequest, Engine, Estimator, FitRequest, IntervalRequest, Keep,
-    LinearizeRequest, NoiseFrom, Normalise, Place, RegressionRequest, RunRequest, ScreenRequest,
-    SearchRequest, SensitivityRequest, SimulateRequest, Solve, Sought, Start, TrackRequest,
-    Tracker,
+    LinearizeAt, LinearizeRequest, NoiseFrom, Normalise, RegressionRequest, RunRequest,
+    ScreenRequest, SearchRequest, SensitivityRequest, SimulateRequest, Solve, Sought, Start,
+    TrackRequest, Tracker,
 };
 pub use screen::{Screenings, screen};
 pub use sensitivity::{Sensitivities, sensitivity};

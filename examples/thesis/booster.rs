@@ -1,6 +1,6 @@
 //! Section 3.7: U-tubing in the booster line.
 
-use dgd::identify::{OutputErrorProblem, Recording, fit};
+use dgd_identify::{OutputErrorProblem, Recording, fit};
 
 use crate::chapters::Fallible;
 use crate::field::{A_B, A_R, Field, G, H_PR, LPM, P_ATM, RHO, mean, slopes, smoothed};

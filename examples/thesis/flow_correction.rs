@@ -1,6 +1,6 @@
 //! Section 3.6: the return flow meter's factor, from the riser's level alone.
 
-use dgd::identify::regression::{
+use dgd_identify::regression::{
     FollowOptions, Followed, Forgetting, Normalisation, RegressionProblem, follow,
 };
 
@@ -12,7 +12,7 @@ use crate::page::{Finding, Section, claim, computed, measured, over_time, panel,
 /// Recursive least squares of Table 3.1 along a recording.
 pub(crate) fn followed(
     model: &Model,
-    recording: dgd::identify::Recording,
+    recording: dgd_identify::Recording,
     filter: f64,
     start_variance: f64,
     rate: f64,

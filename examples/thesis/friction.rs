@@ -1,6 +1,6 @@
 //! Section 3.4: friction of the return line.
 
-use dgd::identify::regression::{
+use dgd_identify::regression::{
     RegressionFit, RegressionMethod, RegressionProblem, RowOf, regress,
 };
 

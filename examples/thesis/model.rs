@@ -2,9 +2,6 @@
 
 use std::path::Path;
 
-use dgd::identify::Recording;
-use dgd::{Column, Inputs, Observations, Options, Problem, Signature, Solution, System};
-use dgd::{observe, simulate};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::effects::{Application, Blending, Effect, apply};
 use dgd_compiler::model::ModelOptions;
@@ -13,6 +10,9 @@ use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::parse;
 use dgd_execute::Loaded;
+use dgd_identify::Recording;
+use dgd_runtime::{Column, Inputs, Observations, Options, Problem, Signature, Solution, System};
+use dgd_runtime::{observe, simulate};
 
 use crate::chapters::Fallible;
 

@@ -1,6 +1,6 @@
 //! Section 3.5: the subsea pump's head.
 
-use dgd::identify::regression::{RegressionFit, RegressionMethod};
+use dgd_identify::regression::{RegressionFit, RegressionMethod};
 
 use crate::chapters::Fallible;
 use crate::field::{Field, LPM};

@@ -1,7 +1,9 @@
 //! Section 3.2: what the riser's level says of each parameter.
 
-use dgd::{Column, Inputs, Interpolation, Options, Problem, System, simulate_with_sensitivities};
 use dgd_plot::{Figure, Panel, Text};
+use dgd_runtime::{
+    Column, Inputs, Interpolation, Options, Problem, System, simulate_with_sensitivities,
+};
 
 use crate::chapters::Fallible;
 use crate::model::{Choices, Model};
@@ -35,7 +37,7 @@ pub(crate) fn draw() -> Fallible<Section> {
     }];
     let mut last = Vec::new();
     for (j, direction) in model.system.signature().directions.iter().enumerate() {
-        let dgd::Direction::Parameter(i) = *direction else { continue };
+        let dgd_runtime::Direction::Parameter(i) = *direction else { continue };
         let parameter = &model.signature().parameters[i];
         let values: Vec<f64> = (0..times.len()).map(|k| solution.s(k)[j * n + h]).collect();
         last.push((parameter.name.to_string(), *values.last().ok_or("a run has rows")?));

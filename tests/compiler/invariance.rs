@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dgd::{Inputs, Options, Point, Problem, System, discrete_numbers, simulate};
 use dgd_compiler::dae::assemble;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{ModelOptions, resolve};
@@ -15,6 +14,7 @@ use dgd_compiler::syntax::ast::{Ast, AttributeKind, Expr, ExprKind, Item, ItemKi
 use dgd_compiler::syntax::{parse, places, print};
 use dgd_compiler::units::parse_unit;
 use dgd_execute::Interpreted;
+use dgd_runtime::{Inputs, Options, Point, Problem, System, discrete_numbers, simulate};
 
 use crate::golden::files;
 use crate::support::{Noise, input_values, model_files, root};

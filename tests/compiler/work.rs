@@ -8,11 +8,11 @@ use std::alloc::{GlobalAlloc, Layout, System as Allocator};
 use std::cell::Cell;
 use std::fmt::Write;
 
-use dgd::{
+use dgd_execute::Loaded;
+use dgd_runtime::{
     Column, Direction, Inputs, METHODS, Method, MethodKind, Options, Problem, Solution, System,
     simulate, simulate_with_sensitivities,
 };
-use dgd_execute::Loaded;
 
 use crate::golden::Goldens;
 use crate::inline;

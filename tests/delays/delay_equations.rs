@@ -1,10 +1,10 @@
 //! Unknowns that act late, in equations, against closed forms and other integrations.
 
-use dgd::{
+use dgd_execute::Interpreted;
+use dgd_runtime::{
     Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
     simulate_with_sensitivities,
 };
-use dgd_execute::Interpreted;
 
 use crate::inline::system;
 

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use dgd::{
+use dgd_execute::Interpreted;
+use dgd_runtime::{
     Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
     simulate_with_sensitivities,
 };
-use dgd_execute::Interpreted;
 
 use crate::inline::system;
 use crate::support::compiled;

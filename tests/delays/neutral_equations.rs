@@ -8,7 +8,7 @@
 
 use std::f64::consts::PI;
 
-use dgd::{Inputs, Options, Problem, simulate};
+use dgd_runtime::{Inputs, Options, Problem, simulate};
 
 use crate::inline::system;
 

@@ -7,11 +7,11 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use dgd::identify::Recording;
-use dgd::{Options, Problem, System, observe, simulate};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::syntax::layout;
 use dgd_discover::{Discovery, Verdict};
+use dgd_identify::Recording;
+use dgd_runtime::{Options, Problem, System, observe, simulate};
 
 use crate::drilling_rig::effects::Effect;
 use crate::drilling_rig::plant::LPM;

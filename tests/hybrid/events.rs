@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dgd::{Column, Inputs, IntegrateError, Interpolation, System, UndefinedCause};
+use dgd_runtime::{Column, Inputs, IntegrateError, Interpolation, System, UndefinedCause};
 
 use crate::exact::{
     assert_close, assert_slopes_are_differences, event_times, run, run_with, slopes, value,

@@ -1,15 +1,15 @@
 //! Modes, and conditions on time: states and sensitivities against closed forms and differences.
 
-use dgd::{
-    Column, Inputs, IntegrateError, Interpolation, Problem, UndefinedCause, consistent_start,
-    observe, simulate, simulate_with_sensitivities,
-};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Directions, compile};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::ast::Name;
 use dgd_execute::Interpreted;
+use dgd_runtime::{
+    Column, Inputs, IntegrateError, Interpolation, Problem, UndefinedCause, consistent_start,
+    observe, simulate, simulate_with_sensitivities,
+};
 
 use crate::exact;
 use crate::exact::{options, parameters, position, run, run_with, slopes};

@@ -1,6 +1,6 @@
 //! `if`, `min`, `max`, `abs` and `sign` as events, and solutions that slide along them.
 
-use dgd::{
+use dgd_runtime::{
     AutomatonKind, Column, Inputs, Interpolation, Options, Problem, System,
     simulate_with_sensitivities,
 };

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use dgd::identify::filter::{Estimator, Filter, FilterProblem, Row, Sample, Tuning, Walk};
-use dgd::{Column, Inputs, Interpolation, Options, System};
 use dgd_compiler::pipeline::Directions;
 use dgd_execute::Loaded;
+use dgd_identify::filter::{Estimator, Filter, FilterProblem, Row, Sample, Tuning, Walk};
+use dgd_runtime::{Column, Inputs, Interpolation, Options, System};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 

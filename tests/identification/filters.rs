@@ -1,13 +1,13 @@
 //! Filters against closed forms, against each other, and against the statistics that they promise.
 
-use dgd::identify::filter::{
+use dgd_execute::Loaded;
+use dgd_identify::filter::{
     Alarm, Estimator, Filter, FilterError, FilterProblem, Level, LevelEstimate, PredictionError,
     PredictionErrorProblem, Row, Sample, Spread, prediction_error, prediction_error_profiles,
     usual_tuning,
 };
-use dgd::identify::{Bound, End, Noise, OutputErrorProblem, Recording, Term, fit, profiles};
-use dgd::{Options, System};
-use dgd_execute::Loaded;
+use dgd_identify::{Bound, End, Noise, OutputErrorProblem, Recording, Term, fit, profiles};
+use dgd_runtime::{Options, System};
 
 use crate::filtering::{
     Data, Normal, close, declared, held_inputs, recursive, rows, system, tight, tuning,
@@ -287,14 +287,17 @@ fn friction_that_doubles_in_an_hour_is_followed() {
     let w: Vec<f64> = (0..n).map(|k| 0.9 + 0.05 * f64::from((k / 90) % 3)).collect();
     let q: Vec<f64> = vec![0.02; n as usize];
     let zeros = vec![0.0; n as usize];
-    let column =
-        |name, values| dgd::Column { name, interpolation: dgd::Interpolation::Hold, values };
+    let column = |name, values| dgd_runtime::Column {
+        name,
+        interpolation: dgd_runtime::Interpolation::Hold,
+        values,
+    };
     let columns = [column("w_ssp", &w), column("q_boost", &q), column("q_tf", &zeros)];
-    let inputs = dgd::Inputs::recorded(&times, &columns).expect("inputs");
+    let inputs = dgd_runtime::Inputs::recorded(&times, &columns).expect("inputs");
     let start = [(0, 60.0)];
-    let problem = dgd::Problem { system: &plant, p: &p, inputs: &inputs, start: &start };
-    let solution = dgd::simulate(&problem, &times, &Options::default()).expect("a run");
-    let simulated = dgd::observe(&problem, &solution);
+    let problem = dgd_runtime::Problem { system: &plant, p: &p, inputs: &inputs, start: &start };
+    let solution = dgd_runtime::simulate(&problem, &times, &Options::default()).expect("a run");
+    let simulated = dgd_runtime::observe(&problem, &solution);
 
     let system = system(&text, &["F2"]);
     let noise: Vec<f64> =
@@ -328,8 +331,12 @@ fn friction_that_doubles_in_an_hour_is_followed() {
 fn recorded(truths: &[Truth]) -> Vec<Recording> {
     let of = |truth: &Truth| {
         let u: Vec<f64> = truth.data.u.iter().map(|u| u[0]).collect();
-        let column = dgd::Column { name: "u", interpolation: dgd::Interpolation::Hold, values: &u };
-        let inputs = dgd::Inputs::recorded(&truth.data.t, &[column]).expect("inputs");
+        let column = dgd_runtime::Column {
+            name: "u",
+            interpolation: dgd_runtime::Interpolation::Hold,
+            values: &u,
+        };
+        let inputs = dgd_runtime::Inputs::recorded(&truth.data.t, &[column]).expect("inputs");
         let y = truth.data.measured.iter().map(|w| w[0]).collect();
         Recording::new(truth.data.t.clone(), inputs, vec![Some(y)])
     };
@@ -613,7 +620,7 @@ fn hybrid_data() -> Data {
 fn predicts_like(
     system: &Loaded,
     data: &Data,
-    solution: &dgd::Solution,
+    solution: &dgd_runtime::Solution,
     states: &[f64],
     parameters: &[f64],
 ) {
@@ -622,9 +629,9 @@ fn predicts_like(
     let noise = vec![0.1; system.signature().outputs.len()];
     let tuning = tuning(&walks(states), &walks(parameters), &noise);
     let mut left = parameters.iter();
-    let sigma = |direction: &dgd::Direction| match direction {
-        dgd::Direction::Start(i) => states[*i],
-        dgd::Direction::Parameter(_) => *left.next().expect("one for each free parameter"),
+    let sigma = |direction: &dgd_runtime::Direction| match direction {
+        dgd_runtime::Direction::Start(i) => states[*i],
+        dgd_runtime::Direction::Parameter(_) => *left.next().expect("one for each free parameter"),
     };
     let sigma: Vec<f64> = system.signature().directions.iter().map(sigma).collect();
     for estimator in [Estimator::ExtendedKalman, recursive(1.0)] {
@@ -651,8 +658,13 @@ fn states_that_constraints_choose_are_all_carried() {
     let system = system(&std::fs::read_to_string(path).expect("a model file"), &["g", "l"]);
     let p = declared(&system);
     let t: Vec<f64> = (0..30).map(|k| 0.1 * f64::from(k)).collect();
-    let run = dgd::Problem { system: &system, p: &p, inputs: &dgd::Inputs::none(), start: &[] };
-    let solution = dgd::simulate_with_sensitivities(&run, &t, &tight()).expect("a run");
+    let run = dgd_runtime::Problem {
+        system: &system,
+        p: &p,
+        inputs: &dgd_runtime::Inputs::none(),
+        start: &[],
+    };
+    let solution = dgd_runtime::simulate_with_sensitivities(&run, &t, &tight()).expect("a run");
     let chosen: Vec<&[f64]> = (0..30).map(|k| solution.z(k)).collect();
     assert!(chosen.windows(2).any(|pair| pair[0] != pair[1]), "{chosen:?}");
     let data = Data { u: vec![vec![]; 30], measured: vec![vec![f64::NAN; 4]; 30], t };
@@ -667,9 +679,10 @@ fn modes_go_along_with_the_prediction_and_so_does_the_covariance() {
     let p = declared(&system);
     let data = hybrid_data();
     let inputs = held_inputs(&data);
-    let run = dgd::Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let run = dgd_runtime::Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     // v depends on x at the start: it is no start value of its own there.
-    let solution = dgd::simulate_with_sensitivities(&run, &data.t, &tight()).expect("a run");
+    let solution =
+        dgd_runtime::simulate_with_sensitivities(&run, &data.t, &tight()).expect("a run");
     let automata =
         |kind: &str| solution.events.iter().filter(|event| event.automaton == kind).count();
     assert!(automata("heater") >= 4 && automata("line") >= 3, "{:?}", solution.events);
@@ -793,15 +806,15 @@ output q [1] = z*x        noise 0.1 [1]
     let times = [0.0, 0.5, 1.7, 2.0, 4.1, 6.0, 8.0, 8.0, 8.9, 11.0, 12.5, 15.0, 15.0, 16.0, 19.0];
     let u: Vec<f64> = times.iter().enumerate().map(|(k, _)| [1.0, 0.3, 2.0][k / 7]).collect();
     let v: Vec<f64> = (0..times.len()).map(|k| (k as f64 * 1.3).sin()).collect();
-    let column = |name, values, interpolation| dgd::Column { name, interpolation, values };
+    let column = |name, values, interpolation| dgd_runtime::Column { name, interpolation, values };
     let columns = [
-        column("u", &u[..], dgd::Interpolation::Hold),
-        column("v", &v[..], dgd::Interpolation::Linear),
+        column("u", &u[..], dgd_runtime::Interpolation::Hold),
+        column("v", &v[..], dgd_runtime::Interpolation::Linear),
     ];
-    let inputs = dgd::Inputs::recorded(&times, &columns).expect("inputs");
-    let run = dgd::Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
-    let solution = dgd::simulate(&run, &times, &tight()).expect("a run");
-    let simulated = dgd::observe(&run, &solution);
+    let inputs = dgd_runtime::Inputs::recorded(&times, &columns).expect("inputs");
+    let run = dgd_runtime::Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let solution = dgd_runtime::simulate(&run, &times, &tight()).expect("a run");
+    let simulated = dgd_runtime::observe(&run, &solution);
     let data = Data {
         t: times.to_vec(),
         u: (0..times.len()).map(|k| vec![u[k], v[k]]).collect(),

@@ -4,8 +4,8 @@
 use crate::filtering::{
     Data, Normal, close, declared, held_inputs, recursive, rows, system, tight, tuning,
 };
-use dgd::identify::filter::{Estimator, Filter, FilterProblem, Row, Sample, Spread};
-use dgd::{Direction, Problem, System, observe, simulate, simulate_with_sensitivities};
+use dgd_identify::filter::{Estimator, Filter, FilterProblem, Row, Sample, Spread};
+use dgd_runtime::{Direction, Problem, System, observe, simulate, simulate_with_sensitivities};
 
 /// A level whose outflow follows what the level was, and that is also read from afar.
 const REMOTE: &str = "\

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use dgd::identify::{
+use dgd_compiler::pipeline::Directions;
+use dgd_execute::Interpreted;
+use dgd_identify::{
     EstimateError, Fit, Misfit, Noise, Nonlinear, OutputErrorProblem, Recording, Stepping,
     TrialFailed, TrialFailure, fit, nonlinear, outputs_with_sensitivities,
 };
-use dgd::linearize::{LinearAt, NotLinearised, SteadyStateError};
-use dgd::{Column, Direction, Inputs, Interpolation, Options, System};
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Interpreted;
+use dgd_runtime::linearize::{LinearAt, NotLinearised, SteadyStateError};
+use dgd_runtime::{Column, Direction, Inputs, Interpolation, Options, System};
 use rand_pcg::Pcg64;
 
 use super::{HEATER, SIGMA, close, declared, heated, known, normal, system};

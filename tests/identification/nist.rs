@@ -5,11 +5,11 @@
 
 use std::fs;
 
-use dgd::System;
-use dgd::identify::Recording;
-use dgd::identify::regression::{RegressionMethod, RegressionProblem, regress};
 use dgd_compiler::pipeline::Directions;
 use dgd_execute::Loaded;
+use dgd_identify::Recording;
+use dgd_identify::regression::{RegressionMethod, RegressionProblem, regress};
+use dgd_runtime::System;
 
 use crate::recorded::recorded;
 use crate::support;

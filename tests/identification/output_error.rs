@@ -8,19 +8,19 @@ mod robust;
 use std::num::NonZeroU32;
 use std::sync::Mutex;
 
-use dgd::identify::{
-    Bound, EstimateError, Fit, Noise, NoiseCorrelation, OutputErrorProblem, PointEnd, Prior,
-    Progress, Recording, Stepping, Termination, TrialFailure, Watch, bootstrap, counts_from,
-    evaluate, fit, fit_from, fit_starts, outputs_with_sensitivities, profile, profiles,
-};
-use dgd::{
-    Column, Inputs, Interpolation, MethodKind, Options, PerSample, Steps, System, find_method,
-};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Directions, compile};
 use dgd_compiler::source::{Source, Sources};
 use dgd_execute::Interpreted;
+use dgd_identify::{
+    Bound, EstimateError, Fit, Noise, NoiseCorrelation, OutputErrorProblem, PointEnd, Prior,
+    Progress, Recording, Stepping, Termination, TrialFailure, Watch, bootstrap, counts_from,
+    evaluate, fit, fit_from, fit_starts, outputs_with_sensitivities, profile, profiles,
+};
+use dgd_runtime::{
+    Column, Inputs, Interpolation, MethodKind, Options, PerSample, Steps, System, find_method,
+};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 

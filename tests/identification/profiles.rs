@@ -1,9 +1,9 @@
 //! Profiles of regressions, against closed forms of the sum of squares.
 
-use dgd::identify::regression::{
+use dgd_identify::regression::{
     RegressionFit, RegressionMethod, RegressionProblem, regress, regression_profiles,
 };
-use dgd::identify::{End, Noise as Sensor, Profile, THRESHOLD};
+use dgd_identify::{End, Noise as Sensor, Profile, THRESHOLD};
 
 use super::{Case, LINE, made_up};
 

@@ -6,14 +6,14 @@ mod profiles;
 
 use std::path::Path;
 
-use dgd::identify::regression::{
+use dgd_compiler::pipeline::Directions;
+use dgd_execute::Loaded;
+use dgd_identify::regression::{
     FollowOptions, Forgetting, Normalisation, RegressionError, RegressionFit, RegressionMethod,
     RegressionProblem, RowOf, RowsLeftOut, follow, regress,
 };
-use dgd::identify::{Bound, Prior, Recording};
-use dgd::{Column, Inputs, Interpolation, System};
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Loaded;
+use dgd_identify::{Bound, Prior, Recording};
+use dgd_runtime::{Column, Inputs, Interpolation, System};
 
 use crate::recorded::recorded;
 use crate::support;
@@ -153,7 +153,7 @@ fn friction_of_fourth_order_fits_a_little_better_than_of_second() {
     let (mut a, mut b) = ([[0.0; 2]; 2], [0.0; 2]);
     for (t, p) in times.iter().zip(pressure) {
         let mut u = [0.0];
-        inputs.value(*t, dgd::Side::Right, &mut u);
+        inputs.value(*t, dgd_runtime::Side::Right, &mut u);
         let q = 0.951 * u[0];
         let z = p - 1120.0 * 9.81 * 302.0 - 0.06e5;
         let phi = [q, q * q];
@@ -479,7 +479,7 @@ fn simulated(
     h: f64,
     n: usize,
     inputs: &[Driven<'_>],
-) -> (Recording, dgd::Solution) {
+) -> (Recording, dgd_runtime::Solution) {
     let times: Vec<f64> = (0..n).map(|k| h * k as f64).collect();
     let sampled: Vec<Vec<f64>> =
         inputs.iter().map(|(_, _, f)| times.iter().map(|t| f(*t)).collect()).collect();
@@ -502,13 +502,14 @@ fn simulated(
     let compiled = support::compiled_text(path, text.to_owned(), (&[], &[]), &directions);
     let system = Loaded::new(compiled.program);
     let parameters = &system.signature().parameters;
-    let of = |p: &dgd::Parameter| truth.iter().find(|(name, _)| *name == p.name);
+    let of = |p: &dgd_runtime::Parameter| truth.iter().find(|(name, _)| *name == p.name);
     let p: Vec<f64> =
         parameters.iter().map(|p| of(p).map_or(p.value, |(_, value)| *value)).collect();
-    let problem = dgd::Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
-    let tight = dgd::Options { rtol: 1e-11, atol: 1e-11, ..dgd::Options::default() };
-    let solution = dgd::simulate(&problem, &times, &tight).expect("a run");
-    let seen = dgd::observe(&problem, &solution);
+    let problem = dgd_runtime::Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let tight =
+        dgd_runtime::Options { rtol: 1e-11, atol: 1e-11, ..dgd_runtime::Options::default() };
+    let solution = dgd_runtime::simulate(&problem, &times, &tight).expect("a run");
+    let seen = dgd_runtime::observe(&problem, &solution);
     let n_w = seen.n_w;
     let measured = (0..n_w).map(|i| Some((0..n).map(|k| seen.w(k)[i]).collect())).collect();
     (Recording::new(times, inputs, measured), solution)

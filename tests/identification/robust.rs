@@ -1,10 +1,10 @@
 //! Losses that bear outliers, and fits from several starting points.
 
-use dgd::identify::{
+use dgd_identify::{
     LocalMinimum, Loss, MultiStart, Noise, OutputErrorProblem, PointEnd, Prior, Recording,
     Termination, bootstrap, fit, fit_from, profile, starting_points,
 };
-use dgd::{Column, Inputs, Interpolation};
+use dgd_runtime::{Column, Inputs, Interpolation};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 

@@ -5,13 +5,13 @@ mod drilling_rig;
 
 use std::path::Path;
 
-use dgd::identify::{
+use dgd_compiler::pipeline::Directions;
+use dgd_execute::Loaded;
+use dgd_identify::{
     Bootstrap, Bound, End, Fit, Noise, OutputErrorProblem, Prior, Recording, THRESHOLD, bootstrap,
     evaluate, fit, information, profile, profiles,
 };
-use dgd::{Column, Inputs, Interpolation, Options, Problem, System, observe, simulate};
-use dgd_compiler::pipeline::Directions;
-use dgd_execute::Loaded;
+use dgd_runtime::{Column, Inputs, Interpolation, Options, Problem, System, observe, simulate};
 use drilling_rig::plant::{LPM, Plant};
 use drilling_rig::recording::Row;
 use drilling_rig::{Scenario, record};
@@ -72,12 +72,7 @@ fn heated(seed: u64, n: u32, a: f64) -> Recording {
     Recording::new(times, inputs, vec![Some(y)])
 }
 
-fn resampled(
-    problem: &OutputErrorProblem<'_>,
-    fit: &Fit,
-    seed: u64,
-    n: usize,
-) -> Bootstrap {
+fn resampled(problem: &OutputErrorProblem<'_>, fit: &Fit, seed: u64, n: usize) -> Bootstrap {
     let random = |k: usize| {
         let mut random = Pcg64::new(u128::from(seed), k as u128);
         move || random.next_u64()
@@ -222,10 +217,10 @@ fn intervals_of_the_drilling_model_cover_the_truth_in_200_repeats() {
     });
     for (i, first) in estimates[0].iter().enumerate() {
         let true_value = match first.of {
-            dgd::Direction::Parameter(p) => truth[p],
-            dgd::Direction::Start(x) => start[x].1,
+            dgd_runtime::Direction::Parameter(p) => truth[p],
+            dgd_runtime::Direction::Start(x) => start[x].1,
         };
-        let off = |all: &Vec<dgd::identify::Estimate>| {
+        let off = |all: &Vec<dgd_identify::Estimate>| {
             (all[i].value - true_value) / all[i].std.expect("determined")
         };
         let count = estimates.iter().filter(|all| off(all).abs() <= 1.959_964).count();
@@ -252,7 +247,7 @@ fn rigs_with_nothing_hidden_give_their_parameters() {
         let Plant { inertia, c0, c2, f2, .. } = rig.rig.plant;
         let truth = [inertia, c0, c2, f2];
         std::array::from_fn::<_, 4, _>(|i| {
-            let of = dgd::Direction::Parameter(position[i]);
+            let of = dgd_runtime::Direction::Parameter(position[i]);
             let estimate = fit.estimates.iter().find(|e| e.of == of).expect("estimated");
             let off = estimate.value - truth[i];
             [off / truth[i], off / estimate.std.expect("determined")]
@@ -499,7 +494,7 @@ fn information_adds_up_and_lies_where_it_should() {
     }
     // x(0) alone is seen as exp(−t/tau), with the declared tau of 40 s, and tells most at the start.
     let start = OutputErrorProblem { free: vec![false, false, true], ..problem.clone() };
-    let only = dgd::identify::fit(&start).expect("a fit");
+    let only = dgd_identify::fit(&start).expect("a fit");
     let found = information(&start, &only, &kinds, 2).expect("sensitivities");
     assert_eq!(found[0].best, Some((0, 0, 0)));
     let squares = |kind| -> f64 {
@@ -512,7 +507,7 @@ fn information_adds_up_and_lies_where_it_should() {
     // The part of some samples is what their loss takes of the information about one parameter where
     // the others are known: with `gain` alone free, 1/variance without them.
     let alone = OutputErrorProblem { free: vec![true, false, false], ..problem.clone() };
-    let all = dgd::identify::fit(&alone).expect("a fit");
+    let all = dgd_identify::fit(&alone).expect("a fit");
     let found = information(&alone, &all, &kinds, 2).expect("sensitivities");
     let mut first = recordings[0].clone();
     let kept = kinds[0].clone();
@@ -522,7 +517,7 @@ fn information_adds_up_and_lies_where_it_should() {
         }
     }
     let first = [first];
-    let without = dgd::identify::fit(&OutputErrorProblem { recordings: &first, ..alone.clone() });
+    let without = dgd_identify::fit(&OutputErrorProblem { recordings: &first, ..alone.clone() });
     let std = |fit: &Fit| fit.estimates[0].std.expect("determined");
     let expected = (std(&all) / std(&without.expect("a fit"))).powi(2);
     // Linear in gain: sensitivities are the same at both estimates.

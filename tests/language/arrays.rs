@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use dgd::{
-    Inputs, Options, Pattern, Point, Problem, Signature, System, simulate_with_sensitivities,
-};
 use dgd_compiler::codegen;
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions, compile};
 use dgd_compiler::source::{Source, Sources};
 use dgd_execute::Interpreted;
+use dgd_runtime::{
+    Inputs, Options, Pattern, Point, Problem, Signature, System, simulate_with_sensitivities,
+};
 
 use crate::support;
 use crate::support::Noise;
@@ -266,7 +266,7 @@ fn moved_places(system: &Interpreted, noise: &mut Noise) -> Vec<(usize, usize)> 
     let n = signature.unknowns.len();
     let p: Vec<f64> = signature.parameters.iter().map(|p| p.value + 0.1 * p.unit.factor).collect();
     let u: Vec<f64> = (0..signature.n_u()).map(|_| 2.0 + noise.next()).collect();
-    let z = dgd::discrete_numbers(system, &p, 0.3);
+    let z = dgd_runtime::discrete_numbers(system, &p, 0.3);
     let mut places = Vec::new();
     for _ in 0..3 {
         let mut y: Vec<f64> = (0..n).map(|_| 1.5 + noise.next()).collect();

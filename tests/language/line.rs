@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use dgd::linalg::{AutoLu, Factorisation};
-use dgd::{Inputs, Options, Problem, Solution, System, simulate_chosen};
 use dgd_compiler::pipeline::Directions;
 use dgd_execute::Interpreted;
+use dgd_runtime::linalg::{AutoLu, Factorisation};
+use dgd_runtime::{Inputs, Options, Problem, Solution, System, simulate_chosen};
 
 use crate::support::{compiled_text, root};
 

@@ -5,5 +5,6 @@ mod support;
 
 mod arrays;
 mod effects;
+mod from_rust;
 mod line;
 mod parts;

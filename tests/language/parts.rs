@@ -3,8 +3,8 @@
 use std::cell::RefCell;
 use std::path::Path;
 
-use dgd::{Point, System, discrete_numbers};
 use dgd_execute::Interpreted;
+use dgd_runtime::{Point, System, discrete_numbers};
 
 use crate::support::{Noise, compiled, input_values, interpreted};
 

@@ -1,7 +1,9 @@
 //! Many members at once: what each gives is its own, and what `simulate` gives.
 
-use dgd::ensemble::{Ensemble, Kept, Member, Wanted, reduce, simulate};
-use dgd::{Column, Failure, Inputs, Interpolation, Options, Problem, System, find_method, observe};
+use dgd_runtime::ensemble::{Ensemble, Kept, Member, Wanted, reduce, simulate};
+use dgd_runtime::{
+    Column, Failure, Inputs, Interpolation, Options, Problem, System, find_method, observe,
+};
 
 use crate::generated;
 use crate::support::{Noise, interpreted};
@@ -107,7 +109,7 @@ fn distance(a: &Kept, b: &Kept, times: &[f64], system: &impl System) -> f64 {
 /// One member by the integrator itself, quantity by quantity.
 fn alone(system: &impl System, member: &Member<'_>, times: &[f64], options: &Options) -> Kept {
     let problem = Problem { system, p: member.p, inputs: member.inputs, start: member.start };
-    let solution = dgd::simulate(&problem, times, options).expect("a run to the end");
+    let solution = dgd_runtime::simulate(&problem, times, options).expect("a run to the end");
     let observed = observe(&problem, &solution);
     let by_quantity = |values: &[f64]| -> Vec<f64> {
         let width = values.len() / times.len();
@@ -229,7 +231,8 @@ fn sensitivities_are_those_of_the_integrator() {
     });
     for (k, (number, s, dw)) in by_members.into_iter().enumerate() {
         let problem = members[k].of(&system);
-        let solution = dgd::simulate_with_sensitivities(&problem, &times, &options).unwrap();
+        let solution =
+            dgd_runtime::simulate_with_sensitivities(&problem, &times, &options).unwrap();
         let observed = observe(&problem, &solution);
         let at_times =
             |value: &dyn Fn(usize) -> f64| (0..times.len()).map(value).collect::<Vec<_>>();
@@ -295,7 +298,7 @@ fn the_mean_level_of_ten_thousand_sets_is_that_of_other_solvers() {
     let mut state: u64 = 12345;
     let sets: Vec<Vec<f64>> = (0..10_000)
         .map(|_| {
-            let moved = |p: &dgd::Parameter| {
+            let moved = |p: &dgd_runtime::Parameter| {
                 state = state
                     .wrapping_mul(6_364_136_223_846_793_005)
                     .wrapping_add(1_442_695_040_888_963_407);

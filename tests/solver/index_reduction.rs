@@ -2,15 +2,15 @@
 
 use std::fmt::Write as _;
 
-use dgd::{
-    Column, Inputs, Interpolation, Options, Problem, Solution, System, consistent_start, simulate,
-    simulate_with_sensitivities,
-};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Directions, compile};
 use dgd_compiler::source::{Source, Sources};
 use dgd_execute::Interpreted;
+use dgd_runtime::{
+    Column, Inputs, Interpolation, Options, Problem, Solution, System, consistent_start, simulate,
+    simulate_with_sensitivities,
+};
 
 /// The relative tolerance of the runs, and how well two formulations agree: an error of up to the
 /// tolerance in each of some hundred steps, grown by what the sensitivities of these motions grow.

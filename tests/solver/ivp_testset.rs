@@ -10,8 +10,8 @@
 //! F. Mazzia and C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4 (2008). All end
 //! values but those of medical Akzo Nobel were found again to 2e-12 by SciPy's Radau.
 
-use dgd::{Inputs, Options, Problem, System, find_method, simulate};
 use dgd_execute::Interpreted;
+use dgd_runtime::{Inputs, Options, Problem, System, find_method, simulate};
 
 use crate::support::interpreted;
 

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
-use dgd::linearize::{Channel, DMatrix, OperatingPoint, StateSpace, linearize, steady_state};
-use dgd::{Column, Inputs, Options, Point, Problem, System, Unit};
 use dgd_execute::Loaded;
+use dgd_runtime::linearize::{
+    Channel, DMatrix, OperatingPoint, StateSpace, linearize, steady_state,
+};
+use dgd_runtime::{Column, Inputs, Options, Point, Problem, System, Unit};
 
 use crate::support::compiled;
 
@@ -278,7 +280,7 @@ fn steady_states_are_where_runs_stay() {
             steady_state(&problem, 0.0, &options).unwrap_or_else(|error| panic!("{file}: {error}"));
         let start: Vec<(usize, f64)> = at.y.iter().copied().enumerate().collect();
         let there = Problem { start: &start, ..problem };
-        let solution = dgd::simulate(&there, &[0.0, long.min(1000.0)], &options)
+        let solution = dgd_runtime::simulate(&there, &[0.0, long.min(1000.0)], &options)
             .unwrap_or_else(|failure| panic!("{file}: {failure}"));
         for (i, unknown) in signature.unknowns.iter().enumerate() {
             let size = at.y[i].abs().max(unknown.nominal.unwrap_or(unknown.unit.factor).abs());

@@ -1,10 +1,10 @@
 //! What is given at a time fulfils the algebraic equations there, wherever in a step the time lies.
 
-use dgd::{
+use dgd_execute::Interpreted;
+use dgd_runtime::{
     Column, Inputs, Options, Point, Problem, Side, Solution, System, find_method, observe,
     simulate, simulate_chosen, simulate_observed, simulate_with_sensitivities,
 };
-use dgd_execute::Interpreted;
 
 use crate::inline::system;
 

@@ -22,7 +22,7 @@
 
 use std::fmt::Write;
 
-use dgd::{
+use dgd_runtime::{
     Inputs, Method, Options, Problem, Solution, System, find_method, simulate,
     simulate_with_sensitivities,
 };

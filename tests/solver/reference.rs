@@ -3,11 +3,11 @@
 //!
 //! How the references were made stands in their headers and in `tests/reference/README.md`.
 
-use dgd::{Inputs, Options, Problem, Solution, System, simulate_with_sensitivities};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
 use dgd_compiler::units::parse_unit;
 use dgd_data::{Table, read, select};
+use dgd_runtime::{Inputs, Options, Problem, Solution, System, simulate_with_sensitivities};
 
 use crate::generated;
 use crate::support::{interpreted, native, root};
@@ -35,7 +35,11 @@ fn inputs(system: &impl System, path: &str) -> Inputs {
         .inputs
         .iter()
         .zip(&values)
-        .map(|(x, values)| dgd::Column { name: &x.name, interpolation: x.interpolation, values })
+        .map(|(x, values)| dgd_runtime::Column {
+            name: &x.name,
+            interpolation: x.interpolation,
+            values,
+        })
         .collect();
     Inputs::recorded(table.time.as_deref().expect("a recording"), &columns).expect("inputs")
 }

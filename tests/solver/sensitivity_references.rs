@@ -8,11 +8,11 @@
 //! A derivative may be off by 1e-7 of itself, or of |value/parameter| where it is smaller than that: a
 //! sensitivity that vanishes is one to rounding of what it is taken of.
 
-use dgd::{
+use dgd_execute::Interpreted;
+use dgd_runtime::{
     Column, Inputs, Interpolation, Options, Problem, Solution, System, observe,
     simulate_with_sensitivities,
 };
-use dgd_execute::Interpreted;
 
 use crate::inline;
 

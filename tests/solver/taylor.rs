@@ -3,17 +3,17 @@
 
 use std::num::NonZeroU32;
 
-use dgd::taylor::{MOST_ORDER, Terms};
-use dgd::{
-    Column, Inputs, Interpolation, Method, MethodKind, Options, PerSample, Point, Problem,
-    Solution, Steps, System, discrete_numbers, find_method, simulate, simulate_with_sensitivities,
-};
 use dgd_compiler::dae::Dae;
 use dgd_compiler::expr::intrinsics::{INTRINSICS, Intrinsic};
 use dgd_compiler::expr::{ExprId, Graph, Symbol};
 use dgd_compiler::pipeline::Compiled;
 use dgd_compiler::program::Direction;
 use dgd_execute::Interpreted;
+use dgd_runtime::taylor::{MOST_ORDER, Terms};
+use dgd_runtime::{
+    Column, Inputs, Interpolation, Method, MethodKind, Options, PerSample, Point, Problem,
+    Solution, Steps, System, discrete_numbers, find_method, simulate, simulate_with_sensitivities,
+};
 
 use crate::inline;
 use crate::support::{Noise, compiled, every_variant, input_values, model_files};

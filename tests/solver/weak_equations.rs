@@ -1,10 +1,10 @@
 //! Equations that determine their unknown by little, and by nothing.
 
-use dgd::{
+use dgd_execute::Interpreted;
+use dgd_runtime::{
     Inputs, MethodKind, Options, Problem, Solution, System, find_method, method_to_begin, observe,
     simulate, simulate_with_sensitivities,
 };
-use dgd_execute::Interpreted;
 
 use crate::inline::system;
 

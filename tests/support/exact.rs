@@ -2,10 +2,10 @@
 
 #![allow(dead_code, reason = "no test binary uses all of it")]
 
-use dgd::{
+use dgd_execute::Interpreted;
+use dgd_runtime::{
     Failure, Inputs, Options, Problem, Solution, System, simulate, simulate_with_sensitivities,
 };
-use dgd_execute::Interpreted;
 
 /// The relative tolerance of the runs.
 pub(crate) const RTOL: f64 = 1e-11;

@@ -4,9 +4,6 @@
 
 use std::path::{Path, PathBuf};
 
-use dgd::identify::journal::Forgetful;
-use dgd::identify::{Recording, Unwatched};
-use dgd::{Column, Inputs, Options, Problem, Signature, System, start_from_outputs};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::ModelOptions;
@@ -15,6 +12,9 @@ use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
 use dgd_discover::{BaseModel, Discovery, Request, discover, templates};
 use dgd_execute::{Engine, Loaded};
+use dgd_identify::journal::Forgetful;
+use dgd_identify::{Recording, Unwatched};
+use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System, start_from_outputs};
 
 /// Texts of a model and of effects, each with the name of its file.
 #[derive(Debug, Clone)]

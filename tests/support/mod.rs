@@ -4,7 +4,6 @@
 
 use std::path::{Path, PathBuf};
 
-use dgd::{DelayedInput, Input, Interpolation, Signature};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::{ModelOptions, Setting};
 use dgd_compiler::pipeline::{Compiled, Directions, compile};
@@ -12,6 +11,7 @@ use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::parse_setting;
 use dgd_execute::{Engine, Interpreted, Loaded};
+use dgd_runtime::{DelayedInput, Input, Interpolation, Signature};
 
 /// The repository's root.
 pub(crate) fn root() -> &'static Path {

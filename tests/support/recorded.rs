@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use dgd::identify::Recording;
-use dgd::{Column, Inputs, Interpolation};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::{self, Declared};
 use dgd_compiler::pipeline::Compiled;
 use dgd_compiler::source::Sources;
 use dgd_data::{read, select};
+use dgd_identify::Recording;
+use dgd_runtime::{Column, Inputs, Interpolation};
 
 fn of(d: &Declared) -> select::Declared<'_> {
     select::Declared { name: &d.name, unit: &d.unit, place: None }

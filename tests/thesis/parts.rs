@@ -4,9 +4,11 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use dgd::{Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate};
 use dgd_compiler::pipeline::Directions;
 use dgd_execute::Loaded;
+use dgd_runtime::{
+    Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
+};
 
 use crate::support::{compiled_text, root};
 

@@ -3,7 +3,7 @@
 use dgd_compiler::pipeline::Directions;
 use dgd_execute::Interpreted;
 
-use dgd::{
+use dgd_runtime::{
     Column, Inputs, Interpolation, Options, Problem, Solution, System, simulate,
     simulate_with_sensitivities,
 };

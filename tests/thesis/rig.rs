@@ -1,7 +1,7 @@
 //! The drilling rig that the recordings with hidden effects come from: its own invariants, and that
 //! the model explains what it records when nothing is hidden.
 
-use dgd::{Column, Inputs, Interpolation, Options, Point, Problem, System, simulate};
+use dgd_runtime::{Column, Inputs, Interpolation, Options, Point, Problem, System, simulate};
 
 use crate::drilling_rig::effects::{LIBRARY, OUTSIDE};
 use crate::drilling_rig::plant::{

@@ -2,7 +2,6 @@
 //! (chapter 4): `mud_circulation_u_tubing`, the forms of the effect `booster_u_tubing`, and the
 //! riser with its `booster_line`.
 
-use dgd::{Column, Inputs, Options, Problem, System, observe, simulate};
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::effects::{Application, Blending, Effect, apply};
 use dgd_compiler::model::ModelOptions;
@@ -10,6 +9,7 @@ use dgd_compiler::pipeline::{Directions, compile_asts, load};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
 use dgd_execute::{Engine, Loaded};
+use dgd_runtime::{Column, Inputs, Options, Problem, System, observe, simulate};
 
 use crate::support::{compiled_text, name, root};
 

@@ -2,9 +2,11 @@
 //! `models/u_tube_drill_string.dgd`: against closed forms, balances by hand, and the equations of the
 //! page written down once more and integrated by another method.
 
-use dgd::{Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate};
 use dgd_compiler::pipeline::Directions;
 use dgd_execute::Interpreted;
+use dgd_runtime::{
+    Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
+};
 
 use crate::exact;
 use crate::support;

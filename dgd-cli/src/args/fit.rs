@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use dgd_identify::Loss;
-use dgd_work::{FitRequest, Keep, Place};
+use dgd_work::{FitRequest, Keep, LinearizeAt};
 
 use super::{FitArgs, NoiseFrom, place};
 use crate::numbers::{not_negative, positive, whole};
@@ -41,7 +41,7 @@ pub(crate) struct RegressionArgs {
     /// (steady state with the inputs of the first time) or `mean` (steady state with the mean inputs)
     /// [default: mean]
     #[arg(long, value_name = "T|steady|mean", allow_negative_numbers = true, value_parser = place)]
-    pub at: Option<Place>,
+    pub at: Option<LinearizeAt>,
     /// Regressions: half the width of the windows over which slopes of the measurements are taken, s
     /// [default: 5 samples]
     #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]

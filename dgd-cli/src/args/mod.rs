@@ -10,7 +10,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use dgd_data::Rename;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{PerSample, Steps};
-use dgd_work::Place;
+use dgd_work::LinearizeAt;
 
 use crate::numbers::{count, factor, finite, positive, whole};
 use fit::{IntervalArgs, RegressionArgs, SearchArgs};
@@ -212,7 +212,7 @@ pub(crate) struct LinearizeArgs {
     /// Operating point: a time in s since the data's first sample, `steady` (steady state with the inputs of
     /// the first time) or `mean` (steady state with the mean inputs)
     #[arg(long, value_name = "T|steady|mean", allow_negative_numbers = true, value_parser = place)]
-    pub at: Place,
+    pub at: LinearizeAt,
     #[command(flatten)]
     pub solve: SolveArgs,
 }
@@ -450,11 +450,11 @@ fn steps(text: &str) -> Result<Steps, String> {
 }
 
 /// Reads what `--at` says.
-pub(crate) fn place(text: &str) -> Result<Place, String> {
+pub(crate) fn place(text: &str) -> Result<LinearizeAt, String> {
     match text.parse::<f64>() {
-        _ if text == "steady" => Ok(Place::Steady),
-        _ if text == "mean" => Ok(Place::Mean),
-        Ok(t) if t.is_finite() => Ok(Place::Time(t)),
+        _ if text == "steady" => Ok(LinearizeAt::Steady),
+        _ if text == "mean" => Ok(LinearizeAt::Mean),
+        Ok(t) if t.is_finite() => Ok(LinearizeAt::Time(t)),
         _ => Err("this must be a time in s, `steady` or `mean`".to_owned()),
     }
 }

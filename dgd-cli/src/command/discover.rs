@@ -3,16 +3,16 @@
 use dgd_work::{Ended, discover};
 
 use crate::args::DiscoverArgs;
-use crate::attendant::{Attendant, Interrupt};
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
+use crate::progress::{Interrupt, ProgressDisplay};
 use crate::tail::{Printed, Saved, Shown, finish};
 
 pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.solve.plot)?;
-    let attendant = Attendant::new(console, Interrupt::Ends(how_to_go_on));
-    let found = discover(&args.request(console.out()), attendant.session())?;
+    let display = ProgressDisplay::new(console, Interrupt::Ends(how_to_go_on));
+    let found = discover(&args.request(console.out()), display.session())?;
     let shown = || {
         let figure = || found.figure();
         let plots = &args.solve.plot;

@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 use dgd_work::{Ended, FitFigure, fit};
 
 use crate::args::FitArgs;
-use crate::attendant::{Attendant, Interrupt};
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
+use crate::progress::{Interrupt, ProgressDisplay};
 use crate::tail::{Printed, Saved, Shown, finish};
 
 pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.solve.plot)?;
-    let attendant = Attendant::new(console, Interrupt::Stops);
-    let fitted = fit(&args.request(console.out()), attendant.session())?;
+    let display = ProgressDisplay::new(console, Interrupt::Stops);
+    let fitted = fit(&args.request(console.out()), display.session())?;
     let plots = args.solve.plot.iter();
     let figures = plots.flat_map(|path| {
         fitted.figures.iter().map(|figure| (file(path, figure), figure.figure.clone()))

@@ -79,6 +79,13 @@ fn structure(name: &str, about: &str, fields: &[Field<'_>]) -> TokenStream {
         }
 
         #[automatically_derived]
+        impl ::core::convert::From<&#name> for ::dgd::__runtime::codegen::HeapNumbers {
+            fn from(named: &#name) -> ::dgd::__runtime::codegen::HeapNumbers {
+                <[f64; #len]>::from(*named).to_vec()
+            }
+        }
+
+        #[automatically_derived]
         impl ::core::convert::From<[f64; #len]> for #name {
             fn from([#(#names,)*]: [f64; #len]) -> #name {
                 #name { #(#names,)* }
@@ -151,6 +158,13 @@ fn structure_with_arrays(
                 #(all[#positions] = named.#names;)*
                 #(all[#begins..#ends].copy_from_slice(&named.#arrays);)*
                 all
+            }
+        }
+
+        #[automatically_derived]
+        impl ::core::convert::From<&#structure> for ::dgd::__runtime::codegen::HeapNumbers {
+            fn from(named: &#structure) -> ::dgd::__runtime::codegen::HeapNumbers {
+                <[f64; #len]>::from(*named).to_vec()
             }
         }
 

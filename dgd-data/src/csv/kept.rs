@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use dgd_compiler::source::{SourceId, Span};
 
-use crate::table::Place;
+use crate::table::Location;
 
 /// What of the text diagnostics can show.
 #[derive(Clone, Copy)]
@@ -22,11 +22,11 @@ impl Kept {
     }
 
     /// A place in a row; `header` stands for it where the row is not kept.
-    pub(crate) fn place(self, range: &Range<usize>, line: usize, header: Span) -> Place {
+    pub(crate) fn place(self, range: &Range<usize>, line: usize, header: Span) -> Location {
         if self.whole {
-            Place { span: self.span(range), line: None }
+            Location { span: self.span(range), line: None }
         } else {
-            Place { span: header, line: Some(line) }
+            Location { span: header, line: Some(line) }
         }
     }
 }

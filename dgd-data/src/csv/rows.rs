@@ -8,7 +8,7 @@ use crate::csv::header::Header;
 use crate::csv::kept::Kept;
 use crate::csv::records::Record;
 use crate::csv::time::{Time, Timed};
-use crate::table::{Cells, Column, Disorder, Order, Place, Table};
+use crate::table::{Cells, Column, Disorder, Location, Order, Table};
 
 /// Takes in the rows of a file, one after the other.
 pub(crate) struct Rows {
@@ -20,7 +20,7 @@ pub(crate) struct Rows {
     columns: Vec<Column>,
     /// Rows of another length than the header.
     ragged: Option<Cells>,
-    open_quote: Option<Place>,
+    open_quote: Option<Location>,
 }
 
 impl Rows {

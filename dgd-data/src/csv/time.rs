@@ -7,7 +7,7 @@ use dgd_compiler::units::Dimension;
 use crate::csv::clock::{Clock, TimeFault};
 use crate::csv::kept::Kept;
 use crate::csv::records::Record;
-use crate::table::{Cells, Column, Disorder, Order, Place};
+use crate::table::{Cells, Column, Disorder, Location, Order};
 
 /// The time column, while rows come in.
 pub(crate) struct Time {
@@ -21,7 +21,7 @@ pub(crate) struct Time {
     /// The first of each kind of mistake, and how many there are.
     unreadable: Option<(Cells, TimeFault)>,
     backwards: Option<(Cells, Before)>,
-    crowded: Option<(Cells, Place)>,
+    crowded: Option<(Cells, Location)>,
 }
 
 /// What the time column says.
@@ -36,17 +36,17 @@ pub(crate) struct Timed {
 /// The row before one whose time is earlier.
 struct Before {
     row: usize,
-    place: Place,
+    place: Location,
     text: String,
 }
 
 /// The last row that had a time.
 struct Last {
     seconds: f64,
-    place: Place,
+    place: Location,
     text: Vec<u8>,
     /// The first of the rows with this time, and how many there are.
-    same_from: Place,
+    same_from: Location,
     same: usize,
 }
 

@@ -4,7 +4,7 @@ use dgd_identify::Recording;
 use dgd_runtime::Options;
 use dgd_screen::noise::SensorNoise;
 
-use super::keeping::Keeping;
+use super::keeping::WorkJournal;
 
 /// Recordings, as all structures see them.
 #[derive(Debug, Clone)]
@@ -23,5 +23,5 @@ pub(crate) struct Data<'a> {
     /// corrected model's numbers again.
     pub own_weights: bool,
     /// What was computed before, and who looks on.
-    pub keeping: Keeping<'a>,
+    pub keeping: WorkJournal<'a>,
 }

@@ -11,7 +11,7 @@ use dgd_identify::{
 use dgd_runtime::{Observations, Signature, System};
 
 use super::data::Data;
-use super::moments::{Moments, cross, leap, with_found_starts};
+use super::moments::{Moments, cross, relocate_onsets, with_found_starts};
 use super::patience::{cannot_begin, is_cut_short, too_many_steps};
 use super::residuals::whitened_square;
 use super::start_point::StartPoint;
@@ -260,7 +260,7 @@ fn fitted(
         if !is_moved && is_near(problem, best.cost) {
             let starts = &best.starts;
             is_moved = best.termination.is_converged()
-                && leap(problem, &structure.onsets, &moments, &mut p, starts)
+                && relocate_onsets(problem, &structure.onsets, &moments, &mut p, starts)
                     .map_err(EstimateError::Start)?;
         }
         if !is_moved {

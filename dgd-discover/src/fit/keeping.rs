@@ -11,14 +11,14 @@ use dgd_identify::{Of, Progress, Watch};
 
 /// Where results are kept, and what watches them.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Keeping<'a> {
+pub(crate) struct WorkJournal<'a> {
     pub journal: &'a dyn Journal,
     pub watch: &'a dyn Watch,
     /// Of the request, which all keys begin with.
     pub request: Digest,
 }
 
-impl Keeping<'_> {
+impl WorkJournal<'_> {
     /// The key of what is computed, `what`, from further arguments.
     pub(crate) fn key(
         &self,

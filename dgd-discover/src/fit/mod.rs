@@ -1,7 +1,7 @@
 //! Structures with numbers: a structure, recordings and where to begin in, estimates and residuals out.
 //!
 //! [`Data`] are the recordings with their noise, [`Fitted`] is a structure that was fitted to them. What took
-//! long is kept ([`Keeping`]), and what takes too long is given up ([`most_steps`]).
+//! long is kept ([`WorkJournal`]), and what takes too long is given up ([`most_steps`]).
 
 mod correlated;
 mod data;
@@ -17,7 +17,7 @@ mod start_point;
 
 pub(crate) use data::Data;
 pub(crate) use fitted::{Fitted, NoFit, held_out_starts};
-pub(crate) use keeping::Keeping;
+pub(crate) use keeping::WorkJournal;
 pub(crate) use parallel::in_parallel;
 pub(crate) use patience::{most_steps, too_many_steps};
 pub(crate) use ranges::ranges;

@@ -169,7 +169,7 @@ const FARTHEST: i32 = 3;
 ///
 /// While nothing happens that an effect acts on, when it sets in makes no difference, and a fit does not
 /// pass such a time.
-pub(crate) fn leap(
+pub(crate) fn relocate_onsets(
     problem: &OutputErrorProblem<'_>,
     onsets: &[usize],
     moments: &Moments,

@@ -31,7 +31,7 @@ use dgd_identify::journal::{Digest, Forgetful};
 use dgd_identify::{Recording, Unwatched};
 use dgd_runtime::{Point, Problem, Solution, System, simulate};
 
-use crate::fit::{Data, Fitted, Keeping, StartPoint, held_out_starts, whitened_square};
+use crate::fit::{Data, Fitted, StartPoint, WorkJournal, held_out_starts, whitened_square};
 use crate::library::{BaseModel, Candidate, StructureId};
 use crate::missing_input::{
     self, MissingInput, MissingTerms, PlaceKind, Simulated, UnknownInput, inputs_with, place_of,
@@ -377,7 +377,8 @@ impl Guessing<'_> {
 
     /// Data whose fits are not kept: their keys know a structure by the positions of its candidates.
     fn not_kept<'b>(data: &Data<'b>) -> Data<'b> {
-        let keeping = Keeping { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
+        let keeping =
+            WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
         Data { keeping, own_weights: false, ..data.clone() }
     }
 

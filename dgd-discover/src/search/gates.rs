@@ -163,7 +163,7 @@ mod tests {
     use dgd_screen::noise::SensorNoise;
 
     use super::*;
-    use crate::fit::{Data, Fitted, Keeping};
+    use crate::fit::{Data, Fitted, WorkJournal};
     use crate::library::{BaseModel, Values, candidates};
     use crate::search::screen::{BLOCKS, Basis, Errors, Screen, Trial};
 
@@ -240,7 +240,8 @@ output h [m]
         let contrasts = vec![errors.contrast(&column, [f64::NEG_INFINITY, f64::INFINITY])];
         let trials = vec![Trial { candidate: 0, contrasts }];
         let screen = Screen { trials, ..Screen::default() };
-        let keeping = Keeping { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
+        let keeping =
+            WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
         let data = Data {
             train: &[Recording::new(times, Inputs::none(), measured)],
             valid: &[],

@@ -192,7 +192,7 @@ mod tests {
     use dgd_screen::noise::SensorNoise;
 
     use super::*;
-    use crate::fit::{Data, Fitted, Keeping};
+    use crate::fit::{Data, Fitted, WorkJournal};
     use crate::library::{BaseModel, Values, candidates};
 
     const MODEL: &str = "\
@@ -273,7 +273,8 @@ output h [m]
             (id(chosen), Ok(fitted))
         };
         let all = || left.iter().map(|(chosen, _)| id(chosen));
-        let keeping = Keeping { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
+        let keeping =
+            WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
         let data = Data {
             train: &[Recording::new(times, Inputs::none(), measured)],
             valid: &[],

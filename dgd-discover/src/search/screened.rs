@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::screen::{Look, Score, Screen, Trial, best_first, screen};
+use super::screen::{Resolution, Score, Screen, Trial, best_first, screen};
 use super::tried::{Open, Search};
 use crate::fit::Fitted;
 use crate::library::StructureId;
@@ -36,7 +36,7 @@ impl Search<'_> {
         match known.or_else(|| self.base_screens.get(&some)) {
             Some(screen) => screen.clone(),
             None => self.fitted(StructureId::BASE).map_or_else(Screen::default, |fitted| {
-                self.screen_of(fitted, self.range(some), Look::OnTheGrid)
+                self.screen_of(fitted, self.range(some), Resolution::Grid)
             }),
         }
     }
@@ -53,11 +53,11 @@ impl Search<'_> {
             return;
         }
         let Some(fitted) = self.fitted(structure) else { return };
-        let screen = self.screen_of(fitted, range, Look::Closer);
+        let screen = self.screen_of(fitted, range, Resolution::Refined);
         self.screens.insert(key, screen);
     }
 
-    fn screen_of(&self, fitted: &Fitted, some: Range<usize>, look: Look) -> Screen {
+    fn screen_of(&self, fitted: &Fitted, some: Range<usize>, resolution: Resolution) -> Screen {
         let is_refused = |c: &usize| {
             let alone = self.tried.get(&StructureId::one(*c));
             self.doubled.contains_key(c) || matches!(alone, Some(Err(_)))
@@ -65,6 +65,6 @@ impl Search<'_> {
         let structure = fitted.structure.id;
         let others = some.filter(|c| !structure.contains(*c) && !is_refused(c));
         let others: Vec<usize> = others.collect();
-        screen(self.base, self.candidates, &others, fitted, &self.data, look, self.threads)
+        screen(self.base, self.candidates, &others, fitted, &self.data, resolution, self.threads)
     }
 }

@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use super::coordinates::Coordinates;
 use super::drive::Drive;
 use super::error::FilterError;
-use super::interval::{IntervalModel, Local, Place};
+use super::interval::{IntervalModel, Local, RunState};
 use super::prediction::consistent;
 use super::problem::{
     Estimator, FilterProblem, Sample, Tuning, verify_first_inputs, verify_tuning,
@@ -81,7 +81,7 @@ pub struct Filter<'a> {
     pub(super) watch: Watch,
     pub(super) t: f64,
     /// Unknowns and modes at t.
-    pub(super) place: Place,
+    pub(super) place: RunState,
     /// States and parameters, then what is remembered, as changes of the past: zeros between rows.
     pub(super) variables: Vec<f64>,
     /// L of their covariance L Lᵀ; for [`Estimator::Recursive`] that of start values and parameters.
@@ -202,7 +202,7 @@ impl<'a> Filter<'a> {
             drive: Drive::default(),
             watch: Watch::default(),
             t,
-            place: Place { y, memory: None, past: None },
+            place: RunState { y, memory: None, past: None },
             variables,
             root: DMatrix::from_diagonal(&DVector::from_column_slice(&start)),
             carried: recursive.then(|| DMatrix::identity(n, n)),

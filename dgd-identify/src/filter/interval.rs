@@ -38,7 +38,7 @@ pub(super) struct IntervalModel<'a> {
 
 /// Where a run begins or has ended.
 #[derive(Debug, Clone)]
-pub(super) struct Place {
+pub(super) struct RunState {
     /// Unknowns: guesses of the algebraic ones.
     pub y: Vec<f64>,
     /// Modes, and what else the run before remembers.
@@ -47,7 +47,7 @@ pub(super) struct Place {
     pub past: Option<Remembered>,
 }
 
-impl Place {
+impl RunState {
     /// What a run from here goes on from.
     fn before<'a>(&'a self, past: Option<&'a Past>) -> Before<'a> {
         let own = || self.past.as_ref().map(Remembered::past);
@@ -66,7 +66,7 @@ impl Place {
 
 /// Where an interval ended.
 pub(super) struct Moved {
-    pub place: Place,
+    pub place: RunState,
     /// ∂x/∂(x, θ, past) in scaled variables: states × all, the past before the interval.
     pub phi: DMatrix<f64>,
 }
@@ -156,7 +156,7 @@ impl<'a> IntervalModel<'a> {
         &self,
         inputs: &Inputs,
         times: (f64, f64),
-        from: &Place,
+        from: &RunState,
         coordinates: &Coordinates,
         variables: &[f64],
     ) -> Result<Moved, TrialFailure> {
@@ -186,10 +186,10 @@ impl<'a> IntervalModel<'a> {
         &self,
         inputs: &Inputs,
         times: (f64, f64),
-        from: &Place,
+        from: &RunState,
         coordinates: &Coordinates,
         variables: &[f64],
-    ) -> Result<Place, TrialFailure> {
+    ) -> Result<RunState, TrialFailure> {
         let (p, start) = self.started(&from.y, coordinates, variables);
         let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
         let wanted = Wanted::Resumed(from.before(None));
@@ -202,7 +202,7 @@ impl<'a> IntervalModel<'a> {
         &self,
         inputs: &Inputs,
         t: f64,
-        at: &Place,
+        at: &RunState,
         coordinates: &Coordinates,
         variables: &[f64],
     ) -> Result<Vec<f64>, TrialFailure> {
@@ -222,7 +222,7 @@ impl<'a> IntervalModel<'a> {
         &self,
         inputs: &Inputs,
         t: f64,
-        at: &Place,
+        at: &RunState,
         coordinates: &Coordinates,
         variables: &[f64],
     ) -> Result<Local, TrialFailure> {
@@ -262,7 +262,7 @@ impl<'a> IntervalModel<'a> {
         &self,
         problem: &ModelProblem<'_>,
         t: f64,
-        at: &Place,
+        at: &RunState,
         past: Option<&Past>,
     ) -> Result<Looked, TrialFailure> {
         let run = self.consistent(problem, t, at, past)?;
@@ -337,7 +337,7 @@ impl<'a> IntervalModel<'a> {
     fn run_over(
         &self,
         problem: &ModelProblem<'_>,
-        from: &Place,
+        from: &RunState,
         times: (f64, f64),
         wanted: Wanted<'_>,
     ) -> Result<Solution, TrialFailure> {
@@ -358,7 +358,7 @@ impl<'a> IntervalModel<'a> {
         &self,
         problem: &ModelProblem<'_>,
         t: f64,
-        at: &Place,
+        at: &RunState,
         past: Option<&Past>,
     ) -> Result<Consistent, TrialFailure> {
         if !self.is_plain {
@@ -387,7 +387,7 @@ impl<'a> IntervalModel<'a> {
     }
 
     /// States that are held by their bounds: nothing makes them stray.
-    pub(super) fn held(&self, at: &Place, coordinates: &Coordinates) -> Vec<usize> {
+    pub(super) fn held(&self, at: &RunState, coordinates: &Coordinates) -> Vec<usize> {
         let Some(memory) = &at.memory else { return Vec::new() };
         let discrete = &self.system.signature().discrete;
         let position = |i: &usize| coordinates.states.iter().position(|state| state == i);
@@ -415,12 +415,12 @@ impl<'a> IntervalModel<'a> {
 }
 
 /// Where a run has ended.
-fn ended(from: &Place, run: &mut Solution) -> Place {
+fn ended(from: &RunState, run: &mut Solution) -> RunState {
     let mut past = from.past.clone();
     if let Some(past) = &mut past {
         past.go_on(run);
     }
-    Place { y: run.y(run.len() - 1).to_vec(), memory: run.memory.take(), past }
+    RunState { y: run.y(run.len() - 1).to_vec(), memory: run.memory.take(), past }
 }
 
 /// Rows of the states of derivatives of all unknowns, SI, in scaled variables.

@@ -4,7 +4,7 @@ use dgd_runtime::Inputs;
 use nalgebra::{DMatrix, DVector};
 
 use super::estimator::Filter;
-use super::interval::Place;
+use super::interval::RunState;
 use super::problem::Estimator;
 use super::remembered::Remembered;
 use super::square_root::{beside, integrated_noise, triangular};
@@ -78,7 +78,7 @@ impl Filter<'_> {
         moved: DMatrix<f64>,
         inputs: &Inputs,
         (from, until): (f64, f64),
-        mut place: Place,
+        mut place: RunState,
         mut variables: Vec<f64>,
     ) -> Result<(), TrialFailure> {
         let Self { model, coordinates, .. } = &*self;

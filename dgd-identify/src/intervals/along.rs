@@ -20,21 +20,21 @@ const MOST_POINTS: usize = 60;
 
 /// A minimum with the variable held.
 #[derive(Debug, Clone)]
-pub(crate) struct Place {
+pub(crate) struct HeldMinimum {
     /// All variables.
     pub z: Vec<f64>,
     /// d.
     pub deviance: f64,
 }
 
-impl Place {
+impl HeldMinimum {
     /// √d.
     fn root(&self) -> f64 {
         self.deviance.max(0.0).sqrt()
     }
 
     /// All variables on the line from `other` through this place, to where the i-th has a value.
-    pub(crate) fn moved_on(&self, i: usize, held: f64, other: &Place) -> Vec<f64> {
+    pub(crate) fn moved_on(&self, i: usize, held: f64, other: &HeldMinimum) -> Vec<f64> {
         let part = (held - self.z[i]) / (self.z[i] - other.z[i]);
         let moved = self.z.iter().zip(&other.z);
         let mut z: Vec<f64> = moved.map(|(z, other)| z + part * (z - other)).collect();
@@ -45,7 +45,8 @@ impl Place {
 
 /// The minimum with the variable held at a value, looked for from a place and one before or behind it;
 /// `None` where none is found.
-pub(crate) type Held<'a> = dyn Fn(f64, &Place, Option<&Place>) -> Option<Place> + 'a;
+pub(crate) type Held<'a> =
+    dyn Fn(f64, &HeldMinimum, Option<&HeldMinimum>) -> Option<HeldMinimum> + 'a;
 
 /// What is walked along: a variable of the order of 1, or a logarithm.
 pub(crate) struct Way<'a> {
@@ -88,11 +89,11 @@ pub(crate) fn one_by_one(
 /// One side of a profile.
 pub(crate) struct Arm {
     /// From the minimum outwards, without it.
-    pub places: Vec<Place>,
+    pub places: Vec<HeldMinimum>,
     /// What its end means.
     pub end: fn(f64) -> End,
     /// Its end.
-    pub at: Place,
+    pub at: HeldMinimum,
 }
 
 impl Way<'_> {
@@ -113,9 +114,9 @@ impl Way<'_> {
         let mut arm = Arm {
             places: Vec::new(),
             end: at_far,
-            at: Place { z: self.centre.clone(), deviance: 0.0 },
+            at: HeldMinimum { z: self.centre.clone(), deviance: 0.0 },
         };
-        let mut before: Option<Place> = None;
+        let mut before: Option<HeldMinimum> = None;
         let least_step = 1e-9 * start.abs().max(1.0);
         while arm.places.len() < MOST_POINTS && arm.at.z[self.i] != far && !(self.is_stopped)() {
             let now = arm.at.z[self.i];
@@ -148,7 +149,7 @@ impl Way<'_> {
     }
 
     /// Closes in on the threshold between where an arm is and a place beyond it.
-    fn crossing(&self, mut arm: Arm, beyond: Place) -> Arm {
+    fn crossing(&self, mut arm: Arm, beyond: HeldMinimum) -> Arm {
         let threshold = THRESHOLD.sqrt();
         let (mut inside, mut outside) = (arm.at.clone(), beyond.clone());
         let (mut f_inside, mut f_outside) = (inside.root() - threshold, outside.root() - threshold);

@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use dgd_runtime::parallel::in_parallel_by_model;
 
 use crate::error::EstimateError;
-use crate::intervals::along::{Place, Way};
+use crate::intervals::along::{HeldMinimum, Way};
 use crate::intervals::around::Around;
 use crate::journal::Kept;
 use crate::keep_by_fields;
@@ -151,11 +151,11 @@ impl Profile {
         evaluations: &Cell<usize>,
     ) -> Self {
         let (below, above) = (way.arm(-1.0), way.arm(1.0));
-        let centre = Place { z: way.centre.clone(), deviance: 0.0 };
-        let all = |place: &Place| -> Vec<f64> {
+        let centre = HeldMinimum { z: way.centre.clone(), deviance: 0.0 };
+        let all = |place: &HeldMinimum| -> Vec<f64> {
             place.z.iter().enumerate().map(|(i, z)| value(i, *z)).collect()
         };
-        let mut places: Vec<&Place> =
+        let mut places: Vec<&HeldMinimum> =
             below.places.iter().chain([&centre]).chain(&above.places).collect();
         places.sort_by(|a, b| a.z[way.i].total_cmp(&b.z[way.i]));
         let of_fit = all(&centre);
@@ -289,10 +289,10 @@ impl Along<'_> {
     fn place(
         &self,
         held: f64,
-        from: &Place,
-        other: Option<&Place>,
+        from: &HeldMinimum,
+        other: Option<&HeldMinimum>,
         evaluations: &Cell<usize>,
-    ) -> Option<Place> {
+    ) -> Option<HeldMinimum> {
         let mut bounds = self.around.bounds.clone();
         bounds[self.i] = (held, held);
         let moved_on = other.map(|other| {
@@ -307,7 +307,7 @@ impl Along<'_> {
             evaluations.set(evaluations.get() + minimum.evaluations);
             if minimum.termination.is_converged() {
                 let deviance = (minimum.at.as_ref().cost - self.least) * self.worth;
-                return Some(Place { z: minimum.x, deviance });
+                return Some(HeldMinimum { z: minimum.x, deviance });
             }
         }
         None

@@ -5,7 +5,7 @@
 
 use std::cell::{Cell, RefCell};
 
-use crate::intervals::along::{Place, Way, one_by_one};
+use crate::intervals::along::{HeldMinimum, Way, one_by_one};
 use crate::intervals::profile::{FAR, Profile};
 use crate::regression::error::RegressionError;
 use crate::regression::finish::{Found, RegressionFit};
@@ -103,7 +103,13 @@ impl Along<'_> {
 
     /// The least sum of squares with the estimate held at a value; `None` where no minimum is found, or
     /// samples have no rows there that have some at the fit.
-    fn place(&self, j: usize, held: f64, from: &Place, evaluations: &Cell<usize>) -> Option<Place> {
+    fn place(
+        &self,
+        j: usize,
+        held: f64,
+        from: &HeldMinimum,
+        evaluations: &Cell<usize>,
+    ) -> Option<HeldMinimum> {
         let Self { prepared, fit, .. } = self;
         let free = &prepared.free;
         let mut bounds = prepared.bounds(self.method);
@@ -126,6 +132,6 @@ impl Along<'_> {
             return None;
         }
         let z = free.iter().zip(&fit.sizes).map(|(i, size)| found.p[*i] / size);
-        Some(Place { z: z.collect(), deviance: sum.cost - self.least.cost })
+        Some(HeldMinimum { z: z.collect(), deviance: sum.cost - self.least.cost })
     }
 }

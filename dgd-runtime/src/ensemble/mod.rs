@@ -17,6 +17,7 @@ mod first_step;
 pub mod lanes;
 mod observer;
 mod pack;
+pub mod parallel;
 mod power;
 mod rosenbrock;
 mod single;
@@ -25,8 +26,8 @@ mod times;
 
 pub use lanes::{LANES, LanePoint, LaneStorage, Lanes};
 
+use crate::ensemble::parallel::{in_parallel, threads_for};
 use crate::error::Failure;
-use crate::parallel::{in_parallel, threads_for};
 use crate::problem::{Options, Problem};
 use crate::signal::Inputs;
 use crate::solution::Statistics;

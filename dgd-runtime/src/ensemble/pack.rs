@@ -24,14 +24,14 @@ use crate::initial::{Algebraic, AlgebraicPoint, start_values};
 use crate::integrate::catalogue::MethodKind;
 use crate::integrate::drive::Drive;
 use crate::integrate::fixed_step::Steps;
+use crate::integrate::record::projection::{Projection, Rows};
 use crate::integrate::{verify_inputs, verify_request};
 use crate::linalg::norm::Tolerances;
+use crate::linalg::width::{Width, Work};
 use crate::problem::{Options, Problem, unknown_sizes};
-use crate::projection::{Projection, Rows};
 use crate::signal::{Segment, Side};
 use crate::solution::{Statistics, side};
 use crate::system::{Point, Storage, System};
-use crate::width::{Width, Work};
 
 /// What a step of each lane is tried with.
 enum LaneMethod<S: System> {

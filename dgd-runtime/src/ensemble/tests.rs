@@ -4,7 +4,7 @@
 
 use super::pack::Pack;
 use super::{Member, Wanted};
-use crate::width::Width;
+use crate::linalg::width::Width;
 use crate::{Inputs, Options, find_method};
 use support::problems::{Logistic, LogisticStacked};
 

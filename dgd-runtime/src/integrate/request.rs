@@ -1,12 +1,12 @@
 //! What a run is asked for: the public functions, and whether what they are given makes sense.
 
-use crate::delay::LateTimes;
 use crate::error::{BadRequest, Failure, IntegrateError};
 use crate::integrate::fixed_step::{self, Steps};
 use crate::integrate::late::history::{self, Past};
 use crate::integrate::late::memory::Memory;
 use crate::integrate::methods::stepper::Directions;
 use crate::integrate::simulation::Simulation;
+use crate::observe::delay::LateTimes;
 use crate::observe::observe;
 use crate::problem::{Options, Problem};
 use crate::signal::InputError;

@@ -11,9 +11,9 @@ use crate::integrate::late::memory::Memory;
 use crate::integrate::late::moving_jump::MovingJumps;
 use crate::integrate::methods::catalogue::Method;
 use crate::integrate::methods::stepper::{Base, Directions, Stepper};
+use crate::integrate::record::projection::Projection;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem};
-use crate::projection::Projection;
 use crate::signal::Side;
 use crate::system::{Storage, System};
 

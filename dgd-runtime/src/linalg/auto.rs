@@ -1,3 +1,5 @@
+//! The factorisation that suits a pattern: dense, tridiagonal, banded or sparse.
+
 #[cfg(feature = "sparse")]
 use super::SparseLu;
 use super::order::narrowest;

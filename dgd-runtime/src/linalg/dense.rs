@@ -1,3 +1,5 @@
+//! LU with pivots of full matrices, with a size known when the program is compiled or not.
+
 // Lengths are constants where storage has a fixed size, and only once inlined there.
 #![allow(clippy::inline_always)]
 

@@ -8,6 +8,7 @@
 
 mod auto;
 mod banded;
+pub(crate) mod blocks;
 mod dense;
 pub(crate) mod norm;
 mod order;
@@ -15,6 +16,7 @@ mod order;
 mod sparse;
 mod staircase;
 mod tridiagonal;
+pub(crate) mod width;
 
 pub use auto::AutoLu;
 pub use banded::BandedLu;

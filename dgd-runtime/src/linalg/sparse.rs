@@ -1,3 +1,5 @@
+//! Sparse LU, by faer.
+
 use std::fmt;
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};

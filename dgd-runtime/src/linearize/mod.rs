@@ -38,7 +38,7 @@ mod steady;
 
 pub use nalgebra::DMatrix;
 
-use crate::delay::delays;
+use crate::observe::delay::delays;
 use crate::problem::Problem;
 use crate::system::{Pattern, Point, Storage, System};
 pub use elimination::Elimination;

@@ -24,7 +24,7 @@ use super::error::{LinearizeError, NotLinearised};
 use super::point::OperatingPoint;
 use super::steady::steady_state;
 use super::{Slopes, poles};
-use crate::delay::delay_sensitivities;
+use crate::observe::delay::delay_sensitivities;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::Inputs;
 use crate::system::{Direction, Point, Storage, System};

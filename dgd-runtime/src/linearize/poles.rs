@@ -21,7 +21,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use super::StateSpace;
 use super::error::LinearizeError;
-use crate::blocks::blocks;
+use crate::linalg::blocks::blocks;
 use crate::system::Pattern;
 
 /// Iterations for each eigenvalue; three are usual.

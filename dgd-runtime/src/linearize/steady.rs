@@ -9,16 +9,16 @@ use nalgebra::DMatrix;
 
 use super::error::SteadyStateError;
 use super::point::OperatingPoint;
-use crate::delay::delays;
+use crate::discrete::state_selection::select_states;
 use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers};
 use crate::error::IntegrateError;
 use crate::initial::{Algebraic, AlgebraicPoint, add_terms, consistent_start};
 use crate::integrate::fixed_step::Steps;
 use crate::integrate::simulate;
 use crate::linalg::norm::Tolerances;
+use crate::observe::delay::delays;
 use crate::problem::{Options, Problem, unknown_sizes};
 use crate::signal::{Inputs, Side};
-use crate::state_selection::select_states;
 use crate::system::{Point, Storage, System};
 
 /// The run that is to come to rest goes on to 10^k seconds, for k up to this.

@@ -15,13 +15,13 @@ use super::task::Task;
 use super::{FitFigure, Found};
 use crate::error::WorkError;
 use crate::output::figure::{self, Line, Subject};
-use crate::request::{FitRequest, Place};
+use crate::request::{FitRequest, LinearizeAt};
 use crate::run::{recording, reservations};
 
 pub(super) fn run(
     task: &Task<'_>,
     request: &FitRequest,
-    place: Option<Place>,
+    place: Option<LinearizeAt>,
 ) -> Result<Found, WorkError> {
     let signature = task.system.signature();
     let problem = OutputErrorProblem { loss: request.search.loss, ..task.problem() };

@@ -26,7 +26,7 @@ use crate::fit::report::linearised::{self, Linearised};
 use crate::fit::report::outcome::Tested;
 use crate::model::Compilation;
 use crate::output::provenance::{self, DataFile, Provenance};
-use crate::request::{Estimator, FitRequest, NoiseFrom, Place};
+use crate::request::{Estimator, FitRequest, LinearizeAt, NoiseFrom};
 use crate::run::recording::{self, Clock};
 use crate::run::{
     executable, keeping, options, reservations, verify_memory_of_fit, with_method,
@@ -193,7 +193,7 @@ impl<'s> Task<'s> {
     }
 
     /// Has all recordings simulated by linear models.
-    pub(super) fn linearise(&mut self, place: Place) {
+    pub(super) fn linearise(&mut self, place: LinearizeAt) {
         for recording in self.train.iter_mut().chain(&mut self.valid) {
             recording.linear = place.of(&recording.inputs, &recording.times);
         }
@@ -202,7 +202,7 @@ impl<'s> Task<'s> {
     /// Where the linear models were, and what the model itself makes of the estimates.
     pub(super) fn linearised(
         &self,
-        place: Place,
+        place: LinearizeAt,
         problem: &OutputErrorProblem<'_>,
         fit: &Fit,
         train: &Evaluation,

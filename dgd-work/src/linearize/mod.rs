@@ -7,7 +7,7 @@ use dgd_runtime::linearize::{LinearAt, OperatingPoint, steady_state};
 
 use crate::error::WorkError;
 use crate::model::load;
-use crate::request::{LinearizeRequest, Place, RunRequest, Solve};
+use crate::request::{LinearizeAt, LinearizeRequest, RunRequest, Solve};
 use crate::run::Run;
 use crate::session::Session;
 
@@ -26,7 +26,7 @@ pub fn linearize(
         let message = "`linearize` does not take `--until`: its run ends where `--at` says";
         return Err(WorkError::Usage(message.to_owned()));
     }
-    if let Place::Time(t) = request.at
+    if let LinearizeAt::Time(t) = request.at
         && t < request.solve.from.unwrap_or(0.0)
     {
         let from = request.solve.from.unwrap_or(0.0);
@@ -37,17 +37,17 @@ pub fn linearize(
     let run = Run::prepare(&run_request(request), loaded, session)?;
     let from = run.times[0];
     let at = match request.at {
-        Place::Time(t) => {
+        LinearizeAt::Time(t) => {
             OperatingPoint::reached(&run.problem(), from, t, &run.options).map_err(failed)?
         }
-        Place::Steady => steady_state(&run.problem(), from, &run.options).map_err(failed)?,
-        Place::Mean if request.data.is_none() => {
+        LinearizeAt::Steady => steady_state(&run.problem(), from, &run.options).map_err(failed)?,
+        LinearizeAt::Mean if request.data.is_none() => {
             return Err(WorkError::Usage(
                 "`--at mean` needs the inputs of a recording: give one with `--data FILE`"
                     .to_owned(),
             ));
         }
-        Place::Mean => {
+        LinearizeAt::Mean => {
             let until = run.times.last().map_or(from, |last| *last);
             run.inputs.cover(from, until).map_err(failed)?;
             let mean = LinearAt::Rest(run.inputs.mean(from, until));
@@ -69,9 +69,11 @@ fn failed(error: impl ToString) -> WorkError {
 fn run_request(request: &LinearizeRequest) -> RunRequest {
     let LinearizeRequest { model, choices, data, at, solve } = request;
     let until = match at {
-        Place::Time(t) => Some(*t),
+        LinearizeAt::Time(t) => Some(*t),
         // Without data nothing else says when the first time is, which is all that matters.
-        Place::Steady | Place::Mean => data.is_none().then(|| solve.from.unwrap_or(0.0)),
+        LinearizeAt::Steady | LinearizeAt::Mean => {
+            data.is_none().then(|| solve.from.unwrap_or(0.0))
+        }
     };
     RunRequest {
         choices: choices.clone(),

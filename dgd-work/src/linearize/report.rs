@@ -15,7 +15,7 @@ use crate::output::columns::quotient;
 use crate::output::provenance::Provenance;
 use crate::output::quantity::of_differences;
 use crate::output::table::{push_table, significant};
-use crate::request::Place;
+use crate::request::LinearizeAt;
 
 /// Digits of what is shown.
 const DIGITS: usize = 6;
@@ -129,7 +129,7 @@ pub struct Linearised {
     /// What it was made of.
     pub provenance: Provenance,
     signature: Signature,
-    place: Place,
+    place: LinearizeAt,
     at: OperatingPoint,
     system: StateSpace,
     poles: Poles,
@@ -146,7 +146,7 @@ pub struct Linearised {
 impl Linearised {
     pub(crate) fn new(
         signature: Signature,
-        place: Place,
+        place: LinearizeAt,
         at: OperatingPoint,
         system: StateSpace,
         poles: Poles,
@@ -278,9 +278,9 @@ impl Linearised {
         let mut text = format!("{}, linear close to ", self.signature.name);
         let t = self.at.t;
         let _ = match self.place {
-            Place::Time(_) => writeln!(text, "t = {t} s"),
-            Place::Steady => writeln!(text, "its steady state with the inputs of t = {t} s"),
-            Place::Mean => writeln!(text, "its steady state with the means of the inputs"),
+            LinearizeAt::Time(_) => writeln!(text, "t = {t} s"),
+            LinearizeAt::Steady => writeln!(text, "its steady state with the inputs of t = {t} s"),
+            LinearizeAt::Mean => writeln!(text, "its steady state with the means of the inputs"),
         };
         self.push_point(&mut text);
         for matrix in self.matrices().iter().filter(|matrix| !matrix.is_empty()) {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use dgd_identify::Loss;
 
-use super::{Choices, Keep, Place, Solve, Sought};
+use super::{Choices, Keep, LinearizeAt, Solve, Sought};
 use crate::error::WorkError;
 
 /// A fit.
@@ -162,7 +162,7 @@ pub struct RegressionRequest {
     /// How parameters are estimated.
     pub estimator: Estimator,
     /// Linearised: operating point of each recording; the steady state with its mean inputs where there is none.
-    pub at: Option<Place>,
+    pub at: Option<LinearizeAt>,
     /// Regressions: half the width of the windows over which slopes of the measurements are taken, s; 5 samples where
     /// there is none.
     pub smoothing: Option<f64>,
@@ -217,9 +217,9 @@ impl RegressionRequest {
     /// # Errors
     ///
     /// Where `--at` is given to another estimator.
-    pub(crate) fn place(&self) -> Result<Option<Place>, WorkError> {
+    pub(crate) fn place(&self) -> Result<Option<LinearizeAt>, WorkError> {
         match (self.estimator, self.at) {
-            (Estimator::Linearised, at) => Ok(Some(at.unwrap_or(Place::Mean))),
+            (Estimator::Linearised, at) => Ok(Some(at.unwrap_or(LinearizeAt::Mean))),
             (_, None) => Ok(None),
             (_, Some(_)) => {
                 Err(WorkError::Usage("`--at` needs `--estimator linearised`".to_owned()))

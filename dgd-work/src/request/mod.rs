@@ -110,7 +110,7 @@ impl Sought {
 
 /// Where a model is linearised.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Place {
+pub enum LinearizeAt {
     /// Where a run is at this time, s.
     Time(f64),
     /// Where it is at rest with the inputs of the first time.
@@ -119,12 +119,12 @@ pub enum Place {
     Mean,
 }
 
-impl Place {
+impl LinearizeAt {
     /// Whether the model is at rest there.
     pub fn is_rest(self) -> bool {
         match self {
-            Place::Time(_) => false,
-            Place::Steady | Place::Mean => true,
+            LinearizeAt::Time(_) => false,
+            LinearizeAt::Steady | LinearizeAt::Mean => true,
         }
     }
 
@@ -132,20 +132,20 @@ impl Place {
     pub fn of(self, inputs: &Inputs, times: &[f64]) -> Option<LinearAt> {
         let (first, last) = (*times.first()?, *times.last()?);
         Some(match self {
-            Place::Time(t) => LinearAt::Reached(t),
-            Place::Steady => LinearAt::Rest(inputs.mean(first, first)),
-            Place::Mean => LinearAt::Rest(inputs.mean(first, last)),
+            LinearizeAt::Time(t) => LinearAt::Reached(t),
+            LinearizeAt::Steady => LinearAt::Rest(inputs.mean(first, first)),
+            LinearizeAt::Mean => LinearAt::Rest(inputs.mean(first, last)),
         })
     }
 }
 
 /// A time as a number, `steady` or `mean`.
-impl fmt::Display for Place {
+impl fmt::Display for LinearizeAt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Place::Time(t) => t.fmt(f),
-            Place::Steady => f.write_str("steady"),
-            Place::Mean => f.write_str("mean"),
+            LinearizeAt::Time(t) => t.fmt(f),
+            LinearizeAt::Steady => f.write_str("steady"),
+            LinearizeAt::Mean => f.write_str("mean"),
         }
     }
 }

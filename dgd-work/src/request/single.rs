@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Choices, Place, Solve, model};
+use super::{Choices, LinearizeAt, Solve, model};
 
 /// A model, or an effect, to be checked.
 #[derive(Debug, Clone)]
@@ -102,14 +102,14 @@ pub struct LinearizeRequest {
     /// Inputs.
     pub data: Option<PathBuf>,
     /// The point.
-    pub at: Place,
+    pub at: LinearizeAt,
     /// How the run to it is made.
     pub solve: Solve,
 }
 
 impl LinearizeRequest {
     /// Close to this point.
-    pub fn new(path: impl Into<PathBuf>, at: Place) -> Self {
+    pub fn new(path: impl Into<PathBuf>, at: LinearizeAt) -> Self {
         let (model, choices) = model(path);
         LinearizeRequest { model, choices, data: None, at, solve: Solve::default() }
     }

@@ -191,8 +191,12 @@ impl Tracking<'_> {
         let outputs = signature.outputs.iter();
         let noise: Vec<f64> = outputs.map(|w| w.noise.unwrap_or(w.unit.factor)).collect();
         let inputs = Inputs::constant(first.u);
-        let problem =
-            Problem { system: self.problem.system, p: self.problem.p, inputs: &inputs, start: &[] };
+        let problem = Problem {
+            system: &self.problem.system,
+            p: self.problem.p,
+            inputs: &inputs,
+            start: &[],
+        };
         let start = start_from_outputs(&problem, first.t, &samples, &noise, &self.problem.options);
         self.problem.start = start.map_err(|e| WorkError::Computation(e.to_string()))?;
         Ok(())

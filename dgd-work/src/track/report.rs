@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use dgd_data::write::{Written, write_header, write_rows};
 use dgd_identify::filter::{Alarm, FilterProblem, Row, Tracked};
 use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
-use dgd_runtime::{System, Unit};
+use dgd_runtime::Unit;
 use serde_json::{Value, json};
 
 /// Bands are drawn no wider than so many times their median: what is not known at first would leave no

@@ -8,7 +8,6 @@ use dgd_compiler::syntax;
 use dgd_compiler::syntax::ast::{Expr, ExprKind, Name};
 use dgd_compiler::units::{Unit, read_unit};
 use dgd_identify::filter::{Estimator, FilterProblem, Sample, Spread, Tuning, usual_tuning};
-use dgd_runtime::System;
 use serde_json::{Value, json};
 
 use super::failed;

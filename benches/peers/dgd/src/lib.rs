@@ -7,11 +7,11 @@ mod line;
 mod loaded;
 mod sets;
 
-use dgd::{
+use dgd_compiler::pipeline::Directions;
+use dgd_runtime::{
     Column, Inputs, Interpolation, Method, Options, PerSample, Problem, Solution, Steps, System,
     find_method, simulate, simulate_with_sensitivities,
 };
-use dgd_compiler::pipeline::Directions;
 use peers_problems::request::{Answer, Failure, Request};
 use peers_problems::two_state::{SPEEDS, STRETCHES};
 

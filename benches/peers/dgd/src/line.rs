@@ -1,7 +1,7 @@
 //! P3: the line from a short file, of any number of cells.
 
-use dgd::{Inputs, Options, Problem, System, simulate_chosen};
 use dgd_compiler::pipeline::Directions;
+use dgd_runtime::{Inputs, Options, Problem, System, simulate_chosen};
 use peers_problems::line::END;
 use peers_problems::request::{Answer, Failure, Request};
 

@@ -3,8 +3,8 @@
 use std::num::NonZero;
 use std::thread;
 
-use dgd::System;
-use dgd::ensemble::{Ensemble, Member, Wanted, reduce};
+use dgd_runtime::System;
+use dgd_runtime::ensemble::{Ensemble, Member, Wanted, reduce};
 use peers_problems::request::{Answer, Failure, Request};
 use peers_problems::two_state::{SETS, ensemble};
 

@@ -102,11 +102,11 @@ pub(crate) enum Remedy {
 
 /// How closely a screen looks for onsets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Look {
+pub(crate) enum Resolution {
     /// On the grid: all that `trials` need.
-    OnTheGrid,
-    /// Closer about the best, too.
-    Closer,
+    Grid,
+    /// Refined about the best, too.
+    Refined,
 }
 
 /// Squared cosine between the columns of candidates that are the same equations: the solver's error
@@ -123,13 +123,15 @@ pub(crate) fn screen(
     others: &[usize],
     fitted: &Fitted,
     data: &Data<'_>,
-    look: Look,
+    resolution: Resolution,
     threads: usize,
 ) -> Screen {
-    let key = data.keeping.key(&("screen", &fitted.structure.id, others, look), |digest| {
+    let key = data.keeping.key(&("screen", &fitted.structure.id, others, resolution), |digest| {
         digest.of(&fitted.values).of(&fitted.estimates).of(&data.noise).of(&data.options)
     });
-    kept(data.keeping.journal, key, || computed(base, all, others, fitted, data, (look, threads)))
+    kept(data.keeping.journal, key, || {
+        computed(base, all, others, fitted, data, (resolution, threads))
+    })
 }
 
 /// The screen, computed.
@@ -139,7 +141,7 @@ fn computed(
     others: &[usize],
     fitted: &Fitted,
     data: &Data<'_>,
-    (look, threads): (Look, usize),
+    (resolution, threads): (Resolution, usize),
 ) -> Screen {
     let residuals = fitted.residuals(data);
     let Some((basis, undefined)) = fitted_directions(fitted, data) else {
@@ -150,8 +152,19 @@ fn computed(
     let (samples, errors) = (weighted.len(), Errors::new(&weighted, blocks, &basis));
     let (ranges, basis) = (&ranges(fitted, data), &basis);
     let errors = &errors;
-    let parts =
-        Parts { base, all, fitted, data, threads, basis, samples, undefined, errors, ranges, look };
+    let parts = Parts {
+        base,
+        all,
+        fitted,
+        data,
+        threads,
+        basis,
+        samples,
+        undefined,
+        errors,
+        ranges,
+        resolution,
+    };
     let mut screen = Screen::default();
     let count = data.keeping.count("candidates screened", others.len());
     for group in parts.groups(others, &mut screen.silent) {
@@ -187,7 +200,7 @@ struct Parts<'a> {
     undefined: usize,
     errors: &'a Errors,
     ranges: &'a Ranges,
-    look: Look,
+    resolution: Resolution,
 }
 
 impl Parts<'_> {
@@ -309,7 +322,7 @@ impl Parts<'_> {
             found.retain(|promise| promise.gain > 0.0);
             found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         }
-        if self.look == Look::Closer {
+        if self.resolution == Resolution::Refined {
             self.zoom(others, how, &inner, &mut found);
         }
         let scores = others.iter().zip(found).filter_map(|(&candidate, found)| {

@@ -6,7 +6,7 @@ use std::cell::Cell;
 use super::prediction_error::{PredictionError, PredictionErrorProblem, minimised};
 use super::{Failed, Search};
 use crate::error::EstimateError;
-use crate::intervals::along::{Place, Way, one_by_one};
+use crate::intervals::along::{HeldMinimum, Way, one_by_one};
 use crate::intervals::profile::{FAR, FAR_LOGARITHM, Profile};
 use crate::minimise::levenberg_marquardt::StoppingRule;
 use crate::output_error::NEGLIGIBLE_REDUCTION;
@@ -23,7 +23,7 @@ const MOST_EVALUATIONS: usize = 40;
 ///
 /// # Errors
 ///
-/// As [`prediction_error`](super::prediction_error()).
+/// As [`prediction_error`](crate::filter::prediction_error()).
 ///
 /// # Panics
 ///
@@ -87,9 +87,9 @@ impl Along<'_, '_> {
         &self,
         j: usize,
         held: f64,
-        (from, before): (&Place, Option<&Place>),
+        (from, before): (&HeldMinimum, Option<&HeldMinimum>),
         evaluations: &Cell<usize>,
-    ) -> Option<Place> {
+    ) -> Option<HeldMinimum> {
         let Self { problem, search, least, .. } = self;
         let mut bounds = search.bounds();
         let mut z = match before {
@@ -110,6 +110,6 @@ impl Along<'_, '_> {
         };
         let minimum = minimised(search, problem, z, (&bounds, &stopping), |_| ()).ok()?;
         evaluations.set(evaluations.get() + minimum.evaluations + 1);
-        Some(Place { deviance: minimum.at.cost() - least, z: minimum.x })
+        Some(HeldMinimum { deviance: minimum.at.cost() - least, z: minimum.x })
     }
 }

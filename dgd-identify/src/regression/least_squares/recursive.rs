@@ -207,7 +207,7 @@ impl RecursiveLeastSquares {
 /// Recursive least squares in continuous time.
 ///
 /// The rows are functions of time between samples; what they are is the caller's business
-/// ([`LambdaFilter`](super::LambdaFilter)).
+/// ([`LambdaFilter`](crate::regression::LambdaFilter)).
 #[derive(Debug, Clone)]
 pub struct ContinuousLeastSquares {
     root: Root,

@@ -1,10 +1,10 @@
 //! Modes and what is known of their transitions while a run goes on.
 
 use crate::discrete::Schedule;
+use crate::discrete::state_selection::selecting;
 use crate::integrate::events::saltation::Saltation;
 use crate::integrate::events::simultaneous::Simultaneous;
 use crate::integrate::events::watch::Samples;
-use crate::state_selection::selecting;
 use crate::system::{Crossing, Point, System, Trigger};
 
 /// Intervals that have shrunk so often in sequence are expected to go on so.

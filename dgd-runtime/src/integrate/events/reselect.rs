@@ -1,10 +1,10 @@
 //! A change of the unknowns that are states, on the way.
 
+use crate::discrete::state_selection::select_states;
 use crate::error::IntegrateError;
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::state_selection::select_states;
 use crate::system::{Point, System};
 
 impl<S: System> Simulation<'_, S> {

@@ -168,7 +168,7 @@ pub(super) fn head(times: &[f64]) -> usize {
 }
 
 /// How many steps per sample the beginning of a run needs for the unknowns to have the tolerance.
-pub fn per_sample_of_head<S: System>(
+pub(crate) fn per_sample_of_head<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -202,7 +202,7 @@ fn per_sample_within<S: System>(
 }
 
 /// The unknowns' errors in a run with so many steps per sample.
-pub fn measure<S: System>(
+pub(crate) fn measure<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
     per_sample: u32,

@@ -48,17 +48,15 @@ use crate::signal::Segment;
 use crate::solution::Solution;
 use crate::system::System;
 use carried::{Carried, Unknowns, WithSensitivities};
-pub(crate) use choice::Measured;
 use choice::head;
-pub use choice::{
-    PerSampleChoice, choose_per_sample, inputs_change_by_sample, measure, per_sample_of_head,
-};
+pub(crate) use choice::{Measured, measure, per_sample_of_head};
+pub use choice::{PerSampleChoice, choose_per_sample, inputs_change_by_sample};
 use count::Count;
 pub use error::PerSampleError;
 use error::verify;
 use grid::{Grid, sample_interval};
 use method::FixedStep;
-pub use sweep::Sink;
+pub(crate) use sweep::Sink;
 use sweep::{Course, Gauge, sweep};
 use taylor::Taylor;
 use tsit5::Tsit5;
@@ -136,7 +134,7 @@ fn whole_run<S: System, C: Carried<S>>(
     dispatch(simulation.problem.system, (kind, options.rtol), task)
 }
 
-/// Whether [`stream`] can run with these options.
+/// Whether [`stream`](crate::model::stream) can run with these options.
 pub fn can_stream<S: System>(problem: &Problem<'_, S>, options: &Options) -> bool {
     let is_fixed = matches!(options.steps, Steps::PerSample(PerSample::Exactly(_)));
     is_fixed && is_swept(options.method.kind) && verify(problem, options.method).is_ok()
@@ -144,7 +142,7 @@ pub fn can_stream<S: System>(problem: &Problem<'_, S>, options: &Options) -> boo
 
 /// Runs with sensitivities and with so many steps per sample, and keeps nothing: every asked time goes
 /// to the sink as it is reached.
-pub fn stream<S: System>(
+pub(crate) fn stream<S: System>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,

@@ -43,7 +43,7 @@ impl<S> Course<'_, S> {
 }
 
 /// Receives values at the asked times.
-pub trait Sink {
+pub(crate) trait Sink {
     /// y and S at the next of the asked times, with the inputs that go on from there or, on the left
     /// side of a jump, come up to it.
     fn take(&mut self, t: f64, segment: Segment<'_>, y: &[f64], s: &[f64]);

@@ -11,9 +11,9 @@
 //! after another, those that do not move first. Transitions that a jump triggers belong to its
 //! instant ([`crate::integrate::events`]), whose time moves by ∂τ/∂θ.
 
-use crate::delay::delay_sensitivities;
 use crate::error::IntegrateError;
 use crate::integrate::simulation::Simulation;
+use crate::observe::delay::delay_sensitivities;
 use crate::problem::Problem;
 use crate::signal::Segment;
 use crate::solution::Solution;

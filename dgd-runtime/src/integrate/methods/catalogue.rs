@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::codegen::taylor::MOST_ORDER;
 use crate::error::IntegrateError;
 use crate::integrate::controller::Law;
 use crate::integrate::methods::family::{Family, Traits, by_family};
@@ -13,7 +14,6 @@ use crate::integrate::methods::taylor;
 use crate::linalg::AutoLu;
 use crate::problem::Problem;
 use crate::system::{Signature, System};
-use crate::taylor::MOST_ORDER;
 
 /// An integration method.
 #[derive(Debug)]

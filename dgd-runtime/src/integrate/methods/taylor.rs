@@ -27,6 +27,7 @@
 // Lengths are constants where storage has a fixed size, and only once inlined there.
 #![allow(clippy::inline_always)]
 
+use crate::codegen::taylor::{MOST_ORDER, Terms};
 use crate::error::IntegrateError;
 use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
@@ -37,7 +38,6 @@ use crate::linalg::norm::larger;
 use crate::problem::Problem;
 use crate::solution::Statistics;
 use crate::system::{Interpolation, Point, System};
-use crate::taylor::{MOST_ORDER, Terms};
 
 /// The lowest order that is taken for a tolerance.
 pub(crate) const LEAST_ORDER: usize = 2;

@@ -1,12 +1,13 @@
 //! Values at the asked times.
 
 mod chosen;
+pub(crate) mod projection;
 
 use crate::integrate::drive::Drive;
 use crate::integrate::methods::family::Asked;
+use crate::integrate::record::projection::Rows;
 use crate::integrate::simulation::{Simulation, Stop};
 use crate::problem::Problem;
-use crate::projection::Rows;
 use crate::solution::Solution;
 use crate::system::System;
 

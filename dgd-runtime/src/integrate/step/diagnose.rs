@@ -4,8 +4,8 @@ use crate::error::{Evaluation, IntegrateError};
 use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::stepper::Trial;
 use crate::integrate::simulation::{Simulation, base};
+use crate::observe::readings::readings;
 use crate::problem::Problem;
-use crate::readings::readings;
 use crate::system::{Point, System};
 
 impl<S: System> Simulation<'_, S> {

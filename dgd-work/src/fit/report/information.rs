@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
-use dgd_execute::Loaded;
 use dgd_identify::{
     EstimateError, Evaluation, Fit, Information, OutputErrorProblem, Recording, information,
 };
-use dgd_runtime::{Side, Signature, System, Unit};
+use dgd_runtime::model::Model;
+use dgd_runtime::{Side, Signature, Unit};
 use dgd_screen::{Channel, Motion, OperatingPoint, Record, motion, operating_points, slope_window};
 use serde_json::{Map, Value, json};
 
@@ -256,7 +256,7 @@ fn steady(kinds: &[f64]) -> f64 {
 /// For each sample of each recording whether it is transient or at which operating point, and the points;
 /// by inputs and by outputs as they are simulated, without noise.
 fn kinds(
-    system: &Loaded,
+    system: &dyn Model,
     recordings: &[Recording],
     evaluation: &Evaluation,
 ) -> (Vec<Vec<usize>>, Vec<Point>) {

@@ -12,14 +12,14 @@ use crate::fit::report::outcome::{Outcome, rms_of};
 use crate::fit::report::quality::Quality;
 use crate::linearize::modes;
 use crate::output::table::{push_table, significant};
-use crate::request::Place;
+use crate::request::LinearizeAt;
 
 /// Digits of a point's values.
 const DIGITS: usize = 6;
 
 /// Where linear models were, and the model itself with their estimates.
 pub(crate) struct Linearised {
-    place: Place,
+    place: LinearizeAt,
     /// Of each recording that has samples.
     points: Vec<Option<OperatingPoint>>,
     model: Result<Model, String>,
@@ -37,7 +37,7 @@ impl Linearised {
     /// From the recordings, their linear simulations, and those of the model or why there is none.
     pub(crate) fn new(
         signature: &Signature,
-        place: Place,
+        place: LinearizeAt,
         points: Vec<Option<OperatingPoint>>,
         (recordings, linear): (&[Recording], &Evaluation),
         fit: &Fit,
@@ -94,8 +94,8 @@ impl Linearised {
             Err(reason) => json!({ "not_simulated": reason }),
         };
         let at = match self.place {
-            Place::Time(t) => json!(t),
-            Place::Steady | Place::Mean => json!(self.place.to_string()),
+            LinearizeAt::Time(t) => json!(t),
+            LinearizeAt::Steady | LinearizeAt::Mean => json!(self.place.to_string()),
         };
         json!({ "at": at, "points": points, "model": model })
     }
@@ -105,14 +105,14 @@ impl Linearised {
         let signature = outcome.signature;
         // Writing to a string does not fail.
         let _ = match self.place {
-            Place::Time(t) => writeln!(text, "linear close to where the run is at {t} s:"),
-            Place::Steady => {
+            LinearizeAt::Time(t) => writeln!(text, "linear close to where the run is at {t} s:"),
+            LinearizeAt::Steady => {
                 writeln!(
                     text,
                     "linear close to the steady state with the inputs of the first time:"
                 )
             }
-            Place::Mean => {
+            LinearizeAt::Mean => {
                 writeln!(text, "linear close to the steady state with the means of the inputs:")
             }
         };

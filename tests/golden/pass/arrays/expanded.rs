@@ -30,6 +30,12 @@ pub mod cells {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Parameters> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Parameters) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 1]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 1]> for Parameters {
         fn from([k]: [f64; 1]) -> Parameters {
             Parameters { k }
@@ -51,6 +57,12 @@ pub mod cells {
     impl ::core::convert::From<Inputs> for [f64; 1] {
         fn from(named: Inputs) -> [f64; 1] {
             [named.feed]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Inputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Inputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 1]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]
@@ -92,6 +104,12 @@ pub mod cells {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Unknowns> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Unknowns) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 82]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 82]> for Unknowns {
         fn from(all: [f64; 82]) -> Unknowns {
             Unknowns {
@@ -122,6 +140,12 @@ pub mod cells {
             all[0] = named.last;
             all[1..41].copy_from_slice(&named.x);
             all
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Outputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Outputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 41]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]

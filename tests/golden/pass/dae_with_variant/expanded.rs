@@ -38,6 +38,12 @@ pub mod vessel {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Parameters> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Parameters) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 3]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 3]> for Parameters {
         fn from([R, tau, k]: [f64; 3]) -> Parameters {
             Parameters { R, tau, k }
@@ -59,6 +65,12 @@ pub mod vessel {
     impl ::core::convert::From<Inputs> for [f64; 1] {
         fn from(named: Inputs) -> [f64; 1] {
             [named.opening]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Inputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Inputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 1]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]
@@ -90,6 +102,12 @@ pub mod vessel {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Unknowns> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Unknowns) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 3]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 3]> for Unknowns {
         fn from([p, w, s]: [f64; 3]) -> Unknowns {
             Unknowns { p, w, s }
@@ -113,6 +131,12 @@ pub mod vessel {
     impl ::core::convert::From<Outputs> for [f64; 2] {
         fn from(named: Outputs) -> [f64; 2] {
             [named.p, named.flow]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Outputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Outputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 2]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]

@@ -43,6 +43,12 @@ pub mod filled_tank {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Parameters> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Parameters) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 4]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 4]> for Parameters {
         fn from([k, tau, offset_level, gain]: [f64; 4]) -> Parameters {
             Parameters {
@@ -71,6 +77,12 @@ pub mod filled_tank {
     impl ::core::convert::From<Inputs> for [f64; 1] {
         fn from(named: Inputs) -> [f64; 1] {
             [named.q_in]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Inputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Inputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 1]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]
@@ -106,6 +118,12 @@ pub mod filled_tank {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Unknowns> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Unknowns) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 3]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 3]> for Unknowns {
         fn from([h, v, q_pump]: [f64; 3]) -> Unknowns {
             Unknowns { h, v, q_pump }
@@ -129,6 +147,12 @@ pub mod filled_tank {
     impl ::core::convert::From<Outputs> for [f64; 2] {
         fn from(named: Outputs) -> [f64; 2] {
             [named.level, named.out]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Outputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Outputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 2]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]

@@ -32,6 +32,12 @@ pub mod basins {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Parameters> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Parameters) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 2]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 2]> for Parameters {
         fn from([A_1, A_2]: [f64; 2]) -> Parameters {
             Parameters { A_1, A_2 }
@@ -50,6 +56,12 @@ pub mod basins {
     impl ::core::convert::From<Inputs> for [f64; 0] {
         fn from(named: Inputs) -> [f64; 0] {
             []
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Inputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Inputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 0]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]
@@ -92,6 +104,12 @@ pub mod basins {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Unknowns> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Unknowns) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 4]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 4]> for Unknowns {
         fn from([h_1, h_2, v, _share_1]: [f64; 4]) -> Unknowns {
             Unknowns { h_1, h_2, v, _share_1 }
@@ -115,6 +133,12 @@ pub mod basins {
     impl ::core::convert::From<Outputs> for [f64; 2] {
         fn from(named: Outputs) -> [f64; 2] {
             [named.flow, named.gap]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Outputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Outputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 2]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]

@@ -27,6 +27,12 @@ pub mod bead {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Parameters> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Parameters) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 0]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 0]> for Parameters {
         fn from([]: [f64; 0]) -> Parameters {
             Parameters {}
@@ -45,6 +51,12 @@ pub mod bead {
     impl ::core::convert::From<Inputs> for [f64; 0] {
         fn from(named: Inputs) -> [f64; 0] {
             []
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Inputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Inputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 0]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]
@@ -106,6 +118,12 @@ pub mod bead {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Unknowns> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Unknowns) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 8]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 8]> for Unknowns {
         fn from([x, y, v_x, v_y, push, u_1, u_2, _u_1_minus_u_2]: [f64; 8]) -> Unknowns {
             Unknowns {
@@ -144,6 +162,12 @@ pub mod bead {
     impl ::core::convert::From<Outputs> for [f64; 3] {
         fn from(named: Outputs) -> [f64; 3] {
             [named.x, named.force, named.velocity]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Outputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Outputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 3]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]

@@ -38,6 +38,12 @@ pub mod tank {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Parameters> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Parameters) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 3]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 3]> for Parameters {
         fn from([crest, t_open, part]: [f64; 3]) -> Parameters {
             Parameters { crest, t_open, part }
@@ -59,6 +65,12 @@ pub mod tank {
     impl ::core::convert::From<Inputs> for [f64; 1] {
         fn from(named: Inputs) -> [f64; 1] {
             [named.q_in]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Inputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Inputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 1]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]
@@ -88,6 +100,12 @@ pub mod tank {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Unknowns> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Unknowns) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 2]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 2]> for Unknowns {
         fn from([h, q]: [f64; 2]) -> Unknowns {
             Unknowns { h, q }
@@ -109,6 +127,12 @@ pub mod tank {
     impl ::core::convert::From<Outputs> for [f64; 1] {
         fn from(named: Outputs) -> [f64; 1] {
             [named.h]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Outputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Outputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 1]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]

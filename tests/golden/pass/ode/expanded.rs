@@ -34,6 +34,12 @@ pub mod spring {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Parameters> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Parameters) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 2]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 2]> for Parameters {
         fn from([k, d]: [f64; 2]) -> Parameters {
             Parameters { k, d }
@@ -57,6 +63,12 @@ pub mod spring {
     impl ::core::convert::From<Inputs> for [f64; 1] {
         fn from(named: Inputs) -> [f64; 1] {
             [named.force]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Inputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Inputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 1]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]
@@ -88,6 +100,12 @@ pub mod spring {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Unknowns> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Unknowns) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 2]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 2]> for Unknowns {
         fn from([x, v]: [f64; 2]) -> Unknowns {
             Unknowns { x, v }
@@ -111,6 +129,12 @@ pub mod spring {
     impl ::core::convert::From<Outputs> for [f64; 2] {
         fn from(named: Outputs) -> [f64; 2] {
             [named.x, named.energy]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Outputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Outputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 2]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]

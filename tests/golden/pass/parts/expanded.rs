@@ -32,6 +32,12 @@ pub mod cascade {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Parameters> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Parameters) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 2]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 2]> for Parameters {
         fn from([k, clog]: [f64; 2]) -> Parameters {
             Parameters { k, clog }
@@ -53,6 +59,12 @@ pub mod cascade {
     impl ::core::convert::From<Inputs> for [f64; 1] {
         fn from(named: Inputs) -> [f64; 1] {
             [named.rain]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Inputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Inputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 1]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]
@@ -85,6 +97,12 @@ pub mod cascade {
         }
     }
     #[automatically_derived]
+    impl ::core::convert::From<&Unknowns> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Unknowns) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 2]>::from(*named).to_vec()
+        }
+    }
+    #[automatically_derived]
     impl ::core::convert::From<[f64; 2]> for Unknowns {
         fn from([upper_h, lower_h]: [f64; 2]) -> Unknowns {
             Unknowns { upper_h, lower_h }
@@ -111,6 +129,12 @@ pub mod cascade {
     impl ::core::convert::From<Outputs> for [f64; 2] {
         fn from(named: Outputs) -> [f64; 2] {
             [named.upper_h, named.run_off]
+        }
+    }
+    #[automatically_derived]
+    impl ::core::convert::From<&Outputs> for ::dgd::__runtime::codegen::HeapNumbers {
+        fn from(named: &Outputs) -> ::dgd::__runtime::codegen::HeapNumbers {
+            <[f64; 2]>::from(*named).to_vec()
         }
     }
     #[automatically_derived]

@@ -19,9 +19,9 @@ mod look_up;
 mod passing;
 mod polynomial;
 
-use crate::delay::{delay_sensitivities, delays};
 use crate::error::{BadRequest, IntegrateError};
 use crate::linalg::norm::Tolerances;
+use crate::observe::delay::{delay_sensitivities, delays};
 use crate::problem::Problem;
 use crate::system::{PastLayout, Point, System};
 use polynomial::divide;

@@ -6,8 +6,8 @@
 use crate::integrate::methods::family::Asked;
 use crate::integrate::methods::rosenbrock::lanes::{block_at, in_blocks};
 use crate::integrate::methods::tableaux::RosenbrockTableau;
+use crate::linalg::width::{Work, run_by_fours};
 use crate::system::Storage;
-use crate::width::{Work, run_by_fours};
 
 /// cₗ of y + θ (c₁ + θ (c₂ + θ (c₃ + θ c₄))), the dense output of the tableau in powers of θ, with
 /// kₗ = Σⱼ dₗⱼ Uⱼ:

@@ -1,10 +1,10 @@
 //! Orders, measured with equal steps and without error control.
 
 use super::*;
+use crate::codegen::taylor::MOST_ORDER;
 use crate::integrate::methods::catalogue::METHODS;
 use crate::signal::Side;
 use crate::system::Signature;
-use crate::taylor::MOST_ORDER;
 use crate::{Inputs, Problem, System};
 use support::problems::{Logistic, LogisticDae};
 use support::{Equations, Heaped, parameters};

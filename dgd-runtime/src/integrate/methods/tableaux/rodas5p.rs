@@ -1,3 +1,5 @@
+//! The coefficients of Rodas5P.
+
 use crate::integrate::methods::tableaux::{RosenbrockTableau, triangle};
 
 /// Rodas5P: order 5, L-stable, for stiff and differential-algebraic systems of index 1.

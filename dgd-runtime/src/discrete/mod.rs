@@ -1,5 +1,7 @@
 //! Discrete numbers: modes and conditions on time, and when the latter switch.
 
+pub(crate) mod state_selection;
+
 use crate::system::{Automaton, Point, Signature, System, Transition, Trigger};
 
 /// The discrete numbers of a simulation that starts at `t`: every automaton in the mode it starts

@@ -1,10 +1,13 @@
 //! Outputs along a solution.
 
+pub(crate) mod delay;
+pub(crate) mod readings;
+
 use std::borrow::Cow;
 
-use crate::delay::delay_sensitivities;
 use crate::discrete::discrete_numbers;
 use crate::initial::Rates;
+use crate::observe::delay::delay_sensitivities;
 use crate::problem::Problem;
 use crate::signal::{Inputs, Side};
 use crate::solution::{LateValues, Solution};

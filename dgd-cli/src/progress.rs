@@ -23,7 +23,7 @@ const WIDTH: usize = 79;
 
 /// Shows how far a computation is, on a terminal, and knows whether it is to stop.
 #[derive(Debug)]
-pub(crate) struct Attendant<'a> {
+pub(crate) struct ProgressDisplay<'a> {
     console: Console<'a>,
     interrupt: Interrupt,
     shared: Arc<Shared>,
@@ -47,7 +47,7 @@ struct Shared {
     line: Option<Mutex<Line>>,
 }
 
-impl<'a> Attendant<'a> {
+impl<'a> ProgressDisplay<'a> {
     /// Of a computation that Ctrl-C stops or ends.
     pub(crate) fn new(console: Console<'a>, interrupt: Interrupt) -> Self {
         let for_a_program = console.is_json() && !io::stdout().is_terminal();
@@ -64,7 +64,7 @@ impl<'a> Attendant<'a> {
     }
 }
 
-impl Watch for Attendant<'_> {
+impl Watch for ProgressDisplay<'_> {
     fn advanced(&self, progress: Progress) {
         // Who is drawing already will draw again.
         if let Some(line) = &self.shared.line
@@ -80,7 +80,7 @@ impl Watch for Attendant<'_> {
     }
 }
 
-impl Listener for Attendant<'_> {
+impl Listener for ProgressDisplay<'_> {
     fn remark(&self, remark: Remark<'_>) {
         Listener::remark(&self.console, remark);
     }
@@ -125,7 +125,7 @@ impl Listener for Attendant<'_> {
     }
 }
 
-impl Drop for Attendant<'_> {
+impl Drop for ProgressDisplay<'_> {
     fn drop(&mut self) {
         self.shared.clear();
     }

@@ -1,5 +1,8 @@
 //! What generated models call, besides the solvers' own types.
 
+pub mod math;
+pub mod taylor;
+
 /// What a model with arrays makes of its description at first use.
 pub type Lazy<T> = std::sync::LazyLock<T>;
 

@@ -1,0 +1,108 @@
+//! The linear model close to a point.
+
+use dgd_runtime::linearize::{OperatingPoint, StateSpace, steady_state};
+use dgd_runtime::{Options, System, linearize as at_runtime};
+
+use crate::{Error, Problem, Solution};
+
+/// Where a model is linearised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum At {
+    /// Where a run from the first time is at the second, s.
+    Run {
+        /// Where it begins.
+        from: f64,
+        /// Where it is linearised.
+        until: f64,
+    },
+    /// Where everything is at rest, with the inputs held as they are at this time, s.
+    Steady(f64),
+}
+
+/// ẋ = A x + B u, w = C x + D u, all of them differences from the point.
+#[derive(Debug, Clone)]
+pub struct LinearModel {
+    names: [Vec<String>; 3],
+    found: StateSpace,
+}
+
+/// Rows of a matrix.
+pub type Rows = Vec<Vec<f64>>;
+
+fn rows(matrix: &at_runtime::DMatrix<f64>) -> Rows {
+    matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
+}
+
+impl LinearModel {
+    /// Names of the states x: the order of A's rows and columns.
+    pub fn states(&self) -> &[String] {
+        &self.names[0]
+    }
+
+    /// Names of the inputs u: the order of B's and D's columns.
+    pub fn inputs(&self) -> &[String] {
+        &self.names[1]
+    }
+
+    /// Names of the outputs w: the order of C's and D's rows.
+    pub fn outputs(&self) -> &[String] {
+        &self.names[2]
+    }
+
+    /// A, n_x × n_x, SI.
+    pub fn a(&self) -> Rows {
+        rows(&self.found.a)
+    }
+
+    /// B, n_x × n_u, SI.
+    pub fn b(&self) -> Rows {
+        rows(&self.found.b)
+    }
+
+    /// C, n_w × n_x, SI.
+    pub fn c(&self) -> Rows {
+        rows(&self.found.c)
+    }
+
+    /// D, n_w × n_u, SI.
+    pub fn d(&self) -> Rows {
+        rows(&self.found.d)
+    }
+
+    /// Poles as (real, imaginary), 1/s, from the right to the left.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Linearize`] where the iteration for them does not converge.
+    pub fn poles(&self) -> Result<Vec<(f64, f64)>, Error> {
+        let poles = self.found.poles().map_err(Error::Linearize)?;
+        Ok(poles.poles.iter().map(|pole| (pole.re, pole.im)).collect())
+    }
+}
+
+/// The linear model of `problem` close to a point.
+///
+/// # Errors
+///
+/// [`Error::Length`], [`Error::Run`], [`Error::SteadyState`], [`Error::Linearize`].
+pub fn linearize<M: System>(
+    problem: &Problem<'_, M>,
+    at: At,
+    options: &Options,
+) -> Result<LinearModel, Error> {
+    let given = problem.as_run()?;
+    let point = match at {
+        At::Run { from, until } => OperatingPoint::reached(&given, from, until, options)
+            .map_err(|error| Error::Run { error, reached: Box::new(Solution::empty()) })?,
+        At::Steady(t) => steady_state(&given, t, options).map_err(Error::SteadyState)?,
+    };
+    let found = at_runtime::linearize(&given, &point).map_err(Error::Linearize)?;
+    let signature = problem.model.signature();
+    let states = found.states.iter().map(|i| signature.unknowns.name(*i).to_string()).collect();
+    let inputs = (found.channels.iter())
+        .map(|channel| signature.inputs[channel.input()].name.to_string())
+        .collect();
+    let outputs = signature.outputs.iter().map(|output| output.name.to_string()).collect();
+    Ok(LinearModel { names: [states, inputs, outputs], found })
+}

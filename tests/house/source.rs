@@ -1,0 +1,179 @@
+//! The workspace's Rust files as text.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+/// The crates of the workspace, each of which uses only those before it. Tests may use any.
+pub(crate) const CRATES: [&str; 13] = [
+    "dgd-signature",
+    "dgd-compiler",
+    "dgd-macros",
+    "dgd-runtime",
+    "dgd-identify",
+    "dgd-execute",
+    "dgd-screen",
+    "dgd-discover",
+    "dgd-data",
+    "dgd-plot",
+    "dgd-work",
+    "dgd-cli",
+    "dgd",
+];
+
+pub(crate) fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The folder of a crate; the root package has the root.
+pub(crate) fn folder(name: &str) -> PathBuf {
+    if name == "dgd" { root() } else { root().join(name) }
+}
+
+/// A Rust file of a crate.
+pub(crate) struct File {
+    /// Folders and name below `src`, without the ending.
+    pub(crate) path: Vec<String>,
+    pub(crate) text: String,
+}
+
+impl File {
+    /// The folders below `src` that it lies in.
+    pub(crate) fn folders(&self) -> &[String] {
+        &self.path[..self.path.len() - 1]
+    }
+
+    /// The path of its module.
+    fn module(&self) -> &[String] {
+        match self.path.last().map(String::as_str) {
+            Some("mod" | "lib" | "main") => self.folders(),
+            _ => &self.path,
+        }
+    }
+
+    /// The modules of its own crate that it names, as paths below the crate's root; items are named with them.
+    pub(crate) fn uses(&self) -> BTreeSet<Vec<String>> {
+        let code: String = self.text.lines().map(without_comment).collect::<Vec<_>>().join("\n");
+        let mut found = BTreeSet::new();
+        let mut words = words(&code).into_iter().peekable();
+        while let Some(word) = words.next() {
+            let mut base = match word {
+                "crate" => Vec::new(),
+                "super" => {
+                    let mut module = self.module().to_vec();
+                    module.pop();
+                    module
+                }
+                _ => continue,
+            };
+            let mut depth = 0;
+            let mut stack = vec![base.clone()];
+            let mut fresh = false;
+            while let Some(word) = words.peek().copied() {
+                match word {
+                    "::" => fresh = true,
+                    "super" if fresh => {
+                        base.pop();
+                        fresh = false;
+                    }
+                    "{" if fresh => {
+                        depth += 1;
+                        stack.push(base.clone());
+                    }
+                    "," if depth > 0 => {
+                        found.insert(base.clone());
+                        base.clone_from(&stack[depth]);
+                        fresh = true;
+                    }
+                    "}" if depth > 0 => {
+                        found.insert(base.clone());
+                        stack.pop();
+                        depth -= 1;
+                        base.clone_from(&stack[depth]);
+                        fresh = false;
+                    }
+                    name if fresh && is_name(name) => {
+                        base.push(name.to_owned());
+                        fresh = false;
+                    }
+                    _ if depth > 0 => fresh = false,
+                    _ => break,
+                }
+                if word == "{" {
+                    fresh = true;
+                }
+                words.next();
+            }
+            found.insert(base);
+        }
+        found
+    }
+}
+
+fn without_comment(line: &str) -> &str {
+    line.split_once("//").map_or(line, |(code, _)| code)
+}
+
+fn is_name(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_alphabetic() || c == '_')
+}
+
+/// Names, `::` and single other characters.
+fn words(code: &str) -> Vec<&str> {
+    let mut words = Vec::new();
+    let mut rest = code.trim_start();
+    while let Some(first) = rest.chars().next() {
+        let len = if first.is_alphanumeric() || first == '_' {
+            rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len())
+        } else if rest.starts_with("::") {
+            2
+        } else {
+            first.len_utf8()
+        };
+        words.push(&rest[..len]);
+        rest = rest[len..].trim_start();
+    }
+    words
+}
+
+/// The Rust files in a crate's `src`, in the order of their paths.
+pub(crate) fn files(name: &str) -> Vec<File> {
+    let source = folder(name).join("src");
+    let mut found = Vec::new();
+    walk(&source, &mut Vec::new(), &mut found).expect("the sources can be read");
+    found.sort_by(|a, b| a.path.cmp(&b.path));
+    found
+}
+
+fn walk(folder: &Path, below: &mut Vec<String>, found: &mut Vec<File>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let name = |part: Option<&std::ffi::OsStr>| part.map(|p| p.to_string_lossy().into_owned());
+        if path.is_dir() {
+            below.extend(name(path.file_name()));
+            walk(&path, below, found)?;
+            below.pop();
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
+            let mut own = below.clone();
+            own.extend(name(path.file_stem()));
+            found.push(File { path: own, text: fs::read_to_string(&path)? });
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn uses_are_read_from_groups_and_from_the_middle_of_code() {
+    let file = |path: &[&str], text: &str| File {
+        path: path.iter().map(ToString::to_string).collect(),
+        text: text.to_owned(),
+    };
+    let text = "use crate::a::{self, b::C, d::{E, F}};\nuse super::g::H; // crate::no\nfn f() { crate::i::j() }";
+    let uses = file(&["x", "y"], text).uses();
+    let named: Vec<String> = uses.iter().map(|path| path.join("::")).collect();
+    for path in ["a::self", "a::b::C", "a::d::E", "a::d::F", "x::g::H", "i::j"] {
+        assert!(named.contains(&path.to_owned()), "{path} in {named:?}");
+    }
+    assert!(!named.iter().any(|path| path.contains("no")), "{named:?}");
+    assert!(file(&["x", "mod"], "use super::g;").uses().contains(&vec!["g".to_owned()]));
+}
