@@ -62,10 +62,10 @@ pub enum Error {
 }
 
 impl Error {
-    pub(crate) fn no_such_name<'a>(
+    pub(crate) fn no_such_name(
         kind: &'static str,
         name: &str,
-        names: impl IntoIterator<Item = impl AsRef<str> + 'a>,
+        names: impl IntoIterator<Item = impl AsRef<str>>,
     ) -> Self {
         let names = names.into_iter().map(|name| name.as_ref().to_owned()).collect();
         Self::NoSuchName { kind, name: name.to_owned(), names }

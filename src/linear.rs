@@ -23,7 +23,9 @@ pub enum At {
 /// ẋ = A x + B u, w = C x + D u, all of them differences from the point.
 #[derive(Debug, Clone)]
 pub struct LinearModel {
-    names: [Vec<String>; 3],
+    states: Vec<String>,
+    inputs: Vec<String>,
+    outputs: Vec<String>,
     found: StateSpace,
 }
 
@@ -37,17 +39,17 @@ fn rows(matrix: &at_runtime::DMatrix<f64>) -> Rows {
 impl LinearModel {
     /// Names of the states x: the order of A's rows and columns.
     pub fn states(&self) -> &[String] {
-        &self.names[0]
+        &self.states
     }
 
     /// Names of the inputs u: the order of B's and D's columns.
     pub fn inputs(&self) -> &[String] {
-        &self.names[1]
+        &self.inputs
     }
 
     /// Names of the outputs w: the order of C's and D's rows.
     pub fn outputs(&self) -> &[String] {
-        &self.names[2]
+        &self.outputs
     }
 
     /// A, n_x × n_x, SI.
@@ -94,7 +96,7 @@ pub fn linearize<M: System>(
     let given = problem.as_run()?;
     let point = match at {
         At::Run { from, until } => OperatingPoint::reached(&given, from, until, options)
-            .map_err(|error| Error::Run { error, reached: Box::new(Solution::empty()) })?,
+            .map_err(|error| Error::Run { error, reached: Box::new(Solution::default()) })?,
         At::Steady(t) => steady_state(&given, t, options).map_err(Error::SteadyState)?,
     };
     let found = at_runtime::linearize(&given, &point).map_err(Error::Linearize)?;
@@ -104,5 +106,5 @@ pub fn linearize<M: System>(
         .map(|channel| signature.inputs[channel.input()].name.to_string())
         .collect();
     let outputs = signature.outputs.iter().map(|output| output.name.to_string()).collect();
-    Ok(LinearModel { names: [states, inputs, outputs], found })
+    Ok(LinearModel { states, inputs, outputs, found })
 }

@@ -155,7 +155,7 @@ fn ended<M: System>(
         Err(failure) => {
             let reached = Box::new(match failure.error {
                 // Without inputs there is nothing that outputs could be evaluated with.
-                dgd_runtime::IntegrateError::Inputs(_) => Solution::empty(),
+                dgd_runtime::IntegrateError::Inputs(_) => Solution::default(),
                 _ => with_outputs(*failure.partial),
             });
             Err(Error::Run { error: failure.error, reached })

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use dgd_runtime::ensemble::Trajectory;
 use dgd_runtime::{Event, Observations, Signature, Statistics, UndefinedSensitivity};
 
 use crate::Error;
@@ -20,37 +21,23 @@ pub struct Solution {
 }
 
 impl Solution {
-    pub(crate) fn empty() -> Self {
-        Self::default()
-    }
-
     pub(crate) fn new(
         signature: &Signature,
         run: dgd_runtime::Solution,
         outputs: &Observations,
     ) -> Self {
-        let every = |values: &[f64], width: usize, position: usize| -> Vec<f64> {
-            values.iter().skip(position).step_by(width.max(1)).copied().collect()
-        };
         let (n, n_w, n_s) = (run.n, outputs.n_w, run.n_s);
-        let directions: Vec<String> =
-            (0..n_s).map(|j| signature.direction_name(j).to_string()).collect();
-        let mut values = BTreeMap::new();
+        let column = |rows: &[f64], width: usize, position: usize| -> Vec<f64> {
+            rows.iter().skip(position).step_by(width.max(1)).copied().collect()
+        };
+        let values = by_name(signature, |i| column(&run.y, n, i), |i| column(&outputs.w, n_w, i));
         let mut derivatives = BTreeMap::new();
-        // Unknowns last, so that they are what stays of two of one name.
-        for (i, output) in signature.outputs.iter().enumerate() {
-            values.insert(output.name.to_string(), every(&outputs.w, n_w, i));
-            for (j, to) in directions.iter().enumerate() {
-                let slopes = every(&outputs.dw, n_w * n_s, j * n_w + i);
-                derivatives.insert((output.name.to_string(), to.clone()), slopes);
-            }
-        }
-        for (i, unknown) in signature.unknowns.iter().enumerate() {
-            values.insert(unknown.name.to_string(), every(&run.y, n, i));
-            for (j, to) in directions.iter().enumerate() {
-                let slopes = every(&run.s, n * n_s, j * n + i);
-                derivatives.insert((unknown.name.to_string(), to.clone()), slopes);
-            }
+        for j in 0..n_s {
+            let of_unknown = |i: usize| column(&run.s, n * n_s, j * n + i);
+            let of_output = |i: usize| column(&outputs.dw, n_w * n_s, j * n_w + i);
+            let to = signature.direction_name(j).to_string();
+            let slopes = by_name(signature, of_unknown, of_output).into_iter();
+            derivatives.extend(slopes.map(|(of, slopes)| ((of, to.clone()), slopes)));
         }
         Self {
             times: run.times,
@@ -60,6 +47,14 @@ impl Solution {
             undefined: run.undefined,
             statistics: run.statistics,
         }
+    }
+
+    /// The values of a member of an ensemble.
+    pub(crate) fn of_member(signature: &Signature, member: &Trajectory<'_>) -> Self {
+        let values =
+            by_name(signature, |i| member.unknown(i).to_vec(), |i| member.output(i).to_vec());
+        let (times, statistics) = (member.times.to_vec(), member.statistics);
+        Self { times, values, statistics, ..Self::default() }
     }
 
     /// The asked times that were reached, s.
@@ -116,4 +111,17 @@ impl Solution {
     pub fn statistics(&self) -> Statistics {
         self.statistics
     }
+}
+
+/// Unknowns and outputs by their names; an unknown stands for the output of its name.
+fn by_name(
+    signature: &Signature,
+    unknown: impl Fn(usize) -> Vec<f64>,
+    output: impl Fn(usize) -> Vec<f64>,
+) -> BTreeMap<String, Vec<f64>> {
+    let outputs = signature.outputs.iter().enumerate();
+    let outputs = outputs.map(|(i, own)| (own.name.to_string(), output(i)));
+    let unknowns = signature.unknowns.iter().enumerate();
+    let unknowns = unknowns.map(|(i, own)| (own.name.to_string(), unknown(i)));
+    outputs.chain(unknowns).collect()
 }

@@ -1,6 +1,12 @@
 //! What somebody who has never used the crate writes first, from the names alone.
 
+use std::path::Path;
+
 use dgd::{At, Error, Options, Problem, Recording};
+use dgd_compiler::pipeline::Directions;
+use dgd_execute::Interpreted;
+
+use crate::support::compiled_text;
 
 dgd::model!("models/pump_speed_step.dgd");
 use pump_speed_step::{Model, Parameters};
@@ -106,6 +112,26 @@ fn an_ensemble_gives_what_its_members_give_alone() -> Result<(), Error> {
         let differs = |(a, b): (&f64, &f64)| (a - b).abs() > 1e-4;
         assert!(!member.get("h")?.iter().zip(alone.get("h")?).any(differs));
     }
+    Ok(())
+}
+
+#[test]
+fn another_model_in_an_ensemble_is_run_as_itself() -> Result<(), Error> {
+    let falling = |rate: f64| {
+        let text = format!("model fall\nstate x [m] = 1\nequation e: der(x) = -{rate}*x/1 [s]\n");
+        let compiled = compiled_text(Path::new("fall.dgd"), text, (&[], &[]), &Directions::None);
+        Interpreted::new(compiled.program)
+    };
+    let (slow, fast) = (falling(1.0), falling(2.0));
+    let inputs = dgd::Inputs::none();
+    let problems = [&slow, &fast].map(|model| Problem::new(model, [], &inputs));
+    let ends: Result<Vec<f64>, Error> = dgd::ensemble(&problems, &[0.0, 1.0], &Options::default())
+        .into_iter()
+        .map(|solution| Ok(solution?.get("x")?[1]))
+        .collect();
+    let ends = ends?;
+    assert!((ends[0] - (-1.0_f64).exp()).abs() < 1e-4, "{ends:?}");
+    assert!((ends[1] - (-2.0_f64).exp()).abs() < 1e-4, "{ends:?}");
     Ok(())
 }
 
