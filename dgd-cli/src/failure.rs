@@ -57,7 +57,7 @@ impl CommandError {
             Ended::Found(message) => Err(CommandError::Shown(message)),
             Ended::Interrupted(message) => Err(CommandError::Interrupted(message)),
             Ended::Stopped(message) => Err(CommandError::Stopped(message)),
-            // Whatever else there will be is no success.
+            // A new way to end is never taken for success.
             other => Err(CommandError::Stopped(format!("{other:?}"))),
         }
     }
@@ -81,7 +81,7 @@ impl From<WorkError> for CommandError {
             }
             WorkError::Found(message) => CommandError::Found(message),
             WorkError::Usage(message) => CommandError::Usage(message),
-            // Whatever else there will be is a failure of the work.
+            // A new error counts as a failure of the work.
             other => CommandError::Computation(other.to_string()),
         }
     }

@@ -13,4 +13,6 @@ pub mod pipeline;
 pub mod program;
 pub mod source;
 pub mod syntax;
+#[cfg(test)]
+mod tank;
 pub mod units;

@@ -1,4 +1,4 @@
-//! A data file as it was read: columns of numbers, and what its cells say that are no numbers.
+//! A data file as it was read: columns of numbers, and a report on cells that do not hold one.
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{SourceId, Span};

@@ -60,8 +60,7 @@ fn circle(uses: &Uses) -> Option<Vec<String>> {
         let mut reached = BTreeSet::from([from.to_owned()]);
         let mut next = vec![from.to_owned()];
         while let Some(folder) = next.pop() {
-            for (user, used) in uses.keys().filter(|(user, _)| *user == folder) {
-                debug_assert_eq!(*user, folder);
+            for (_, used) in uses.keys().filter(|(user, _)| *user == folder) {
                 if reached.insert(used.clone()) {
                     next.push(used.clone());
                 }

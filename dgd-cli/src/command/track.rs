@@ -73,7 +73,7 @@ fn save(args: &TrackArgs, path: &Path, console: Console<'_>) -> Result<Ending, C
         if is_whole { Ok(()) } else { Err(io::Error::other("tracking ended")) }
     });
     let Some(tracked) = found else {
-        // It was not begun: there is no place to write to.
+        // Tracking has not begun: the output cannot be opened.
         let error = written.err().map_or_else(String::new, |error| error.to_string());
         return Err(CommandError::Found(error));
     };

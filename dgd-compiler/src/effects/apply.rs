@@ -80,8 +80,8 @@ pub fn apply(
     Ok(Applied { asts: splicing.finished(asts, &expanded), brought })
 }
 
-/// Applications, ordered so that what one brings is there before another replaces names in it; as
-/// given if there is no such order.
+/// Applications in an order in which each finds what it changes already brought in; in the given order
+/// where no such order exists.
 fn ordered(mut left: Vec<&Instance>) -> Vec<&Instance> {
     let mut order = Vec::with_capacity(left.len());
     while !left.is_empty() {

@@ -1,34 +1,12 @@
 //! Items of parts in their places.
 
 use super::*;
-use crate::source::{Source, Sources};
-use crate::syntax::imports::load;
 use crate::syntax::print::print;
-
-const TANK: &str = "\
-model tank
-constant g [m/s^2] = 9.81
-constant A [m^2] = 2
-constant V [m^3] = 3 [m]*A
-input q_in [m^3/s]
-parameter a [m^2] = 0.01 in 0 ..
-state h [m] = 1
-function speed(depth [m]) = sqrt(2*g*depth)
-let q_out = a*speed(h)
-equation level: A*der(h) = q_in - q_out
-output h [cm]
-output p [bar] = 1000 [kg/m^3]*g*h
-";
+use crate::tank::{Run, TANK};
 
 /// The first file, which can import the others.
 fn loaded(files: &[(&str, &str)]) -> Vec<Ast> {
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: files[0].0.into(), text: files[0].1.into() };
-    let mut read = |path: &str| {
-        let found = files.iter().find(|(name, _)| *name == path);
-        found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| "not found".to_owned())
-    };
-    load(main, &mut read, &mut sources, &mut diagnostics).expect("files that can be read")
+    Run::new(files).asts
 }
 
 /// The model with the items of its parts in place.

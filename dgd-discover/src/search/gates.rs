@@ -149,88 +149,15 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::OnceLock;
-
-    use dgd_compiler::diagnostics::Diagnostics;
-    use dgd_compiler::effects::Effect;
-    use dgd_compiler::model::{ModelOptions, resolve};
-    use dgd_compiler::source::{Source, Sources};
-    use dgd_compiler::syntax::parse;
-    use dgd_execute::Engine;
-    use dgd_identify::journal::{Digest, Forgetful};
-    use dgd_identify::{Recording, Unwatched};
-    use dgd_runtime::{Inputs, Observations, Options};
-    use dgd_screen::noise::SensorNoise;
-
     use super::*;
-    use crate::fit::{Data, Fitted, WorkJournal};
-    use crate::library::{BaseModel, Values, candidates};
+    use crate::fit::Fitted;
+    use crate::library::Values;
+    use crate::search::draining::{SAMPLES, id, leaving, with_effects};
     use crate::search::screen::{BLOCKS, Basis, Errors, Screen, Trial};
-
-    const MODEL: &str = "\
-model tank
-parameter a [1/s] = 0.1 fixed
-state h [m] = 1 fixed
-equation level: der(h) = -a*h
-output h [m]
-";
-
-    const NAMES: [&str; 3] = ["inflow", "leak", "rain"];
-
-    const SAMPLES: usize = 1000;
-
-    fn id(effects: &[usize]) -> StructureId {
-        effects.iter().copied().collect()
-    }
 
     /// Why an effect is doubted that sets in at some time, where structures leave so much of a mean square of 1.2;
     /// the first is that of the effect alone.
     fn doubt(since: f64, left: &[(&[usize], f64)]) -> Option<String> {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let mut parsed = |text: &str| {
-            let id = sources.add(Source { name: "test.dgd".to_owned(), text: text.to_owned() });
-            parse(id, &sources, &mut diagnostics).expect("it is sound")
-        };
-        let asts = vec![parsed(MODEL)];
-        let effect = |name: &str| {
-            format!(
-                "effect {name} on tank\nkind plant\nparameter by_{name} [m/s] = 0\n\
-                 parameter since_{name} [s] = 0\nnull by_{name} = 0\n\
-                 add if time > since_{name} then by_{name} else 0 [m/s] to level\n"
-            )
-        };
-        let library = NAMES.map(|name| parsed(&effect(name)));
-        let library = library.map(|ast| Effect::read(ast, &mut diagnostics).expect("an effect"));
-        let options = ModelOptions::default();
-        let model = resolve(&asts, &options, &mut diagnostics).expect("a model");
-        let candidates = candidates(&library, &asts, &model);
-        let (free, fix) = (Vec::new(), Vec::new());
-        let base = BaseModel { asts, options, free, fix, engine: Engine::Interpreter };
-        let times: Vec<f64> = (0..SAMPLES).map(|k| k as f64).collect();
-        let measured = vec![Some(vec![0.0; SAMPLES])];
-        let fitted = |(chosen, left): &(&[usize], f64)| {
-            let onset = ("since_inflow".to_owned(), since);
-            let values = Values { p: [onset].into(), starts: Vec::new() };
-            let fitted = Fitted {
-                structure: base.structure(&candidates, id(chosen)).expect("a structure"),
-                values,
-                p: Vec::new(),
-                estimates: Vec::new(),
-                moments: Vec::new(),
-                is_converged: true,
-                is_cut_short: false,
-                error: (left * SAMPLES as f64, SAMPLES),
-                train: vec![Observations {
-                    n_w: 1,
-                    n_s: 0,
-                    w: vec![left.sqrt(); SAMPLES],
-                    dw: Vec::new(),
-                }],
-                valid: None,
-                cancelling: OnceLock::from(None),
-            };
-            (id(chosen), Ok(fitted))
-        };
         // Errors of one that know nothing of a column, which therefore gains about one.
         let errors: Vec<f64> =
             (0..SAMPLES).map(|k| if k / 3 % 2 == 0 { 1.0 } else { -1.0 }).collect();
@@ -240,27 +167,24 @@ output h [m]
         let contrasts = vec![errors.contrast(&column, [f64::NEG_INFINITY, f64::INFINITY])];
         let trials = vec![Trial { candidate: 0, contrasts }];
         let screen = Screen { trials, ..Screen::default() };
-        let keeping =
-            WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
-        let data = Data {
-            train: &[Recording::new(times, Inputs::none(), measured)],
-            valid: &[],
-            noise: vec![Some(SensorNoise::known(1.0))],
-            counts_from: Vec::new(),
-            options: Options::default(),
-            own_weights: false,
-            keeping,
-        };
-        let base_alone: (&[usize], f64) = (&[], 1.2);
-        let mut search = Search {
-            tried: left.iter().chain([&base_alone]).map(fitted).collect(),
-            screens: [((Open::Library, StructureId::BASE), screen)].into(),
-            ..Search::new(&base, &candidates, data, 1, 1)
-        };
-        let held = search.holds(Outcome::Effects(StructureId::one(0)));
-        let doubt = search.doubted.get(&StructureId::one(0)).cloned();
-        assert_eq!(held, doubt.is_none());
-        doubt
+        with_effects(["inflow", "leak", "rain"], |base, candidates, data| {
+            let fitted = |(chosen, left): &(&[usize], f64)| {
+                let structure = base.structure(candidates, id(chosen)).expect("a structure");
+                let onset = ("since_inflow".to_owned(), since);
+                let values = Values { p: [onset].into(), starts: Vec::new() };
+                (id(chosen), Ok(Fitted { values, ..leaving(*left, structure) }))
+            };
+            let base_alone: (&[usize], f64) = (&[], 1.2);
+            let mut search = Search {
+                tried: left.iter().chain([&base_alone]).map(fitted).collect(),
+                screens: [((Open::Library, StructureId::BASE), screen)].into(),
+                ..Search::new(base, candidates, data, 1, 1)
+            };
+            let held = search.holds(Outcome::Effects(StructureId::one(0)));
+            let doubt = search.doubted.get(&StructureId::one(0)).cloned();
+            assert_eq!(held, doubt.is_none());
+            doubt
+        })
     }
 
     #[test]

@@ -20,6 +20,8 @@
 mod activity;
 mod alternatives;
 mod cancelling;
+#[cfg(test)]
+mod draining;
 mod evidence;
 mod gates;
 mod measures;
@@ -178,42 +180,18 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::OnceLock;
+    use dgd_identify::Estimate;
+    use dgd_runtime::Direction;
 
-    use dgd_compiler::diagnostics::Diagnostics;
-    use dgd_compiler::effects::Effect;
-    use dgd_compiler::model::{ModelOptions, resolve};
-    use dgd_compiler::source::{Source, Sources};
-    use dgd_compiler::syntax::parse;
-    use dgd_execute::Engine;
-    use dgd_identify::journal::{Digest, Forgetful};
-    use dgd_identify::{Estimate, Recording, Unwatched};
-    use dgd_runtime::{Direction, Inputs, Observations, Options};
-    use dgd_screen::noise::SensorNoise;
-
+    use super::draining::{SAMPLES, id, leaving, with_effects};
     use super::*;
-    use crate::fit::{Data, Fitted, WorkJournal};
-    use crate::library::{BaseModel, Values, candidates};
-
-    const MODEL: &str = "\
-model tank
-parameter a [1/s] = 0.1 fixed
-state h [m] = 1 fixed
-equation level: der(h) = -a*h
-output h [m]
-";
+    use crate::fit::Fitted;
 
     /// Names of effects, by position.
     const DENSITY: usize = 0;
     const CLOCK: usize = 1;
     const INFLUX: usize = 2;
     const NAMES: [&str; 3] = ["density", "clock", "influx"];
-
-    const SAMPLES: usize = 1000;
-
-    fn id(effects: &[usize]) -> StructureId {
-        effects.iter().copied().collect()
-    }
 
     /// What each effect costs of the criterion: two parameters.
     fn cost() -> f64 {
@@ -222,75 +200,31 @@ output h [m]
 
     /// The verdict on structures of which each leaves so many times the noise's mean square of the errors.
     fn nearly_all(left: &[(&[usize], f64)]) -> Outcome {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let mut parsed = |text: String| {
-            let id = sources.add(Source { name: "test.dgd".to_owned(), text });
-            parse(id, &sources, &mut diagnostics).expect("it is sound")
-        };
-        let asts = vec![parsed(MODEL.to_owned())];
-        let effect = |name: &str| {
-            format!(
-                "effect {name} on tank\nkind plant\nparameter by_{name} [m/s] = 0\n\
-                 parameter since_{name} [s] = 0\nnull by_{name} = 0\n\
-                 add if time > since_{name} then by_{name} else 0 [m/s] to level\n"
-            )
-        };
-        let library = NAMES.map(|name| parsed(effect(name)));
-        let library = library.map(|ast| Effect::read(ast, &mut diagnostics).expect("an effect"));
-        let options = ModelOptions::default();
-        let model = resolve(&asts, &options, &mut diagnostics).expect("a model");
-        let candidates = candidates(&library, &asts, &model);
-        let (free, fix) = (Vec::new(), Vec::new());
-        let base = BaseModel { asts, options, free, fix, engine: Engine::Interpreter };
-        let times: Vec<f64> = (0..SAMPLES).map(|k| k as f64).collect();
-        let measured = vec![Some(vec![0.0; SAMPLES])];
-        let fitted = |(chosen, left): &(&[usize], f64)| {
-            let structure = base.structure(&candidates, id(chosen)).expect("a structure");
-            let parameters = structure.brought.iter().flat_map(|brought| &brought.parameters);
-            let estimate = |(i, name): (usize, &String)| Estimate {
-                name: name.clone(),
-                of: Direction::Parameter(i),
-                recording: None,
-                value: 0.0,
-                std: None,
-                at_bound: None,
+        with_effects(NAMES, |base, candidates, data| {
+            let fitted = |(chosen, left): &(&[usize], f64)| {
+                let structure = base.structure(candidates, id(chosen)).expect("a structure");
+                let parameters = structure.brought.iter().flat_map(|brought| &brought.parameters);
+                let estimate = |(i, name): (usize, &String)| Estimate {
+                    name: name.clone(),
+                    of: Direction::Parameter(i),
+                    recording: None,
+                    value: 0.0,
+                    std: None,
+                    at_bound: None,
+                };
+                let estimates = parameters.enumerate().map(estimate).collect();
+                let fitted = leaving(*left, structure);
+                (id(chosen), Ok(Fitted { estimates, valid: Some(Vec::new()), ..fitted }))
             };
-            let observed =
-                Observations { n_w: 1, n_s: 0, w: vec![left.sqrt(); SAMPLES], dw: Vec::new() };
-            let fitted = Fitted {
-                estimates: parameters.enumerate().map(estimate).collect(),
-                structure,
-                values: Values::default(),
-                p: Vec::new(),
-                moments: Vec::new(),
-                is_converged: true,
-                is_cut_short: false,
-                error: (left * SAMPLES as f64, SAMPLES),
-                train: vec![observed],
-                valid: Some(Vec::new()),
-                cancelling: OnceLock::from(None),
+            let all = || left.iter().map(|(chosen, _)| id(chosen));
+            let mut search = Search {
+                tried: left.iter().map(fitted).collect(),
+                // Nothing is fitted once more.
+                settled: all().flat_map(|part| all().map(move |whole| (part, whole))).collect(),
+                ..Search::new(base, candidates, data, 1, 1)
             };
-            (id(chosen), Ok(fitted))
-        };
-        let all = || left.iter().map(|(chosen, _)| id(chosen));
-        let keeping =
-            WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
-        let data = Data {
-            train: &[Recording::new(times, Inputs::none(), measured)],
-            valid: &[],
-            noise: vec![Some(SensorNoise::known(1.0))],
-            counts_from: Vec::new(),
-            options: Options::default(),
-            own_weights: false,
-            keeping,
-        };
-        let mut search = Search {
-            tried: left.iter().map(fitted).collect(),
-            // Nothing is fitted once more.
-            settled: all().flat_map(|part| all().map(move |whole| (part, whole))).collect(),
-            ..Search::new(&base, &candidates, data, 1, 1)
-        };
-        search.nearly_all()
+            search.nearly_all()
+        })
     }
 
     /// What a name leaves that leaves 1.18 of 400 times the noise, with an effect beside it for which the

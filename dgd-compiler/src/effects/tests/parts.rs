@@ -1,56 +1,10 @@
 //! What becomes of a model's parts when an effect changes the model.
 
-use crate::diagnostics::{Diagnostics, render};
 use crate::effects::{Application, Applied, Blending, Effect, apply, write};
-use crate::model::{Model, ModelOptions, resolve, text as model_text};
-use crate::source::{Source, Sources};
-use crate::syntax::ast::Ast;
-use crate::syntax::imports::load;
+use crate::model::{ModelOptions, resolve, text as model_text};
+use crate::source::Source;
 use crate::syntax::parse;
-
-const TANK: &str = "\
-model tank
-constant g [m/s^2] = 9.81
-constant A [m^2] = 2
-constant V [m^3] = 3 [m]*A
-input q_in [m^3/s]
-parameter a [m^2] = 0.01 in 0 ..
-state h [m] = 1
-function speed(depth [m]) = sqrt(2*g*depth)
-let q_out = a*speed(h)
-equation level: A*der(h) = q_in - q_out
-output h [cm]
-output p [bar] = 1000 [kg/m^3]*g*h
-";
-
-/// A compilation of the first file, which can import the others.
-struct Run {
-    sources: Sources,
-    diagnostics: Diagnostics,
-    asts: Vec<Ast>,
-}
-
-impl Run {
-    fn new(files: &[(&str, &str)]) -> Run {
-        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-        let main = Source { name: files[0].0.into(), text: files[0].1.into() };
-        let mut read = |path: &str| {
-            let found = files.iter().find(|(name, _)| *name == path);
-            found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| "not found".to_owned())
-        };
-        let asts = load(main, &mut read, &mut sources, &mut diagnostics).unwrap_or_default();
-        Run { sources, diagnostics, asts }
-    }
-
-    fn shown(&self) -> String {
-        render::render(&self.diagnostics.sorted(), &self.sources, render::Style::Plain)
-    }
-
-    fn model(&mut self) -> Model {
-        let model = resolve(&self.asts, &ModelOptions::default(), &mut self.diagnostics);
-        model.unwrap_or_else(|_| panic!("{}", self.shown()))
-    }
-}
+use crate::tank::{Run, TANK};
 
 /// The text of a model to which an effect was applied, which says what the changed trees do.
 fn written(files: &[(&str, &str)], effect: &str) -> String {

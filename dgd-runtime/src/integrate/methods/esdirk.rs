@@ -53,10 +53,7 @@ impl Family for Esdirk {
         mass: &S::Vector,
         directions: Option<&mut Directions<S>>,
     ) {
-        self.0.advance(mass.as_ref(), &mut stepper.k);
-        if let Some(d) = directions {
-            self.0.advance(mass.as_ref(), &mut d.v);
-        }
+        stepper.advance_slopes(self.0, mass, directions);
     }
 
     #[inline]

@@ -64,10 +64,7 @@ impl Family for ExplicitRungeKutta {
         directions: Option<&mut Directions<S>>,
     ) {
         stepper.note_stiffness(self.0, h);
-        self.0.advance(mass.as_ref(), &mut stepper.k);
-        if let Some(d) = directions {
-            self.0.advance(mass.as_ref(), &mut d.v);
-        }
+        stepper.advance_slopes(self.0, mass, directions);
     }
 
     fn non_finite<S: System>(

@@ -11,7 +11,7 @@ use crate::integrate::methods::catalogue::MethodKind;
 use crate::integrate::methods::family::{Asked, Family, Judged, Scale, Traits, by_family};
 use crate::integrate::methods::multistep::History;
 use crate::integrate::methods::non_finite::NonFinite;
-use crate::integrate::methods::tableaux::MAX_STAGES;
+use crate::integrate::methods::tableaux::{MAX_STAGES, RungeKuttaTableau};
 use crate::integrate::methods::taylor::Expansion;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::{Factorisation, Singular};
@@ -284,6 +284,20 @@ impl<S: System> Stepper<S> {
         directions: Option<&mut Directions<S>>,
     ) {
         by_family!(self.kind, |family| family.advance(self, h, mass, directions));
+    }
+
+    /// Keeps the slopes at the end of an accepted Runge–Kutta step for the next one.
+    #[inline]
+    pub(super) fn advance_slopes(
+        &mut self,
+        tableau: &RungeKuttaTableau,
+        mass: &S::Vector,
+        directions: Option<&mut Directions<S>>,
+    ) {
+        tableau.advance(mass.as_ref(), &mut self.k);
+        if let Some(d) = directions {
+            tableau.advance(mass.as_ref(), &mut d.v);
+        }
     }
 
     /// Chooses the next step after an accepted one.

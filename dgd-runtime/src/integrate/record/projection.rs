@@ -15,7 +15,7 @@
 use crate::initial::{Algebraic, AlgebraicPoint};
 use crate::integrate::drive::Drive;
 use crate::linalg::Factorisation;
-use crate::linalg::norm::Tolerances;
+use crate::linalg::norm::{Tolerances, larger};
 use crate::system::{Pattern, Point, Storage, System};
 
 /// What may be left of a correction, in units of the tolerance; a correction of this size leaves less.
@@ -259,9 +259,4 @@ impl<S: System> Projection<S> {
             }
         }
     }
-}
-
-/// The larger of two numbers; NaN if one is.
-fn larger(a: f64, b: f64) -> f64 {
-    if a >= b || a.is_nan() { a } else { b }
 }
