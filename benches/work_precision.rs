@@ -22,7 +22,7 @@ use dgd_compiler::syntax::ast::Name;
 use dgd_data::{Table, read};
 use dgd_execute::{Engine, Interpreted, Loaded};
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Point, Problem, Solution, System, simulate,
+    Column, Inputs, Interpolation, Options, Point, Problem, Solution, Solved, System, simulate,
     simulate_with_sensitivities,
 };
 
@@ -101,7 +101,7 @@ fn compilation(model: &str) {
 fn row(
     problem: &str,
     back_end: &str,
-    system: &impl System,
+    system: &impl Solved,
     reference: &Table,
     with: bool,
     tolerance: f64,
@@ -130,7 +130,7 @@ fn row(
 }
 
 /// The largest difference from the reference, of a column's largest value.
-fn error(system: &impl System, solution: &Solution, reference: &Table, with: bool) -> f64 {
+fn error(system: &impl Solved, solution: &Solution, reference: &Table, with: bool) -> f64 {
     let signature = system.signature();
     let times = reference.time.as_deref().unwrap_or_default();
     let mut worst: f64 = 0.0;

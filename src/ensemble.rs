@@ -1,14 +1,14 @@
 //! One model many times.
 
 use dgd_runtime::ensemble::{Ensemble, Member, Wanted, reduce};
-use dgd_runtime::{Options, System};
+use dgd_runtime::{Options, Solved};
 
 use crate::{Error, Problem, Solution, simulate};
 
 /// Runs all problems, by all cores, and gives their solutions in their order; the failure of one is its own.
 /// Results do not depend on the number of cores. Problems are of one model: what has another one than the first
 /// is run by itself.
-pub fn ensemble<M: System + Clone + Send>(
+pub fn ensemble<M: Solved + Clone + Send>(
     problems: &[Problem<'_, M>],
     times: &[f64],
     options: &Options,

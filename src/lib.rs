@@ -49,8 +49,8 @@ pub use dgd_runtime::linearize::{LinearizeError, SteadyStateError};
 pub use dgd_runtime::model::Model as AnyModel;
 pub use dgd_runtime::{
     Column, Event, InputError, Inputs, IntegrateError, Interpolation, METHODS, Method, Options,
-    PerSample, Statistics, Steps, System, UndefinedCause, UndefinedSensitivity, UnknownMethod,
-    find_method as method,
+    PerSample, Solved, Statistics, Steps, System, UndefinedCause, UndefinedSensitivity,
+    UnknownMethod, find_method as method,
 };
 pub use ensemble::ensemble;
 pub use error::Error;

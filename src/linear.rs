@@ -1,7 +1,7 @@
 //! The linear model close to a point.
 
 use dgd_runtime::linearize::{OperatingPoint, StateSpace, steady_state};
-use dgd_runtime::{Options, System, linearize as at_runtime};
+use dgd_runtime::{Options, Solved, linearize as at_runtime};
 
 use crate::{Error, Problem, Solution};
 
@@ -88,7 +88,7 @@ impl LinearModel {
 /// # Errors
 ///
 /// [`Error::Length`], [`Error::Run`], [`Error::SteadyState`], [`Error::Linearize`].
-pub fn linearize<M: System>(
+pub fn linearize<M: Solved>(
     problem: &Problem<'_, M>,
     at: At,
     options: &Options,

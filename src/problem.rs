@@ -1,7 +1,7 @@
 //! A model with numbers, and its runs.
 
 use dgd_runtime::{
-    Column, Inputs, Options, Signature, System, observe, simulate as run,
+    Column, Inputs, Options, Signature, Solved, observe, simulate as run,
     simulate_with_sensitivities as run_with_sensitivities,
 };
 
@@ -28,7 +28,7 @@ impl<M> Clone for Problem<'_, M> {
     }
 }
 
-impl<'a, M: System> Problem<'a, M> {
+impl<'a, M: Solved> Problem<'a, M> {
     /// The model with these parameters and inputs, and its own start values. Parameters are a reference to the
     /// model's `Parameters`, or a slice of all of them in the model's order.
     pub fn new(model: &'a M, parameters: impl Into<Vec<f64>>, inputs: &'a Inputs) -> Self {
@@ -83,7 +83,7 @@ pub(crate) fn verify_parameters(signature: &Signature, found: usize) -> Result<(
 /// # Errors
 ///
 /// [`Error::NoSuchName`], [`Error::MissingInput`], [`Error::Inputs`].
-pub fn inputs<M: System>(
+pub fn inputs<M: Solved>(
     model: &M,
     times: &[f64],
     samples: &[(&str, &[f64])],
@@ -117,7 +117,7 @@ pub fn inputs<M: System>(
 /// # Errors
 ///
 /// [`Error::Length`]; [`Error::Run`] with what was reached.
-pub fn simulate<M: System>(
+pub fn simulate<M: Solved>(
     problem: &Problem<'_, M>,
     times: &[f64],
     options: &Options,
@@ -132,7 +132,7 @@ pub fn simulate<M: System>(
 /// # Errors
 ///
 /// As [`simulate`].
-pub fn sensitivities<M: System>(
+pub fn sensitivities<M: Solved>(
     problem: &Problem<'_, M>,
     times: &[f64],
     options: &Options,
@@ -141,7 +141,7 @@ pub fn sensitivities<M: System>(
     ended(&given, run_with_sensitivities(&given, times, options))
 }
 
-fn ended<M: System>(
+fn ended<M: Solved>(
     problem: &dgd_runtime::Problem<'_, M>,
     outcome: Result<dgd_runtime::Solution, dgd_runtime::Failure>,
 ) -> Result<Solution, Error> {

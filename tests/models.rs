@@ -9,7 +9,7 @@ use std::path::Path;
 use dgd_execute::Interpreted;
 use dgd_runtime::system::{DelayedUnknown, PastLayout};
 use dgd_runtime::taylor::MOST_ORDER;
-use dgd_runtime::{Direction, Pattern, Point, System, discrete_numbers};
+use dgd_runtime::{Direction, Pattern, Point, Solved, System, discrete_numbers};
 use support::{
     Noise, bits_of, compiled, every_variant, input_values, interpreted, model_files, native,
 };
@@ -30,7 +30,7 @@ const OFF: f64 = 1.01;
 impl At {
     /// Near the start values, inputs of a few units, parameters near what is declared: zeros and ones
     /// are moved, so that no derivative is tested where a term vanishes by accident.
-    fn near_start(system: &impl System, noise: &mut Noise) -> At {
+    fn near_start(system: &impl Solved, noise: &mut Noise) -> At {
         let signature = system.signature();
         let p: Vec<f64> = signature
             .parameters
@@ -60,7 +60,7 @@ impl At {
 }
 
 /// When each delayed unknown is looked up.
-fn looked_up(system: &impl System, at: &At) -> Vec<f64> {
+fn looked_up(system: &impl Solved, at: &At) -> Vec<f64> {
     let signature = system.signature();
     let mut tau = vec![0.0; signature.delays.len()];
     let mut varying = vec![0.0; signature.varying_delays.len()];
@@ -73,7 +73,7 @@ fn looked_up(system: &impl System, at: &At) -> Vec<f64> {
 
 /// A place that was moved, with what is known of delayed unknowns moved to where they are looked up
 /// there.
-fn followed(system: &impl System, from: &At, mut moved: At) -> At {
+fn followed(system: &impl Solved, from: &At, mut moved: At) -> At {
     let PastLayout { first, n_v, n_s } = system.signature().past();
     let times = looked_up(system, from).into_iter().zip(looked_up(system, &moved));
     let u = &mut moved.u[first..];
@@ -276,8 +276,8 @@ fn check_derivatives(system: &Interpreted, at: &At, label: &str) {
     };
     let mut dtau = vec![0.0; n_tau * n_s];
     system.delay_sensitivities(at.point(), &mut dtau);
-    // What θ does to the inputs: v(t) = u(t − τ) has ∂v/∂θ = −v̇ ∂τ/∂θ; what was an unknown depends on
-    // θ itself, too.
+    // Inputs depend on θ: v(t) = u(t − τ) has ∂v/∂θ = −v̇ ∂τ/∂θ; a late unknown depends on
+    // Also θ itself.
     let move_inputs = |at: &mut At, j: usize, step: f64| {
         for (position, input) in signature.delayed_inputs.iter().enumerate() {
             let slope = at.u[late + n_late + position];
@@ -491,7 +491,7 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
 }
 
 /// Bits of everything that a system computes at a place.
-fn bits(system: &impl System, at: &At) -> Vec<Vec<u64>> {
+fn bits(system: &impl Solved, at: &At) -> Vec<Vec<u64>> {
     let signature = system.signature();
     let (n, n_w) = (signature.unknowns.len(), signature.outputs.len());
     let (n_s, n_j) = (signature.directions.len(), signature.jacobian.len());
@@ -617,7 +617,7 @@ fn special_places(at: &At) -> Vec<At> {
 }
 
 /// Generated Rust, the interpreter and native code give the same signature and the same bits.
-fn check_agreement(generated: &impl System, path: &str, choices: &[(&str, &str)]) {
+fn check_agreement(generated: &impl Solved, path: &str, choices: &[(&str, &str)]) {
     let interpreted = interpreted(path, choices);
     let native = native(path, choices);
     assert_eq!(generated.signature(), interpreted.signature(), "{path} {choices:?}");

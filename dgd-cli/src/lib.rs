@@ -76,7 +76,7 @@ fn parsed() -> Cli {
             std::process::exit(error.exit_code());
         }
         let shown = visible(&text);
-        // What is typed is quoted, and a file's name may be typed by a pattern.
+        // Arguments are quoted as typed, and a pattern may have typed a file's name.
         if error.use_stderr() && shown != text {
             console::complain(shown.trim_end());
             std::process::exit(error.exit_code());

@@ -252,7 +252,7 @@ mod tests {
             said("simulations", 50, of, 30).as_deref(),
             Some("simulations: 50 of at most 200, 0:30 so far, at most 1:30 left")
         );
-        // Another count has a time of its own; the same one that begins anew, too.
+        // Another count has a time of its own, and so has the same one when it begins anew.
         let of = Of::Exactly(3);
         said("profiles", 1, of, 40);
         let second = said("profiles", 2, of, 4050);

@@ -19,6 +19,7 @@ pub mod cell;
 mod csv;
 mod encoding;
 pub mod files;
+mod in_memory;
 pub mod open;
 mod parquet;
 mod read;
@@ -30,6 +31,8 @@ mod tests;
 pub mod write;
 
 pub use csv::rename::Rename;
+pub use in_memory::InMemory;
+pub use open::{Disk, FileSystem};
 pub use parquet::catches_panics;
-pub use read::{cannot_read, read, read_as_it_is, read_from, read_renamed};
+pub use read::{Reading, cannot_read, digest, read, read_from};
 pub use table::{Cells, Column, Disorder, Location, Table};

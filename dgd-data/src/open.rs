@@ -1,13 +1,78 @@
-//! What is opened: files, and not what blocks or never ends.
+//! Opening files: nothing that blocks or never ends; or texts that were never in a file.
 
+use std::fmt::Debug;
 use std::fs::{self, File};
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::encoding::not_text;
 
 /// Bytes of the largest model, library or effect.
 const MOST_BYTES: u64 = 16 << 20;
+
+/// Where models, effects and recordings are read from.
+pub trait FileSystem: Debug + Sync {
+    /// Opens a file that the user named.
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be opened.
+    fn open(&self, path: &Path) -> Result<Box<dyn Read>, String>;
+
+    /// Opens a file that another file names: only one called `*.dgd`.
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be opened, without anything that is in it.
+    fn open_import(&self, path: &Path) -> Result<Box<dyn Read>, String>;
+
+    /// What lies in a folder; nothing where it cannot be read.
+    fn entries(&self, folder: &Path) -> Vec<Entry>;
+
+    /// Whether there is a regular file, which may be opened more than once.
+    fn is_file(&self, path: &Path) -> bool;
+
+    /// Whether there is a folder.
+    fn is_folder(&self, path: &Path) -> bool;
+}
+
+/// What lies in a folder.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Entry {
+    /// Its path, that of the folder included.
+    pub path: PathBuf,
+    /// Whether it is a folder itself.
+    pub is_folder: bool,
+}
+
+/// The files of this machine.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Disk;
+
+impl FileSystem for Disk {
+    fn open(&self, path: &Path) -> Result<Box<dyn Read>, String> {
+        Ok(Box::new(open(path)?))
+    }
+
+    fn open_import(&self, path: &Path) -> Result<Box<dyn Read>, String> {
+        Ok(Box::new(open_import(path)?))
+    }
+
+    fn entries(&self, folder: &Path) -> Vec<Entry> {
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        // A dangling link does not count.
+        let there = entries.map(|entry| entry.path()).filter(|path| path.exists());
+        there.map(|path| Entry { is_folder: path.is_dir(), path }).collect()
+    }
+
+    fn is_file(&self, path: &Path) -> bool {
+        path.is_file()
+    }
+
+    fn is_folder(&self, path: &Path) -> bool {
+        path.is_dir()
+    }
+}
 
 /// Opens a file that the user named: a regular one, or a pipe that is open already, as `<(…)` of a shell
 /// and `/dev/stdin` are.
@@ -15,11 +80,11 @@ const MOST_BYTES: u64 = 16 << 20;
 /// # Errors
 ///
 /// It is a folder, a device, a socket or a named pipe, or the system refused.
-pub fn open(path: &Path) -> Result<File, String> {
+pub(crate) fn open(path: &Path) -> Result<File, String> {
     let kind = fs::metadata(path).map_err(|error| error.to_string())?.file_type();
     verify(path, kind)?;
     let file = File::open(path).map_err(|error| error.to_string())?;
-    // What was opened is what was looked at, or another file of a kind that is read.
+    // The open file is the one that was looked at, or another one of a kind that is read.
     verify(path, file.metadata().map_err(|error| error.to_string())?.file_type())?;
     Ok(file)
 }
@@ -52,27 +117,42 @@ fn special(_: &Path, _: fs::FileType) -> Result<(), String> {
 }
 
 /// The text of a model, library or effect that the user named.
-pub fn read_text(path: &Path) -> Result<String, String> {
-    text_of(open(path)?)
+///
+/// # Errors
+///
+/// It cannot be opened, is too large, or is not text.
+pub fn read_text(files: &dyn FileSystem, path: &Path) -> Result<String, String> {
+    text_of(files.open(path)?)
 }
 
-/// The text of a file that another file names: a regular one called `*.dgd`, and so is what it links to.
-/// Nothing else is opened.
-pub fn read_import(path: &Path) -> Result<String, String> {
-    let is_named = |path: &Path| path.extension().is_some_and(|ending| ending == "dgd");
-    let refused = || "only regular files called `*.dgd` are read".to_owned();
-    if !is_named(path) {
-        return Err(refused());
+/// The text of a file that another file names.
+///
+/// # Errors
+///
+/// As those of [`read_text`], and [`FileSystem::open_import`] where it has another name.
+pub fn read_import(files: &dyn FileSystem, path: &Path) -> Result<String, String> {
+    text_of(files.open_import(path)?)
+}
+
+/// Whether a file has the name of a model, library or effect; otherwise why it is not read.
+pub(crate) fn verify_import(path: &Path) -> Result<(), String> {
+    match path.extension() {
+        Some(ending) if ending == "dgd" => Ok(()),
+        _ => Err("only regular files called `*.dgd` are read".to_owned()),
     }
+}
+
+/// Opens a regular file called `*.dgd` that links to one, if to anything.
+fn open_import(path: &Path) -> Result<File, String> {
+    verify_import(path)?;
     let target = fs::canonicalize(path).map_err(|error| error.to_string())?;
     let is_regular = fs::metadata(&target).map_err(|error| error.to_string())?.is_file();
-    if !(is_named(&target) && is_regular) {
-        return Err(refused());
-    }
-    text_of(open(&target)?)
+    // A file that is not regular is refused in the same words.
+    verify_import(if is_regular { &target } else { Path::new("") })?;
+    open(&target)
 }
 
-fn text_of(file: File) -> Result<String, String> {
+fn text_of(file: impl Read) -> Result<String, String> {
     let mut bytes = Vec::new();
     file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
     if bytes.len() as u64 > MOST_BYTES {
@@ -99,10 +179,10 @@ mod tests {
         let file = File::create(&path).expect("the folder is writable");
         file.set_len(MOST_BYTES + 1).expect("there is room");
         for read in [read_text, read_import] {
-            assert_eq!(read(&path), Err("it is larger than 16 MB".to_owned()));
+            assert_eq!(read(&Disk, &path), Err("it is larger than 16 MB".to_owned()));
         }
-        assert_eq!(read_text(folder.path()), Err("it is a folder".to_owned()));
-        assert!(read_import(folder.path()).is_err());
+        assert_eq!(read_text(&Disk, folder.path()), Err("it is a folder".to_owned()));
+        assert!(read_import(&Disk, folder.path()).is_err());
     }
 
     #[cfg(unix)]
@@ -115,13 +195,13 @@ mod tests {
         for (link, target) in [("1.dgd", "real.dgd"), ("2.dgd", "secret"), ("3.dgd", "/dev/zero")] {
             std::os::unix::fs::symlink(target, at(link)).expect("the folder is writable");
         }
-        assert_eq!(read_import(&at("1.dgd")).as_deref(), Ok("let a = 1\n"));
+        assert_eq!(read_import(&Disk, &at("1.dgd")).as_deref(), Ok("let a = 1\n"));
         for link in ["2.dgd", "3.dgd", "secret"] {
             assert!(
-                read_import(&at(link)).is_err_and(|why| why.contains("only regular")),
+                read_import(&Disk, &at(link)).is_err_and(|why| why.contains("only regular")),
                 "{link}"
             );
         }
-        assert_eq!(read_text(Path::new("/dev/zero")), Err("it is a device".to_owned()));
+        assert_eq!(read_text(&Disk, Path::new("/dev/zero")), Err("it is a device".to_owned()));
     }
 }

@@ -14,6 +14,7 @@ use crate::csv::records::Records;
 use crate::csv::rename::Rename;
 use crate::csv::rows::Rows;
 use crate::encoding::{NotText, not_text};
+use crate::open::{Disk, FileSystem};
 use crate::parquet::{MAGIC, Unread};
 use crate::table::{Order, Table};
 
@@ -21,58 +22,58 @@ use crate::table::{Order, Table};
 /// one only the lines down to the header are, and the diagnostic says the number of the line.
 const KEPT: usize = 1 << 22;
 
-/// How a file is read.
+/// How a data file is read: CSV, also compressed with gzip, or Parquet.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Reading<'a> {
+pub struct Reading<'a> {
     /// Bytes of a text that are kept for diagnostics.
     pub(crate) kept: usize,
     pub(crate) order: Order,
     pub(crate) renames: &'a [Rename],
 }
 
-/// Reads a data file: CSV, also compressed with gzip, or Parquet.
+impl Default for Reading<'_> {
+    fn default() -> Self {
+        Reading { kept: KEPT, order: Order::Required, renames: &[] }
+    }
+}
+
+impl<'a> Reading<'a> {
+    /// The same, with other names for some columns.
+    #[must_use]
+    pub fn renamed(self, renames: &'a [Rename]) -> Self {
+        Reading { renames, ..self }
+    }
+
+    /// The same where times may be out of order: rows that do not run forwards are left out and told in
+    /// [`Table::disorder`].
+    #[must_use]
+    pub fn as_it_is(self) -> Self {
+        Reading { order: Order::Recorded, ..self }
+    }
+
+    /// Reads a data file.
+    pub fn read(
+        self,
+        files: &dyn FileSystem,
+        path: &Path,
+        sources: &mut Sources,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Table, Reported> {
+        let name = path.display().to_string();
+        match files.open(path) {
+            Ok(file) => read_with(self, &name, file, sources, diagnostics),
+            Err(why) => Err(diagnostics.error(unreadable(&name, "", sources, &why))),
+        }
+    }
+}
+
+/// Reads a data file of this machine.
 pub fn read(
     path: &Path,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
-    read_renamed(path, &[], sources, diagnostics)
-}
-
-/// Reads a data file, with other names for some of its columns.
-pub fn read_renamed(
-    path: &Path,
-    renames: &[Rename],
-    sources: &mut Sources,
-    diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
-    let reading = Reading { kept: KEPT, order: Order::Required, renames };
-    open(path, reading, sources, diagnostics)
-}
-
-/// Reads a data file whose times may be out of order: rows that do not run forwards are left out
-/// and told in [`Table::disorder`].
-pub fn read_as_it_is(
-    path: &Path,
-    renames: &[Rename],
-    sources: &mut Sources,
-    diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
-    let reading = Reading { kept: KEPT, order: Order::Recorded, renames };
-    open(path, reading, sources, diagnostics)
-}
-
-fn open(
-    path: &Path,
-    reading: Reading<'_>,
-    sources: &mut Sources,
-    diagnostics: &mut Diagnostics,
-) -> Result<Table, Reported> {
-    let name = path.display().to_string();
-    match crate::open::open(path) {
-        Ok(file) => read_with(reading, &name, file, sources, diagnostics),
-        Err(why) => Err(diagnostics.error(unreadable(&name, "", sources, &why))),
-    }
+    Reading::default().read(&Disk, path, sources, diagnostics)
 }
 
 /// Reads a data file from anywhere; `name` is what diagnostics call it.
@@ -82,8 +83,7 @@ pub fn read_from(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
-    let reading = Reading { kept: KEPT, order: Order::Required, renames: &[] };
-    read_with(reading, name, input, sources, diagnostics)
+    read_with(Reading::default(), name, input, sources, diagnostics)
 }
 
 pub(crate) fn read_with(
@@ -98,6 +98,17 @@ pub(crate) fn read_with(
     let mut table = read_text(reading, name, input, sources, diagnostics)?;
     table.digest = Some(digest.get().value());
     Ok(table)
+}
+
+/// The digest of all bytes, as [`Table::digest`] has it.
+///
+/// # Errors
+///
+/// Those of reading.
+pub fn digest(input: impl Read) -> io::Result<u128> {
+    let digest = Cell::new(Digest::EMPTY);
+    io::copy(&mut Digested { input, digest: &digest }, &mut io::sink())?;
+    Ok(digest.get().value())
 }
 
 /// Takes the digest of bytes as they are read.

@@ -188,7 +188,7 @@ fn refine<'a>(
 ) -> Result<Refined<'a>, DiscoverError> {
     let Searched { search, outcome, .. } = searched;
     let data = Data { options: prepared.options(), ..search.data.clone() };
-    // What is written is what a fit of it finds, which chooses its steps itself.
+    // The corrected model has what its own fit finds, which chooses its steps itself.
     let options = prepared.request.options;
     let of_fit = Data { options, own_weights: true, ..search.data.clone() };
     let named = outcome.structure();
@@ -241,7 +241,7 @@ fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'
     Explained { circumstances, missing, effects, unexplained }
 }
 
-/// The missing input that explains most, with what it goes together with and a formula that looks like it.
+/// The missing input that explains most, with the condition that it coincides with and a formula that looks like it.
 fn without_a_name(
     prepared: &Prepared<'_>,
     refined: &Refined<'_>,

@@ -6,11 +6,11 @@
 //! for each n of the table in [`run`], and not where models are loaded.
 
 use dgd_compiler::program::{FunctionKind, Program};
-use dgd_runtime::integrate::{Wanted, integrate};
+use dgd_runtime::integrate::integrate;
 use dgd_runtime::linalg::FixedLu;
-use dgd_runtime::{Failure, Options, Point, Problem, Solution};
+use dgd_runtime::{Failure, Options, Point, Problem, Solution, Wanted};
 
-use crate::interpret::Interpreter;
+use crate::interpret::{Interpreted, Interpreter};
 use crate::loaded::{Loaded, OnDemand};
 use crate::system::{Executed, Perform};
 
@@ -60,6 +60,19 @@ pub(crate) fn run(
         4 => run_fixed::<4>(problem, times, options, wanted),
         _ => integrate(problem, times, options, wanted),
     }
+}
+
+/// Integrates an interpreted model as a loaded one without machine code, so that nobody who interprets a model
+/// compiles a solver for it.
+pub(crate) fn run_interpreted(
+    problem: &Problem<'_, Interpreted>,
+    times: &[f64],
+    options: &Options,
+    wanted: Wanted<'_>,
+) -> Result<Solution, Failure> {
+    let system = Loaded::interpreted(problem.system.0.clone());
+    let Problem { p, inputs, start, .. } = *problem;
+    run(&Problem { system: &system, p, inputs, start }, times, options, wanted)
 }
 
 fn run_fixed<const N: usize>(

@@ -7,9 +7,10 @@ use std::sync::Arc;
 
 use dgd_compiler::expr::intrinsics::Definition;
 use dgd_compiler::program::{Argument, Function, FunctionKind, Operation, Program, Series, Taylor};
-use dgd_runtime::Point;
 use dgd_runtime::linalg::AutoLu;
+use dgd_runtime::{Failure, Options, Point, Problem, Solution, Wanted};
 
+use crate::fixed;
 use crate::system::{Executed, Perform};
 use crate::taylor::{Expansion, expand};
 
@@ -95,6 +96,15 @@ impl Perform for Interpreter {
 
     fn interpreter(&self) -> &Interpreter {
         self
+    }
+
+    fn integrate(
+        problem: &Problem<'_, Interpreted>,
+        times: &[f64],
+        options: &Options,
+        wanted: Wanted<'_>,
+    ) -> Result<Solution, Failure> {
+        fixed::run_interpreted(problem, times, options, wanted)
     }
 
     fn perform(

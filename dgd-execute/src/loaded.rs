@@ -7,9 +7,8 @@ use std::sync::Arc;
 #[cfg(feature = "native")]
 use dgd_compiler::program::{Function, Loop};
 use dgd_compiler::program::{FunctionKind, Program};
-use dgd_runtime::integrate::Wanted;
 use dgd_runtime::linalg::AutoLu;
-use dgd_runtime::{Failure, Options, Point, Problem, Solution};
+use dgd_runtime::{Failure, Options, Point, Problem, Solution, Wanted};
 
 use crate::fixed;
 use crate::interpret::Interpreter;
@@ -101,12 +100,16 @@ impl Loaded {
             }
             #[cfg(not(feature = "native"))]
             Engine::Auto | Engine::Native => Self::with_engine(program, Engine::Interpreter),
-            Engine::Interpreter => Executed(OnDemand {
-                interpreter: Interpreter::new(program),
-                #[cfg(feature = "native")]
-                native: None,
-            }),
+            Engine::Interpreter => Self::interpreted(Interpreter::new(program)),
         }
+    }
+
+    pub(crate) fn interpreted(interpreter: Interpreter) -> Self {
+        Executed(OnDemand {
+            interpreter,
+            #[cfg(feature = "native")]
+            native: None,
+        })
     }
 
     #[cfg(feature = "native")]

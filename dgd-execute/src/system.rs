@@ -1,10 +1,12 @@
 //! A program as a system, however its functions are performed.
 
 use dgd_compiler::program::{self, FunctionKind, Program, Taylor};
-use dgd_runtime::integrate::{Wanted, integrate};
+use dgd_runtime::integrate::integrate;
 use dgd_runtime::linalg::Factorisation;
 use dgd_runtime::taylor::{KeptSeries, NoTaylor, Terms};
-use dgd_runtime::{Failure, Options, Point, Problem, Signature, Solution, Storage, System};
+use dgd_runtime::{
+    Failure, Options, Point, Problem, Signature, Solution, Solved, Storage, System, Wanted,
+};
 
 use crate::interpret::Interpreter;
 use crate::taylor::Expansion;
@@ -48,7 +50,7 @@ pub trait Perform {
     ///
     /// # Errors
     ///
-    /// As [`System::integrate`].
+    /// As [`Solved::integrate`].
     fn integrate(
         problem: &Problem<'_, Executed<Self>>,
         times: &[f64],
@@ -66,18 +68,8 @@ pub trait Perform {
 #[derive(Debug, Clone)]
 pub struct Executed<P>(pub(crate) P);
 
-impl<P: Perform> System for Executed<P> {
-    type Vector = P::Vector;
-    type Sensitivity = P::Sensitivity;
-    type Inputs = P::Inputs;
-    type Jacobian = P::Jacobian;
-    type SensitivityJacobian = P::SensitivityJacobian;
+impl<P: Perform> Solved for Executed<P> {
     type Factorisation = P::Factorisation;
-
-    #[inline]
-    fn signature(&self) -> &Signature {
-        &self.0.program().signature
-    }
 
     fn integrate(
         problem: &Problem<'_, Self>,
@@ -86,6 +78,19 @@ impl<P: Perform> System for Executed<P> {
         wanted: Wanted<'_>,
     ) -> Result<Solution, Failure> {
         P::integrate(problem, times, options, wanted)
+    }
+}
+
+impl<P: Perform> System for Executed<P> {
+    type Vector = P::Vector;
+    type Sensitivity = P::Sensitivity;
+    type Inputs = P::Inputs;
+    type Jacobian = P::Jacobian;
+    type SensitivityJacobian = P::SensitivityJacobian;
+
+    #[inline]
+    fn signature(&self) -> &Signature {
+        &self.0.program().signature
     }
 
     #[inline]

@@ -36,7 +36,8 @@ pub(crate) fn expand(
             for (i, recurrence) in series.recurrences.iter().enumerate() {
                 if let Some(recurrence) = recurrence {
                     let own = series.kept[i];
-                    now[i] = continued(*recurrence, own, (series, fixed, now), (n, k), expansion);
+                    now[i] =
+                        continued(*recurrence, own, Values { series, fixed, now }, k, expansion);
                     if let Some(own) = own {
                         taylor::keep(&mut expansion.kept[own], k, now[i]);
                     }
@@ -85,14 +86,23 @@ fn keep(series: &Series, now: &[f64], k: usize, kept: &mut [Terms]) {
     }
 }
 
+/// Values of one order, and where series of them are kept.
+#[derive(Clone, Copy)]
+struct Values<'a> {
+    series: &'a Series,
+    fixed: &'a [f64],
+    now: &'a [f64],
+}
+
 /// The coefficient of order k of a value.
 fn continued(
     recurrence: Recurrence,
     own: Option<usize>,
-    (series, fixed, now): (&Series, &[f64], &[f64]),
-    (n, k): (usize, usize),
+    values: Values<'_>,
+    k: usize,
     expansion: &Expansion<'_>,
 ) -> f64 {
+    let Values { series, fixed, now } = values;
     let kept = |value: ValueId| -> &Terms {
         let number = series.kept[value.index()];
         &expansion.kept[number.unwrap_or_else(|| unreachable!("what is read is kept"))]
@@ -105,7 +115,7 @@ fn continued(
     match recurrence {
         Recurrence::Time => taylor::line(expansion.h, k),
         Recurrence::Input(i) => taylor::line(expansion.h * expansion.udot[i as usize], k),
-        Recurrence::Unknown(i) => expansion.y[k * n + i as usize],
+        Recurrence::Unknown(i) => expansion.y[k * series.f.len() + i as usize],
         Recurrence::Linear { first, count } => {
             let terms = series.terms[first..first + count].iter().map(|(factor, a)| match factor {
                 Factor::One => now(*a),

@@ -2,10 +2,12 @@
 
 use std::fmt;
 
-use dgd_runtime::IntegrateError;
 use dgd_runtime::linearize::NotLinearised;
+use dgd_runtime::{IntegrateError, Signature};
 
 use crate::filter::FilterError;
+use crate::recording::Recording;
+use crate::regression::RegressionError;
 
 /// A point at which the residuals could not be evaluated.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,9 +41,75 @@ pub enum TrialFailure {
     },
 }
 
+/// More or fewer values than the model, the recordings or the problem need.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WrongLength {
+    /// Of what, as `values of parameters`.
+    pub what: &'static str,
+    /// How many are given.
+    pub given: usize,
+    /// How many are needed.
+    pub expected: usize,
+}
+
+impl WrongLength {
+    /// Verifies that as many are given as are needed.
+    pub(crate) fn verify(what: &'static str, given: usize, expected: usize) -> Result<(), Self> {
+        if given == expected { Ok(()) } else { Err(WrongLength { what, given, expected }) }
+    }
+}
+
+impl fmt::Display for WrongLength {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let WrongLength { what, given, expected } = self;
+        write!(f, "{given} {what} are given, and {expected} are needed")
+    }
+}
+
+impl From<WrongLength> for EstimateError {
+    fn from(wrong: WrongLength) -> Self {
+        EstimateError::Length(wrong)
+    }
+}
+
+impl From<WrongLength> for FilterError {
+    fn from(wrong: WrongLength) -> Self {
+        FilterError::Length(wrong)
+    }
+}
+
+impl From<WrongLength> for RegressionError {
+    fn from(wrong: WrongLength) -> Self {
+        RegressionError::Variables(wrong.into())
+    }
+}
+
+/// Verifies what all estimators are given.
+pub(crate) fn verify_lengths(
+    signature: &Signature,
+    p: &[f64],
+    free: &[bool],
+    recordings: &[Recording],
+    noise: usize,
+) -> Result<(), WrongLength> {
+    WrongLength::verify("values of parameters", p.len(), signature.parameters.len())?;
+    WrongLength::verify("marks of what is free", free.len(), signature.directions.len())?;
+    WrongLength::verify("noises of outputs", noise, signature.outputs.len())?;
+    for recording in recordings {
+        let outputs = recording.measured.len();
+        WrongLength::verify("measured outputs", outputs, signature.outputs.len())?;
+        for samples in recording.measured.iter().flatten() {
+            WrongLength::verify("samples of an output", samples.len(), recording.times.len())?;
+        }
+    }
+    Ok(())
+}
+
 /// Why there is no fit.
 #[derive(Debug, Clone, PartialEq)]
 pub enum EstimateError {
+    /// Something has a wrong length.
+    Length(WrongLength),
     /// No parameter and no start value is free.
     NothingFree,
     /// No sample of an output in use counts.
@@ -101,6 +169,7 @@ impl fmt::Display for TrialFailure {
 impl fmt::Display for EstimateError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Length(wrong) => wrong.fmt(f),
             Self::NothingFree => {
                 write!(f, "nothing is free: there is no parameter and no start value to estimate")
             }

@@ -1,6 +1,6 @@
 //! Results of long computations, kept so that a run that was ended goes on where it was.
 //!
-//! What is kept is a function of what is told apart by its key, to the last bit: whoever looks it up ends
+//! Each result is a function of its key, to the last bit: whoever looks it up ends
 //! with what computing it again would give.
 //!
 //! ```text

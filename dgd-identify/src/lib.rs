@@ -38,7 +38,7 @@ pub mod regression;
 mod uncertainty;
 mod variables;
 
-pub use error::{EstimateError, TrialFailed, TrialFailure};
+pub use error::{EstimateError, TrialFailed, TrialFailure, WrongLength};
 pub use intervals::bootstrap::{Bootstrap, bootstrap};
 pub use intervals::information::{Information, information};
 pub use intervals::profile::{End, Profile, THRESHOLD, profile, profiles};

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Looks on while something long is computed, and says when to stop.
 ///
-/// What is stopped gives the best it has, marked as such: [`Termination::Stopped`](super::Termination).
+/// A stopped computation gives the best it has, marked as such: [`Termination::Stopped`](super::Termination).
 pub trait Watch: fmt::Debug + Sync {
     /// So much is done. It is called between simulations, by any thread.
     fn advanced(&self, progress: Progress);

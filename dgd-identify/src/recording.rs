@@ -115,7 +115,7 @@ pub(crate) fn outputs_of(
 ) -> Result<Observations, TrialFailure> {
     let problem = Problem { system: &system, p, inputs: &recording.inputs, start };
     if let Some(at) = &recording.linear {
-        return linearised::outputs_of(&problem, (recording, at), options, derivatives)
+        return linearised::outputs_of(&problem, recording, at, options, derivatives)
             .map_err(|error| TrialFailure::NotLinearised(Box::new(error)));
     }
     let solution = match derivatives {
@@ -259,15 +259,24 @@ fn write_slopes(dw: &[f64], n_w: usize, output: usize, columns: &[Column], slope
     }
 }
 
+/// Of what sums are taken: derivatives to some variables, and the loss of each output that counts.
+#[derive(Clone, Copy)]
+pub(crate) struct SumsOf<'a> {
+    pub(crate) columns: &'a [Column],
+    pub(crate) losses: &'a [Option<Scaled>],
+}
+
 /// [`sums`] of a simulation, with derivatives; where it can be, each sample is added as it is reached.
 pub(crate) fn simulated_sums(
     system: &dyn Model,
     recording: &Recording,
-    (p, start): (&[f64], &[(usize, f64)]),
+    p: &[f64],
+    start: &[(usize, f64)],
     options: &Options,
-    (columns, losses): (&[Column], &[Option<Scaled>]),
+    of: SumsOf<'_>,
     output_name: impl Fn(usize) -> String,
 ) -> Result<Vec<Sums>, TrialFailure> {
+    let SumsOf { columns, losses } = of;
     let problem = Problem { system: &system, p, inputs: &recording.inputs, start };
     if recording.linear.is_some() || !can_stream(&problem, options) {
         let observations = outputs_of(system, recording, p, start, options, Derivatives::Yes)?;

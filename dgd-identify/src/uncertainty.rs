@@ -131,7 +131,7 @@ impl Uncertainty {
             information[(seen[i], seen[j])] / (size[i] * size[j])
         });
         let (vectors, values) = eigen(scaled);
-        Self::from_spectrum(n, &seen, &size, (&vectors, &values), cutoff, undetermined)
+        Self::from_spectrum(n, &seen, &size, &vectors, &values, cutoff, undetermined)
     }
 
     /// From R of the weighted residuals' Jacobian, JᵀJ = RᵀR, whose singular values keep the digits
@@ -160,7 +160,7 @@ impl Uncertainty {
             vectors = v_t.transpose();
             values = singular_values.map(|value| value * value);
         }
-        Self::from_spectrum(n, &seen, &size, (&vectors, &values), cutoff * cutoff, undetermined)
+        Self::from_spectrum(n, &seen, &size, &vectors, &values, cutoff * cutoff, undetermined)
     }
 
     /// From the eigenvectors and eigenvalues of the scaled information matrix over what is `seen`, and
@@ -169,7 +169,8 @@ impl Uncertainty {
         n: usize,
         seen: &[usize],
         size: &DVector<f64>,
-        (vectors, values): (&DMatrix<f64>, &DVector<f64>),
+        vectors: &DMatrix<f64>,
+        values: &DVector<f64>,
         cutoff: f64,
         mut undetermined: Vec<Undetermined>,
     ) -> Self {

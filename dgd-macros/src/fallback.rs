@@ -1,4 +1,4 @@
-//! What stands in for a model that has mistakes: its names without its physics.
+//! A stand-in for a model with mistakes: its names without its physics.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -162,7 +162,12 @@ impl<'a> Still<'a> {
     fn unknown(&mut self, unknown: &Name) {
         let x = expr(ExprKind::Name(unknown.text.clone()));
         let left = expr(ExprKind::Call { function: name("der"), arguments: vec![x] });
-        self.push(ItemKind::Equation { label: unknown.clone(), left, right: zero() });
+        self.push(ItemKind::Equation {
+            label: unknown.clone(),
+            left,
+            right: zero(),
+            attributes: Vec::new(),
+        });
         self.push(ItemKind::Unknown {
             declared: UnknownKind::State,
             name: unknown.clone(),
@@ -180,7 +185,12 @@ impl<'a> Still<'a> {
         let at = Box::new(expr(ExprKind::Name(index.text.clone())));
         let arguments = vec![expr(ExprKind::Element(of, at))];
         let left = expr(ExprKind::Call { function: name("der"), arguments });
-        let equation = ItemKind::Equation { label: array.clone(), left, right: zero() };
+        let equation = ItemKind::Equation {
+            label: array.clone(),
+            left,
+            right: zero(),
+            attributes: Vec::new(),
+        };
         let items = vec![Item { span: NOWHERE, doc: Vec::new(), kind: equation }];
         self.push(ItemKind::For { index, range: range.clone(), items });
         self.push(ItemKind::Array {

@@ -96,13 +96,13 @@ fn write_path(svg: &mut String, lines: &[Vec<Point>]) -> std::fmt::Result {
     for line in lines {
         let mut last = (0, 0);
         for (i, &point) in line.iter().enumerate() {
-            let point = (hundredths(point.0), hundredths(point.1));
-            let (dx, dy) = (point.0 - last.0, point.1 - last.1);
-            last = point;
+            let (x, y) = (hundredths(point.0), hundredths(point.1));
+            let (dx, dy) = (x - last.0, y - last.1);
+            last = (x, y);
             match i {
-                0 => write_pair(svg, 'M', point)?,
+                0 => write_pair(svg, 'M', x, y)?,
                 _ if dx == 0 && dy == 0 && line.len() > 2 => {}
-                _ => write_pair(svg, 'l', (dx, dy))?,
+                _ => write_pair(svg, 'l', dx, dy)?,
             }
         }
     }
@@ -122,7 +122,7 @@ fn write_dots(
     let mut last = (0, 0);
     for &centre in centres {
         let point = (hundredths(centre.0), hundredths(centre.1));
-        write_pair(svg, 'm', (point.0 - last.0, point.1 - last.1))?;
+        write_pair(svg, 'm', point.0 - last.0, point.1 - last.1)?;
         write!(svg, "h0")?;
         last = point;
     }
@@ -166,7 +166,7 @@ fn number(x: f64) -> String {
 }
 
 /// A command of a path with its two numbers, as short as the grammar allows.
-fn write_pair(svg: &mut String, command: char, (x, y): (i64, i64)) -> std::fmt::Result {
+fn write_pair(svg: &mut String, command: char, x: i64, y: i64) -> std::fmt::Result {
     svg.write_char(command)?;
     push_hundredths(svg, x);
     if y >= 0 {

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
+use crate::algebraic::readings::{Reading, With};
 use crate::codegen::taylor::NoTaylor;
 use crate::integrate::fixed_step::PerSampleError;
-use crate::observe::readings::{Reading, With};
 use crate::signal::InputError;
 use crate::solution::Solution;
 

@@ -15,13 +15,11 @@
 #[cfg(test)]
 extern crate self as dgd_runtime;
 
+mod algebraic;
 pub mod codegen;
 mod discrete;
 pub mod ensemble;
 mod error;
-#[doc(hidden)]
-pub mod for_identify;
-mod initial;
 pub mod integrate;
 pub mod linalg;
 pub mod linearize;
@@ -30,14 +28,15 @@ mod observe;
 mod problem;
 mod signal;
 mod solution;
+pub mod solved;
 pub mod system;
 
+pub use algebraic::readings::Reading;
 pub use codegen::{math, taylor};
 pub use dgd_signature as signature;
 pub use discrete::discrete_numbers;
 pub use ensemble::parallel;
 pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
-pub use initial::{ConsistentStart, consistent_start};
 pub use integrate::begin::{OtherMethod, method_to_begin};
 pub use integrate::catalogue::{
     METHODS, Method, MethodKind, UnknownMethod, automatic as automatic_method, find as find_method,
@@ -45,15 +44,18 @@ pub use integrate::catalogue::{
 pub use integrate::fixed_step::{
     PerSample, PerSampleChoice, PerSampleError, Steps, choose_per_sample,
 };
-pub use integrate::measured_start::{MeasuredStartError, start_from_outputs};
+pub use integrate::start::consistent::{ConsistentStart, consistent_start};
+pub use integrate::start::measured::{MeasuredStartError, start_from_outputs};
 pub use integrate::{simulate, simulate_chosen, simulate_observed, simulate_with_sensitivities};
-pub use observe::readings::Reading;
+#[doc(hidden)]
+pub use model::for_identify;
 pub use observe::{Observations, observe};
-pub use problem::{Options, Problem};
+pub use problem::{Before, Options, Problem, Wanted};
 pub use signal::{Column, Delayed, InputError, Inputs, Segment, Side};
 pub use solution::{
     Event, LateValues, Solution, Statistics, UndefinedCause, UndefinedSensitivity, side,
 };
+pub use solved::Solved;
 pub use system::{
     Automaton, AutomatonKind, Crossing, DelayedInput, Direction, Discrete, Features, Input,
     Interpolation, List, Output, Parameter, Pattern, Point, Signature, Storage, System, Text,

@@ -6,6 +6,7 @@ use crate::discrete::state_selection::share_sizes;
 use crate::error::BadRequest;
 use crate::integrate::catalogue::{self, Method};
 use crate::integrate::fixed_step::Steps;
+use crate::integrate::{Memory, Past};
 use crate::observe::delay::delays;
 use crate::signal::{Delayed, InputError, Inputs};
 use crate::system::System;
@@ -109,6 +110,63 @@ impl<S: System> Problem<'_, S> {
             }
         }
         Ok(())
+    }
+}
+
+/// What a run gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Wanted<'a> {
+    /// The unknowns alone.
+    Unknowns,
+    /// The unknowns, and what is known of delayed ones ([`Solution::past`](crate::Solution::past)) even where no output reads it.
+    UnknownsAndPast,
+    /// The unknowns at these positions alone, in this order.
+    Chosen(&'a [usize]),
+    /// The same with all outputs; no output is read late, and steps are adaptive.
+    Observed(&'a [usize]),
+    /// The unknowns and their sensitivities to the model's directions.
+    Sensitivities,
+    /// The unknowns of a run that can be gone on from ([`Solution::memory`](crate::Solution::memory)), and goes on from another one's
+    /// end: the problem has start values of all unknowns then, and the run begins where the other one ended.
+    /// Outputs are not read late.
+    Resumed(Before<'a>),
+    /// The same with sensitivities.
+    ResumedSensitivities(Before<'a>),
+}
+
+/// What a run goes on from, beside its unknowns.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Before<'a> {
+    /// What the run before remembers; `None` for the first one.
+    pub memory: Option<&'a Memory>,
+    /// What unknowns that are read late were.
+    pub past: Option<&'a Past>,
+}
+
+impl<'a> Wanted<'a> {
+    /// The unknowns to be kept, where that is not all.
+    pub(crate) fn chosen(self) -> Option<&'a [usize]> {
+        match self {
+            Wanted::Chosen(chosen) | Wanted::Observed(chosen) => Some(chosen),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn with_sensitivities(self) -> bool {
+        matches!(self, Wanted::Sensitivities | Wanted::ResumedSensitivities(_))
+    }
+
+    /// What the run goes on from.
+    pub(crate) fn resumed(self) -> Before<'a> {
+        match self {
+            Wanted::Resumed(before) | Wanted::ResumedSensitivities(before) => before,
+            _ => Before::default(),
+        }
+    }
+
+    /// Whether another run is to go on from this one.
+    pub(crate) fn is_remembered(self) -> bool {
+        matches!(self, Wanted::Resumed(_) | Wanted::ResumedSensitivities(_))
     }
 }
 

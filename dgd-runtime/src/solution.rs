@@ -38,7 +38,7 @@ pub struct Solution {
     /// Where and why sensitivities are undefined.
     pub undefined: Vec<UndefinedSensitivity>,
     /// What another run goes on from where this one has ended; of a run that is to be gone on from
-    /// ([`Wanted::Resumed`](crate::integrate::Wanted)).
+    /// ([`Wanted::Resumed`](crate::Wanted)).
     pub memory: Option<Memory>,
     /// Work done.
     pub statistics: Statistics,

@@ -16,7 +16,7 @@ const FEW: usize = 5;
 const AROUND: usize = 3;
 const ALONG: f64 = 2.5;
 
-/// Spikes, and whether other channels show them, too.
+/// Spikes, and whether other channels show them as well.
 type Marked<'a> = Vec<(&'a Spike, bool)>;
 
 /// A record without what single channels have wrong.
@@ -44,7 +44,8 @@ impl Cleaned {
                     let others = (0..spikes.len()).filter(|j| *j != i);
                     others.map(|j| (j, &noise[j])).any(|(j, noise)| {
                         noise.as_ref().is_some_and(|noise| {
-                            stands_out(&cleaned.values[j], spike.samples, noise.std)
+                            let (first, last) = spike.samples;
+                            stands_out(&cleaned.values[j], first, last, noise.std)
                         })
                     })
                 };
@@ -103,7 +104,7 @@ impl Cleaned {
             let fault = Fault::Frozen { value: run.value, samples: last - first + 1, is_shown };
             match &mut held {
                 _ if is_shown => find(fault, vec![run.stretch], Some(run.p_value), Weight::Fault),
-                // What is held again and again is one remark.
+                // Values that are held again and again give one remark.
                 Some(Finding { stretches, .. }) => stretches.push(run.stretch),
                 None => {
                     held = Some(Finding {
@@ -199,9 +200,8 @@ fn partners<'a>(record: &'a Record<'_>, channel: usize) -> impl Iterator<Item = 
     })
 }
 
-/// Whether a channel stands out from its neighbours at these samples, too.
-fn stands_out(values: &[f64], samples: (usize, usize), noise: f64) -> bool {
-    let (first, last) = samples;
+/// Whether this channel also stands out from its neighbours at these samples.
+fn stands_out(values: &[f64], first: usize, last: usize, noise: f64) -> bool {
     let around = first.saturating_sub(AROUND)..first;
     let behind = last + 1..(last + 1 + AROUND).min(values.len());
     // Without a value on either side there is nothing to stand out from.
@@ -213,7 +213,7 @@ fn stands_out(values: &[f64], samples: (usize, usize), noise: f64) -> bool {
     (first..=last).map(|k| values[k]).any(|x| x > high + clear || x < low - clear)
 }
 
-/// Range of what is no spike.
+/// Range of the samples that are not spikes.
 fn usual_range(values: &[f64], spikes: &[Spike]) -> f64 {
     if spikes.is_empty() {
         return 0.0;

@@ -106,7 +106,7 @@ fn least(mean: &[f64]) -> Option<f64> {
 fn even(times: &[f64], values: &[f64], spacing: f64) -> Option<Vec<f64>> {
     let (first, last) = (*times.first()?, *times.last()?);
     let n = ((last - first) / spacing).round() as usize + 1;
-    // Gaps are not filled: a day of them is no longer record.
+    // Gaps are not filled: a day of them does not make a record longer.
     if n > 4 * times.len() {
         return None;
     }

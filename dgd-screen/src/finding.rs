@@ -22,7 +22,7 @@ pub struct Finding {
     pub stretches: Vec<Stretch>,
     /// What.
     pub fault: Fault,
-    /// Bound of the probability that chance makes it; `None` where it is no matter of chance.
+    /// Bound of the probability that chance makes it; `None` where chance plays no part.
     pub p_value: Option<f64>,
     /// Whether it is a fault.
     pub weight: Weight,

@@ -41,7 +41,7 @@ pub struct Saturated {
     pub p_value: f64,
 }
 
-/// Runs expected fewer times than this are no chance.
+/// Runs expected fewer times than this are not due to chance.
 const RARE: f64 = 1e-6;
 /// Fewest readings of a run.
 const FEWEST: usize = 10;

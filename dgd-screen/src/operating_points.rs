@@ -38,7 +38,7 @@ pub fn operating_points(motion: &Motion, tolerances: &[f64]) -> Vec<OperatingPoi
             let values = (0..steady.len()).map(|k| value(k, channel)).filter(|x| x.is_finite());
             let (low, high) =
                 values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-            // What is told apart from its neighbour by a window is no difference either.
+            // A difference that only one window shows is not counted either.
             let change = motion.rests.iter().find(|rest| rest.channel == channel);
             let change = change.map_or(0.0, |rest| rest.change);
             (SAME * (high - low)).max(tolerances[channel]).max(change)

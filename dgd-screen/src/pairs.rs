@@ -123,7 +123,7 @@ pub(crate) fn pair_findings(
         if pair.kinship == Kinship::Moving {
             let [first, second] = pair.channels;
             let late = shift(times, &cleaned.values[first], &cleaned.values[second]);
-            // A tenth of a sample is no clock.
+            // A tenth of a sample does not make a clock.
             let spacing = usual_spacing(times).unwrap_or(0.0);
             if let Some(late) = late {
                 let p = late.p_value_beyond(0.1 * spacing);

@@ -119,7 +119,7 @@ pub fn screen(record: &Record<'_>, request: &Request) -> Screening {
     findings.extend(pair_findings(record.times, &cleaned, &comparisons));
     findings.extend(odd_findings(&comparisons));
 
-    // Of one sample there is no slope over any window.
+    // One sample has no slope over any window.
     let window = request.window.or_else(|| slope_window(record.times)).unwrap_or(1.0);
     let noise: Vec<Option<f64>> =
         cleaned.noise.iter().map(|noise| noise.map(|noise| noise.std)).collect();

@@ -1,8 +1,8 @@
-//! What models of a type may have, which a solver of them need not look for where they do not.
+//! Features that models of a type may have: a solver does not look for those that they lack.
 
 use crate::Signature;
 
-/// What models of a type may have. A solver of models that never have it does not look for it.
+/// Features that models of a type may have. A solver does not look for those that they lack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Features {
     /// Discrete numbers: modes, or conditions on time.

@@ -1,4 +1,4 @@
-//! What is read late, and where u has what is known of it.
+//! Late values: which there are, and where u has what is known of them.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! What a model's unknowns and equations are called; that of array elements is made on demand.
+//! Names of a model's unknowns and equations; those of array elements are made on demand.
 
 use crate::arrays::{Array, Family};
 use crate::{List, Text, Unit, Unknown};
@@ -6,7 +6,7 @@ use crate::{List, Text, Unit, Unknown};
 /// The unknowns y: single ones, then the elements of arrays, whose descriptions are made on demand.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unknowns {
-    /// Those that are no elements of arrays, which come first.
+    /// The scalar ones, which come first: those that are not elements of arrays.
     pub single: List<Unknown>,
     /// Arrays, whose elements follow.
     pub arrays: List<Array>,
@@ -169,7 +169,7 @@ impl FromIterator<Unknown> for Unknowns {
 /// Labels of the equations behind the rows of f, those of families made on demand.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Labels {
-    /// Of rows that are no elements', which come first.
+    /// Of rows that do not belong to elements; they come first.
     pub single: List<Text>,
     /// Rows of elements, which follow.
     pub families: List<Family>,

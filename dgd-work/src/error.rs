@@ -144,11 +144,13 @@ impl From<dgd_data::files::WriteError> for WorkError {
     }
 }
 
+/// As the command line prints it, without colours.
 impl fmt::Display for WorkError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            WorkError::Diagnosed { diagnostics, .. } => {
-                write!(f, "{} mistakes", diagnostics.len())
+            WorkError::Diagnosed { diagnostics, sources } => {
+                let all: Vec<&Diagnostic> = diagnostics.iter().collect();
+                f.write_str(render::render(&all, sources, render::Style::Plain).trim_end())
             }
             WorkError::Found(message)
             | WorkError::Usage(message)

@@ -18,25 +18,40 @@
 //! alone. What is wrong is a [`WorkError`]: what, where, what helps, and which class of mistake it is.
 //!
 //! Nothing here reads a command line, prints, handles signals or ends a process. Files are read where a request names
-//! them; results are written by whoever asked.
+//! them, of this machine or of an [`InMemory`](dgd_data::InMemory); results are written by whoever asked.
 //!
+//! ```
+//! use dgd_data::InMemory;
+//! use dgd_work::{FitRequest, Session, Silent, fit};
+//!
+//! let files = InMemory::default()
+//!     .with("cooling.dgd", "model cooling\n\
+//!         parameter tau [s] = 100 in 1 .. 1e4\n\
+//!         state T [K] = 80\n\
+//!         equation cooling: tau*der(T) = -T\n\
+//!         output T [K] noise 0.1\n")
+//!     .with("cup.csv", "time [s],T [K]\n0,80.1\n50,53.2\n100,36.1\n200,16.0\n300,7.1\n");
+//! let session = Session::new(&Silent).with_files(&files);
+//! let fitted = fit(&FitRequest::new("cooling.dgd", vec!["cup.csv".into()]), session)?;
+//! assert!((fitted.estimates[0].value - 124.5).abs() < 1.0);
+//! # Ok::<(), dgd_work::WorkError>(())
+//! ```
 
 pub mod check;
 pub mod discover;
 mod error;
 pub mod fit;
 pub mod linearize;
-#[doc(hidden)]
-pub mod model;
-#[doc(hidden)]
-pub mod output;
+mod model;
+mod output;
 mod request;
-#[doc(hidden)]
-pub mod run;
+mod run;
 pub mod screen;
 pub mod sensitivity;
 mod session;
 pub mod simulate;
+#[cfg(test)]
+mod tests;
 pub mod track;
 
 pub use check::{Checked, check};
@@ -44,6 +59,9 @@ pub use discover::{Discovered, discover};
 pub use error::{Class, Ended, Mistake, Spot, WorkError, meant};
 pub use fit::{FitFigure, Fitted, fit};
 pub use linearize::{Linearised, linearize};
+pub use model::effects::load_folder;
+pub use model::{Changed, LoadedModel, load};
+pub use output::columns::{Kind, NamedColumn, TimeTable};
 pub use output::provenance::{DataFile, Provenance};
 pub use request::{
     CheckRequest, Choices, DiscoverRequest, Engine, Estimator, FitRequest, IntervalRequest, Keep,
@@ -51,6 +69,7 @@ pub use request::{
     ScreenRequest, SearchRequest, SensitivityRequest, SimulateRequest, Solve, Sought, Start,
     TrackRequest, Tracker,
 };
+pub use run::Measured;
 pub use screen::{Screenings, screen};
 pub use sensitivity::{Sensitivities, sensitivity};
 pub use session::{Listener, Remark, Remarks, Session, Silent};

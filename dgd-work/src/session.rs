@@ -1,9 +1,10 @@
-//! Who asks for a piece of work: what is random, how many threads, and who hears of it.
+//! Who asks for a piece of work: what is random, how many threads, which files there are, and who hears of it.
 
 use std::sync::Mutex;
 
 use dgd_compiler::diagnostics::{Diagnostic, render};
 use dgd_compiler::source::Sources;
+use dgd_data::{Disk, FileSystem};
 use dgd_identify::{Progress, Watch};
 
 use crate::error::WorkError;
@@ -119,13 +120,15 @@ pub struct Session<'a> {
     pub threads: usize,
     /// Who hears of it.
     pub listener: &'a dyn Listener,
+    /// Where requests' models, effects and recordings are read from.
+    pub files: &'a dyn FileSystem,
 }
 
 impl<'a> Session<'a> {
-    /// With seed 0, all processors, and this listener.
+    /// With seed 0, all processors, the files of this machine, and this listener.
     pub fn new(listener: &'a dyn Listener) -> Self {
         let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        Session { seed: 0, threads, listener }
+        Session { seed: 0, threads, listener, files: &Disk }
     }
 
     /// The same with another seed.
@@ -138,6 +141,12 @@ impl<'a> Session<'a> {
     #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
         Session { threads, ..self }
+    }
+
+    /// The same with other files.
+    #[must_use]
+    pub fn with_files(self, files: &'a dyn FileSystem) -> Self {
+        Session { files, ..self }
     }
 
     /// Says something.

@@ -11,7 +11,7 @@ use crate::drilling_rig::plant::LPM;
 use crate::drilling_rig::recording::ACTIVE;
 use crate::drilling_rig::sensors::Noise;
 
-/// More alternatives than that are no answer.
+/// More alternatives than that do not count as an answer.
 const MOST_ALTERNATIVES: usize = 2;
 /// An onset is found within so many seconds.
 const ONSET: f64 = 60.0;

@@ -36,7 +36,7 @@ pub(crate) enum Effect {
     PressureSensorOffset { pressure: f64 },
     /// How late the recorder stamps the pressures; the controller has them in time.
     ClockShift { late: f64 },
-    /// Share of the return line's friction that goes with the fourth power of the flow.
+    /// Share of the return line's friction that grows with the fourth power of the flow.
     FrictionHigherOrder { share: f64 },
     /// Share of the shut-off head that the pump loses in a second.
     PumpWear { rate: f64 },

@@ -45,7 +45,7 @@ pub(crate) struct Plant {
     pub(crate) ageing: Option<Ageing>,
     /// Valve in the return line that somebody half shut for a while.
     pub(crate) valve: Option<Valve>,
-    /// Friction that goes with the fourth power of the flow, Pa s⁴/m¹².
+    /// Friction that grows with the fourth power of the flow, Pa s⁴/m¹².
     pub(crate) f4: f64,
     /// Share of the shut-off head that is lost in a second.
     pub(crate) wear: f64,

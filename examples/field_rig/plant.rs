@@ -169,7 +169,7 @@ impl Plant {
     /// At rest at a riser level with a calculated booster flow and a top fill.
     pub(crate) fn at_rest(&self, h_r: f64, boost: f64, top_fill: f64) -> State {
         // p_b = F_b(q_bo) − ρ g h_r where that is positive, and where not, ρ g (h_r − h_b) = F_b.
-        // What is pumped hardly depends on p_b, so that the fixed point is soon reached.
+        // The pumped flow hardly depends on p_b, so that the fixed point is soon reached.
         let (mut q_bo, mut net) = (boost, 0.0);
         for _ in 0..50 {
             net = self.booster_line.loss(q_bo) - RHO * G * h_r;

@@ -190,7 +190,7 @@ fn simpler(expr: &Expr) -> Vec<Expr> {
         }
         _ => all.push(number("1")),
     }
-    // What binds weaker than its place is in parentheses when it is printed.
+    // An expression that binds weaker than its place is printed in parentheses.
     all
 }
 

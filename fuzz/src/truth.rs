@@ -70,7 +70,7 @@ impl<'a> Truth<'a> {
                     let names = arguments.iter().map(|a| a.name.text.as_str()).collect();
                     self.functions.insert(&name.text, (names, body));
                 }
-                ItemKind::Equation { label, left, right } => {
+                ItemKind::Equation { label, left, right, .. } => {
                     self.equations.push((&label.text, left, right));
                 }
                 ItemKind::Output { name, unit, value: Some(value), .. } => {

@@ -331,7 +331,7 @@ fn read_recording(
     };
     let inputs: Vec<_> = model.inputs.iter().map(|input| selected(&input.declared)).collect();
     let outputs: Vec<_> = model.outputs.iter().map(|output| selected(&output.declared)).collect();
-    // What is wrong is in the diagnostics.
+    // The diagnostics say what is wrong.
     let _ = table.recording(diagnostics);
     let _ = select::inputs(&table, &inputs, diagnostics);
     let _ = select::measured(&table, &outputs, diagnostics);

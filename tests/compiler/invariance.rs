@@ -241,7 +241,8 @@ fn converted(item: &Item) -> Option<Item> {
             AttributeKind::Log
             | AttributeKind::Fixed
             | AttributeKind::Hold
-            | AttributeKind::Linear => {}
+            | AttributeKind::Linear
+            | AttributeKind::Exact => {}
         }
     }
     *unit = Some(Unit { span: written.span, text: other });

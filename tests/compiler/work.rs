@@ -10,8 +10,8 @@ use std::fmt::Write;
 
 use dgd_execute::Loaded;
 use dgd_runtime::{
-    Column, Direction, Inputs, METHODS, Method, MethodKind, Options, Problem, Solution, System,
-    simulate, simulate_with_sensitivities,
+    Column, Direction, Inputs, METHODS, Method, MethodKind, Options, Problem, Solution, Solved,
+    System, simulate, simulate_with_sensitivities,
 };
 
 use crate::golden::Goldens;
@@ -140,7 +140,7 @@ impl Ready<Loaded> {
     }
 }
 
-impl<S: System> Ready<S> {
+impl<S: Solved> Ready<S> {
     fn of(system: S, case: &Case) -> Self {
         let signature = system.signature();
         let columns: Vec<Column<'_>> = signature
@@ -290,7 +290,7 @@ fn all_back_ends_take_the_same_steps_to_the_same_bits() {
         let interpreted = Ready::of(interpreted(&path, case.variants), case);
         for method in METHODS.iter().filter(|method| native.suits(method)) {
             let label = format!("{}, {}", native.name, method.name);
-            // Undefined sensitivities are no numbers, which equal nothing.
+            // Undefined sensitivities are NaN, which equals nothing.
             let text = |solution: Solution| format!("{solution:?}");
             let expected = text(interpreted.run(method, 1e-5));
             assert!(text(native.run(method, 1e-5)) == expected, "{label}");
@@ -320,7 +320,7 @@ fn the_number_of_allocations_does_not_depend_on_the_number_of_steps() {
     }
 }
 
-/// What states were is kept in two lists. Each moves when it has doubled.
+/// Past states are kept in two lists. Each moves when it has doubled.
 #[test]
 fn the_past_of_delays_grows_by_doubling() {
     let system = inline::system(

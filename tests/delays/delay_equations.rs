@@ -2,7 +2,7 @@
 
 use dgd_execute::Interpreted;
 use dgd_runtime::{
-    Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
+    Column, Inputs, Observations, Options, Problem, Solution, Solved, System, observe, simulate,
     simulate_with_sensitivities,
 };
 
@@ -15,7 +15,7 @@ fn options() -> Options {
 }
 
 fn run(
-    system: &impl System,
+    system: &impl Solved,
     p: &[f64],
     inputs: &Inputs,
     times: &[f64],

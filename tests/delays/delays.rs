@@ -4,7 +4,7 @@ use std::path::Path;
 
 use dgd_execute::Interpreted;
 use dgd_runtime::{
-    Column, Inputs, Observations, Options, Problem, Solution, System, observe, simulate,
+    Column, Inputs, Observations, Options, Problem, Solution, Solved, System, observe, simulate,
     simulate_with_sensitivities,
 };
 
@@ -18,7 +18,7 @@ fn options() -> Options {
 }
 
 /// Recorded inputs, a list of samples for each declared input.
-fn recorded(system: &impl System, times: &[f64], values: &[&[f64]]) -> Inputs {
+fn recorded(system: &impl Solved, times: &[f64], values: &[&[f64]]) -> Inputs {
     let columns: Vec<Column<'_>> = (system.signature().inputs.iter().zip(values))
         .map(|(input, values)| Column {
             name: &input.name,
@@ -30,7 +30,7 @@ fn recorded(system: &impl System, times: &[f64], values: &[&[f64]]) -> Inputs {
 }
 
 fn run(
-    system: &impl System,
+    system: &impl Solved,
     p: &[f64],
     inputs: &Inputs,
     times: &[f64],

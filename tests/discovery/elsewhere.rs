@@ -1,4 +1,4 @@
-//! What is missing from models that have nothing to do with drilling is found by templates that fit
+//! Effects missing from models that have nothing to do with drilling are found by templates that fit
 //! any model.
 
 use std::path::Path;

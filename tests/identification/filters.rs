@@ -433,7 +433,7 @@ fn prediction_error_without_process_noise_is_output_error() {
     assert!(sought.deviance <= found.deviance + 1e-6 && sought.deviance > found.deviance - 8.0);
 }
 
-/// What does not stray is found not to: the rate is none, not one that is too small to matter, and the search
+/// A state that does not stray is found not to: its rate is zero, not merely too small to matter, and the search
 /// does not creep there. The result does not depend on how many threads there are.
 #[test]
 fn a_state_that_does_not_stray_has_no_process_noise() {
@@ -680,7 +680,7 @@ fn modes_go_along_with_the_prediction_and_so_does_the_covariance() {
     let data = hybrid_data();
     let inputs = held_inputs(&data);
     let run = dgd_runtime::Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
-    // v depends on x at the start: it is no start value of its own there.
+    // v depends on x at the start, so it has no start value of its own.
     let solution =
         dgd_runtime::simulate_with_sensitivities(&run, &data.t, &tight()).expect("a run");
     let automata =

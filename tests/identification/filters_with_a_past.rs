@@ -142,7 +142,7 @@ fn the_past_is_as_uncertain_as_one_that_is_all_remembered() {
         assert!(mean < 5e-3 && std < 5e-3, "{wide:?}");
         assert!(3.0 * close[i][1] < std, "{wide:?} {close:?}");
     }
-    // What strays between two rows is not remembered between them; sigma points see, too, that the model is
+    // A stray between two rows is not remembered between them; sigma points also see that the model is
     // bilinear in a and x.
     for of_estimator in found_with(0.05, 50) {
         for [mean, std] in of_estimator {
@@ -151,7 +151,7 @@ fn the_past_is_as_uncertain_as_one_that_is_all_remembered() {
     }
 }
 
-/// What was is read by differential and algebraic equations, of states and of algebraic unknowns, with
+/// Late values are read by differential and algebraic equations, of states and of algebraic unknowns, with
 /// delays that are estimated, in two modes, and by an output.
 const LATE: &str = "\
 model late

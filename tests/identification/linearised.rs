@@ -341,7 +341,7 @@ fn what_one_operating_point_does_not_determine_is_named() {
     for (estimate, truth) in two.estimates[..3].iter().zip(&p) {
         close(estimate.value, *truth, 0.1 * truth);
     }
-    // The model sees the curvature at one point, too.
+    // The model also sees the curvature at one point.
     let itself = fitted(&[pipe(&system, 2.0)]);
     assert!(itself.undetermined.is_empty());
 }

@@ -91,6 +91,35 @@ fn close(found: f64, expected: f64, tolerance: f64) {
 }
 
 #[test]
+fn a_wrong_length_is_an_error_that_says_of_what() {
+    let system = system(HEATER);
+    let (p, good) = (declared(&system), [heated(1, TRUTH[2], SIGMA)]);
+    let mut short = good.clone();
+    short[0].measured[1] = Some(vec![1.0; 3]);
+    let problem = |p, recordings| OutputErrorProblem::new(&system, p, recordings);
+    let refused = |problem: &OutputErrorProblem<'_>| match fit(problem) {
+        Err(EstimateError::Length(wrong)) => wrong.to_string(),
+        other => panic!("{other:?}"),
+    };
+    let refusals = [
+        refused(&problem(&p[..1], &good)),
+        refused(&OutputErrorProblem { free: vec![true], ..problem(&p, &good) }),
+        refused(&OutputErrorProblem { noise: Vec::new(), ..problem(&p, &good) }),
+        refused(&problem(&p, &short)),
+    ];
+    assert_eq!(
+        refusals,
+        [
+            "1 values of parameters are given, and 2 are needed",
+            "1 marks of what is free are given, and 3 are needed",
+            "0 noises of outputs are given, and 2 are needed",
+            "3 samples of an output are given, and 200 are needed",
+        ]
+    );
+    assert!(fit_starts(&problem(&p, &good), &[]).is_err());
+}
+
+#[test]
 fn estimates_scatter_as_their_covariance_says() {
     let system = system(HEATER);
     let p = declared(&system);

@@ -431,7 +431,7 @@ output z [1] = c*0*x + x
         let fit = regress(&problem, method).expect("a fit");
         assert_eq!((fit.rank, fit.undetermined.len()), (1, 1));
         let (a, b) = (value(&fit, "a"), value(&fit, "b"));
-        // What is seen is the sum; what is not, the difference, stays.
+        // The sum is seen; the difference is not, and stays.
         assert!((a + b - 4.0).abs() < 1e-3 && (b - a - 1.0).abs() < 1e-9, "{a} {b}");
         assert!(fit.estimates.iter().all(|estimate| estimate.std.is_none()));
         let changes: Vec<f64> = fit.undetermined[0].terms.iter().map(|term| term.change).collect();
@@ -545,7 +545,7 @@ output h_r [m]
 output q_ssp [lpm]
 ";
 
-/// What a line without a sensor lets out goes along with what is known: the regression is that of a model
+/// The flow out of a line without a sensor follows from known values: the regression is that of a model
 /// which is given the true flow as an input.
 #[test]
 fn a_line_that_no_sensor_sees_goes_along_with_the_record() {

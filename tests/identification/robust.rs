@@ -195,7 +195,7 @@ fn intervals_are_those_of_the_loss() {
         let resampled = bootstrap(&problem, &found, 200, random).expect("resampled");
         for (i, estimate) in found.estimates.iter().enumerate() {
             let std = estimate.std.expect("determined");
-            // 200 replicates give a standard deviation to 5 %; the median that scales them moves, too.
+            // 200 replicates give a standard deviation to 5 %; the median that scales them also moves.
             close(resampled.std(i).expect("many") / std, 1.0, 0.25);
             let along = profile(&problem, &found, i).expect("a profile");
             let (Some(low), Some(high)) = along.interval() else { panic!("{along:?}") };
@@ -285,7 +285,7 @@ fn of_many_minima_the_best_is_found_and_its_equals_are_named() {
         assert_eq!((again.best, ends(&again)), (found.best, ends(&found)));
     }
 
-    // What is not reached before it is stopped is left out.
+    // Fits not reached before the stop are left out.
     let watch = Patience::with("starts", 7);
     let some = fit_from(&OutputErrorProblem { watch: &watch, ..problem.clone() }, &points);
     let some = some.expect("a fit");

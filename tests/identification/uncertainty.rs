@@ -134,7 +134,7 @@ fn of_the_rig(system: &Loaded, rows: &[Row]) -> Recording {
         .map(|(of, values)| Column { name: &of.name, interpolation: of.interpolation, values })
         .collect();
     let inputs = Inputs::recorded(&times, &columns).expect("inputs");
-    // p_out and p_in are gauge in the model, too.
+    // p_out and p_in are gauge in the model as well.
     let measured = [
         column(|r| r.p_r * 1e5),
         column(|r| r.p_in * 1e5),

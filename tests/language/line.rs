@@ -74,7 +74,7 @@ fn what_is_kept_of_the_model_does_not_grow_with_it() {
     assert_eq!((&*many.unknowns.name(0), &*many.unknowns.name(199_999)), ("p[1]", "q[100001]"));
 }
 
-/// What the line has gained is what came in less what went out: a linear invariant, which Rosenbrock
+/// The line has gained the inflow less the outflow: a linear invariant, which Rosenbrock
 /// methods keep, as far as their equations are solved.
 #[test]
 fn no_volume_is_lost() {

@@ -2,7 +2,7 @@
 
 use dgd_runtime::ensemble::{Ensemble, Kept, Member, Wanted, reduce, simulate};
 use dgd_runtime::{
-    Column, Failure, Inputs, Interpolation, Options, Problem, System, find_method, observe,
+    Column, Failure, Inputs, Interpolation, Options, Problem, Solved, System, find_method, observe,
 };
 
 use crate::generated;
@@ -11,7 +11,7 @@ use crate::support::{Noise, interpreted};
 type Outcome = Result<Kept, Failure>;
 
 /// Declared parameters, each moved by up to a tenth.
-fn parameter_sets(system: &impl System, count: usize) -> Vec<Vec<f64>> {
+fn parameter_sets(system: &impl Solved, count: usize) -> Vec<Vec<f64>> {
     let mut noise = Noise::new(7);
     let parameters = &system.signature().parameters;
     let set = |_| parameters.iter().map(|p| p.value * (1.0 + 0.1 * noise.next())).collect();
@@ -19,7 +19,7 @@ fn parameter_sets(system: &impl System, count: usize) -> Vec<Vec<f64>> {
 }
 
 /// Inputs that jump, or go on in straight lines, every 37 s.
-fn inputs(system: &impl System) -> Inputs {
+fn inputs(system: &impl Solved) -> Inputs {
     let mut noise = Noise::new(11);
     let times: Vec<f64> = (0..12).map(|k| 37.0 * f64::from(k)).collect();
     let signature = system.signature();
@@ -49,7 +49,7 @@ fn members<'a>(sets: &'a [Vec<f64>], inputs: &'a Inputs) -> Vec<Member<'a>> {
     sets.iter().map(|p| Member { p, inputs, start: &[] }).collect()
 }
 
-fn run<S: System + Clone + Send>(
+fn run<S: Solved + Clone + Send>(
     system: &S,
     members: &[Member<'_>],
     times: &[f64],
@@ -65,7 +65,7 @@ fn method(name: &str) -> Options {
 
 #[test]
 fn a_member_does_not_depend_on_its_neighbours_its_place_or_the_threads() {
-    fn verify<S: System + Clone + Send>(system: &S, name: &str) {
+    fn verify<S: Solved + Clone + Send>(system: &S, name: &str) {
         let (inputs, times) = (inputs(system), seconds(300));
         let sets = parameter_sets(system, 21);
         let members = members(&sets, &inputs);
@@ -92,7 +92,7 @@ fn a_member_does_not_depend_on_its_neighbours_its_place_or_the_threads() {
 }
 
 /// The largest difference of unknowns and outputs, in units of the largest value of each.
-fn distance(a: &Kept, b: &Kept, times: &[f64], system: &impl System) -> f64 {
+fn distance(a: &Kept, b: &Kept, times: &[f64], system: &impl Solved) -> f64 {
     let (a, b) = (a.at(times), b.at(times));
     let signature = system.signature();
     let unknowns = (0..signature.unknowns.len()).map(|i| (a.unknown(i), b.unknown(i)));
@@ -107,7 +107,7 @@ fn distance(a: &Kept, b: &Kept, times: &[f64], system: &impl System) -> f64 {
 }
 
 /// One member by the integrator itself, quantity by quantity.
-fn alone(system: &impl System, member: &Member<'_>, times: &[f64], options: &Options) -> Kept {
+fn alone(system: &impl Solved, member: &Member<'_>, times: &[f64], options: &Options) -> Kept {
     let problem = Problem { system, p: member.p, inputs: member.inputs, start: member.start };
     let solution = dgd_runtime::simulate(&problem, times, options).expect("a run to the end");
     let observed = observe(&problem, &solution);
@@ -120,7 +120,7 @@ fn alone(system: &impl System, member: &Member<'_>, times: &[f64], options: &Opt
 
 #[test]
 fn lanes_are_as_near_to_the_solution_as_the_integrator() {
-    fn verify<S: System + Clone + Send>(system: &S, times: &[f64], inputs: &Inputs, name: &str) {
+    fn verify<S: Solved + Clone + Send>(system: &S, times: &[f64], inputs: &Inputs, name: &str) {
         let sets = parameter_sets(system, 11);
         let members = members(&sets, inputs);
         let options = method(name);
@@ -199,7 +199,7 @@ fn generated_and_loaded_models_give_the_same_bits() {
 
 #[test]
 fn what_has_no_lanes_is_run_by_the_integrator() {
-    fn verify<S: System + Clone + Send>(system: &S, inputs: &Inputs, options: &Options) {
+    fn verify<S: Solved + Clone + Send>(system: &S, inputs: &Inputs, options: &Options) {
         let times = seconds(60);
         let sets = parameter_sets(system, 5);
         let members = members(&sets, inputs);
@@ -265,7 +265,7 @@ fn a_member_that_fails_says_why_and_stops_no_other() {
             _ => assert_eq!(outcome, sound, "{k}"),
         }
     }
-    // What makes no sense is refused for each.
+    // A request without sense is refused for each member.
     let options = Options { rtol: -1.0, ..Options::default() };
     assert!(run(&system, &members, &times, &options, 1).iter().all(Result::is_err));
     let few = Options { max_steps: 3, ..Options::default() };

@@ -72,7 +72,7 @@ struct Equations<'a> {
 }
 
 impl Equations<'_> {
-    /// ẋ and w, with the unknowns y as a guess for those that are no states.
+    /// ẋ and w, with the unknowns y as a guess for those that are not states.
     fn slopes_and_outputs(&self, mut y: Vec<f64>, u: &[f64]) -> Vec<f64> {
         let signature = self.system.signature();
         let mut u = u.to_vec();

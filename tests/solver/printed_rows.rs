@@ -1,4 +1,4 @@
-//! What is given at a time fulfils the algebraic equations there, wherever in a step the time lies.
+//! Printed rows fulfil the algebraic equations, wherever in a step their times lie.
 
 use dgd_execute::Interpreted;
 use dgd_runtime::{

@@ -228,7 +228,7 @@ fn all_methods_come_to_the_same_solution() {
     let sum = |count: fn(&Counts) -> u64| all.iter().map(count).sum::<u64>();
     let (touched, sensitive, compared) =
         (sum(|c| c.touched), sum(|c| c.sensitive), sum(|c| c.compared));
-    // What is set aside is the exception, and what is compared has events.
+    // Few models are set aside, and those compared have events.
     assert!(touched <= CASES / 50, "{touched} cases touch a threshold");
     assert!(sensitive <= compared / 20, "{sensitive} runs are too sensitive");
     let events: usize = all.iter().map(|counts| counts.events).sum();

@@ -12,7 +12,8 @@ use dgd_execute::Interpreted;
 use dgd_runtime::taylor::{MOST_ORDER, Terms};
 use dgd_runtime::{
     Column, Inputs, Interpolation, Method, MethodKind, Options, PerSample, Point, Problem,
-    Solution, Steps, System, discrete_numbers, find_method, simulate, simulate_with_sensitivities,
+    Solution, Solved, Steps, System, discrete_numbers, find_method, simulate,
+    simulate_with_sensitivities,
 };
 
 use crate::inline;
@@ -20,7 +21,7 @@ use crate::support::{Noise, compiled, every_variant, input_values, model_files};
 
 /// Coefficients of y, without and with sensitivities, and of S at a point, order by order; S row by row.
 fn coefficients(
-    system: &impl System,
+    system: &impl Solved,
     at: Point<'_>,
     udot: &[f64],
     s0: &[f64],

@@ -96,7 +96,7 @@ pub(crate) fn native(path: &str, variants: &[(&str, &str)]) -> Loaded {
     loaded
 }
 
-/// Bits of a number; of all that are no number, the same. Which of them an operation gives is left
+/// Bits of a number; all NaNs have the same. Which of them an operation gives is left
 /// open by Rust, as its compiler may exchange operands.
 pub(crate) fn bits_of(x: f64) -> u64 {
     if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() }

@@ -10,8 +10,8 @@ use dgd_compiler::model::{Declared, Model, ModelOptions, resolve};
 use dgd_compiler::pipeline::load;
 use dgd_compiler::source::{Source, Sources};
 use dgd_data::write::save;
-use dgd_data::{Table, read, read_from, select};
-use dgd_work::model::effects::load_folder;
+use dgd_data::{Disk, Table, read, read_from, select};
+use dgd_work::load_folder;
 
 use crate::drilling_rig::plant::{A_B, A_R, G, H_IN, H_OUT, H_PR, L_B, LPM, RHO};
 use crate::field_rig::Rig;
@@ -137,7 +137,7 @@ fn instrumented() -> Model {
     let main = Source { name: "mud_circulation.dgd".into(), text: text.expect("the model") };
     let mut read = |_: &str| Err("this model imports nothing".to_owned());
     let model = load(main, &mut read, &mut sources, &mut diagnostics).and_then(|asts| {
-        let effects = load_folder(&data(), &mut sources, &mut diagnostics)?;
+        let effects = load_folder(&Disk, &data(), &mut sources, &mut diagnostics)?;
         let [effect] = effects.as_slice() else { panic!("one effect is beside the recordings") };
         let application = Application { effect, arguments: Vec::new(), span: effect.name.span };
         let applied = effects::apply(&asts, &[application], Blending::Applied, &mut diagnostics)?;
@@ -392,7 +392,7 @@ fn a_stopped_booster_pump_lets_its_line_drop_by_160_m_and_refill_in_45_s() {
         assert!((drop - h_b[end]).abs() < 6.0, "{drop} {}", h_b[end]);
         assert!((150.0..175.0).contains(&h_b[end]), "{}", h_b[end]);
 
-        // What is pumped and does not come out fills the line: at 2200 lpm 45 s of pumping.
+        // Mud that is pumped and does not come out fills the line: at 2200 lpm 45 s of pumping.
         let full = (end..h_b.len()).find(|&k| h_b[k] == 0.0).expect("it is full again");
         let kept: f64 = (end..full).map(|k| (pumped[k] - delivered[k]) * LPM).sum();
         assert!((kept / A_B - h_b[end]).abs() < 2.0, "{kept}");

@@ -312,7 +312,7 @@ fn a_stiff_line_is_the_lumped_one() {
         let q = run(&system, &samples, &inputs, &times, 1e-9).output("q_last");
         q.iter().zip(&expected).fold(0.0_f64, |most, (q, e)| most.max((q - e).abs()))
     };
-    // What is left are waves: the step sends a front through the line that is A dp/(rho c) high, ten
+    // Waves are left: the step sends a front through the line that is A dp/(rho c) high, ten
     // times less for a hundred times the bulk modulus.
     for (beta, relative) in [("beta=1.5e4", 1.0), ("beta=1.5e6", 1e2), ("beta=1.5e8", 1e4)] {
         let front = AREA * 5e5 / (RHO * (BETA * relative / RHO).sqrt());

@@ -4,7 +4,7 @@ use dgd_compiler::pipeline::Directions;
 use dgd_execute::Interpreted;
 
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Options, Problem, Solution, System, simulate,
+    Column, Inputs, Interpolation, Options, Problem, Solution, Solved, simulate,
     simulate_with_sensitivities,
 };
 
@@ -22,7 +22,7 @@ fn options(tolerance: f64) -> Options {
 }
 
 /// Inputs that are held, one list of samples for each.
-fn held(system: &impl System, times: &[f64], values: &[&[f64]]) -> Inputs {
+fn held(system: &impl Solved, times: &[f64], values: &[&[f64]]) -> Inputs {
     let columns: Vec<Column<'_>> = system
         .signature()
         .inputs
@@ -107,7 +107,7 @@ fn sensitivities_to_start_values_are_those_of_differences() {
 }
 
 /// Level, flow and their sensitivities to c0, c2, F2 for a step in pump speed.
-fn riser_run(system: &impl System, m: f64, times: &[f64]) -> Solution {
+fn riser_run(system: &impl Solved, m: f64, times: &[f64]) -> Solution {
     let p: [f64; 6] = riser::dynamic_flow::Parameters { M_ssp: m, ..Default::default() }.into();
     let speeds: &[f64] = &[0.50, 0.52];
     let inputs = held(system, &[0.0, 100.0], &[speeds, &[0.03, 0.03], &[0.005, 0.005]]);

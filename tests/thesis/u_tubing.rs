@@ -461,7 +461,7 @@ fn the_booster_line_drops_by_160_m_and_misses_45_s_of_its_pump() {
         // After 980 s e^(-980/56) of it is left, 4e-6 m.
         let drop = at(&run, "line.x", 1100.0);
         assert!((drop - 160.0).abs() < 1e-4, "{drop} m at a level of {h_r} m, {top}");
-        // What the line takes until it is full is missing in the riser: 160 m · 0.0103 m² over
+        // The riser lacks what the line takes until it is full: 160 m · 0.0103 m² over
         // 2200 lpm, 44.9 s, "roughly 45 seconds"; and 0.02 s for the pressure. When the line is full
         // the flow rises from 1750 to 2200 lpm within a second, on which the trapezoidal rule is off
         // by up to half of that.

@@ -196,7 +196,7 @@ fn columns_at_rest_are_equal() {
             let h =
                 (a_r() * h_0 - released - a_d() * column / rho_d) / (a_r() + a_d() * rho_a / rho_d);
             let x = (rho_a * h + column) / rho_d;
-            // What swings about it has died out: an hour is sixty times 2 M/F1, 56 s.
+            // Oscillations about it have died out: an hour is sixty times 2 M/F1, 56 s.
             assert_near(run.output("riser.h", k), h, 1e-6);
             assert_near(run.output("string.x", k), x, 1e-6);
             assert_near(run.output("string.p", k), p, 1e-3);

@@ -156,7 +156,7 @@ pub(crate) enum Bar {
 /// The peer that all others are compared with.
 pub(crate) const OURS: &str = "dgd";
 
-/// An error beyond this is no lack of accuracy but another answer.
+/// An error beyond this means another answer, not a lack of accuracy.
 pub(crate) const DISAGREEMENT: f64 = 1e-2;
 
 const USUAL: &[f64] = &[1e-4, 1e-6, 1e-8];

@@ -12,7 +12,7 @@
 //!   record      the table in the README, all of it in results.md
 //! ```
 //!
-//! What is compared is in [`catalogue`].
+//! [`catalogue`] has the problems that are compared.
 
 mod arguments;
 mod catalogue;

@@ -6,14 +6,14 @@ use dgd_compiler::model::text as model_text;
 use dgd_compiler::model::typeset::{latex, markdown};
 use dgd_compiler::pipeline::Directions;
 use dgd_compiler::syntax::print;
-use dgd_work::model::load;
+use dgd_work::load;
 
 use crate::args::{EmitArgs, Stage};
 use crate::console::Console;
 use crate::failure::CommandError;
 
 pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandError> {
-    let loaded = load(&args.model, &args.choices.request(), |_| Directions::All)?;
+    let loaded = load(&args.model, &args.choices.request(), &Directions::All, console.session())?;
     console.spare(&loaded.sources)?;
     let compiled = &loaded.compiled;
     let text = match args.stage {

@@ -5,8 +5,9 @@ use std::path::Path;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::{layout, parse};
+use dgd_data::Disk;
 use dgd_data::files::write_whole;
-use dgd_work::model::read_model;
+use dgd_data::open::read_text;
 
 use crate::args::FmtArgs;
 use crate::console::Console;
@@ -27,7 +28,7 @@ pub(crate) fn run(args: &FmtArgs, console: Console<'_>) -> Result<(), CommandErr
                 path.display()
             )));
         }
-        let text = read_model(path)?;
+        let text = text_of(path)?;
         if let Some(formatted) = formatted(path, &text, &mut sources, &mut diagnostics)
             && formatted != text
         {
@@ -64,13 +65,19 @@ fn lay_out_into(out: &Path, args: &FmtArgs, console: Console<'_>) -> Result<(), 
         return Err(CommandError::Usage("`--check` writes nothing: leave `-o` out".to_owned()));
     }
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let text = read_model(path)?;
+    let text = text_of(path)?;
     let Some(formatted) = formatted(path, &text, &mut sources, &mut diagnostics) else {
         return Err(CommandError::diagnosed(&diagnostics, sources));
     };
     write_whole(out, |file| file.write_all(formatted.as_bytes()))?;
     console.remark(&format!("wrote {}", out.display()));
     Ok(())
+}
+
+/// The text of a model, library or effect.
+fn text_of(path: &Path) -> Result<String, CommandError> {
+    read_text(&Disk, path)
+        .map_err(|why| CommandError::Found(format!("cannot read `{}`: {why}", path.display())))
 }
 
 /// The canonical text of a file that parses.

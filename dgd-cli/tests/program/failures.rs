@@ -233,7 +233,7 @@ fn a_bootstrap_that_ctrl_c_stops_gives_what_is_complete() {
     }
 }
 
-/// What no machine has memory for is refused before it is tried, and what asks for it is said.
+/// A request that no machine has memory for is refused before it is tried, and the message says what asks for it.
 #[test]
 fn a_run_that_needs_too_much_memory_says_what_asks_for_it() {
     let line = "size N = 20000

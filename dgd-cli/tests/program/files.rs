@@ -98,14 +98,14 @@ fn no_result_takes_the_place_of_what_is_read() {
             dgd_in(folder.path(), &args).refused(2, &["would replace `d.csv`"]);
             fs::remove_file(folder.path().join(out)).expect("it is there");
         }
-        // What is imported is known once the model is read.
+        // Imports are known once the model is read.
         fs::hard_link(folder.path().join("g.dgd"), folder.path().join("g.csv")).expect("writable");
         for command in ["simulate", "sensitivity", "track"] {
             let args = [command, "i.dgd", "--data", "d.csv", "-o", "g.csv"];
             dgd_in(folder.path(), &args).refused(2, &["would replace `g.dgd`"]);
         }
         fs::remove_file(folder.path().join("g.csv")).expect("it is there");
-        // Standard input may be a file, too.
+        // Standard input may be a file.
         let mut track = command(folder.path(), &["track", "t.dgd", "--data", "-", "-o", "d.csv"]);
         track.stdin(fs::File::open(folder.path().join("d.csv")).expect("it is there"));
         if Path::new("/dev/stdin").exists() {

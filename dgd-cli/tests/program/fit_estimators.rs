@@ -268,7 +268,7 @@ fn what_cannot_be_had_from_readings_is_told_by_name() {
         "separable",
     ];
     dgd(&line).refused(1, &["`tau_d`", "delay", "`output-error`"]);
-    // What the line's own equations have is seen by no reading of what comes out of it.
+    // No reading at the outlet shows the terms of the line's own equations.
     dgd(&[&line[..], &["--fix", "tau_d"]].concat()).refused(1, &["`riser`", "reads `q_bo`"]);
 }
 

@@ -104,7 +104,7 @@ fn errors_that_go_with_an_input_are_said_to() {
     let text = dgd_in(folder.path(), &["fit", "m.dgd", "--data", "a.csv"]).done().out;
     assert!(text.contains("residuals of `y` correlate with `v` (correlation +0."), "{text}");
     assert!(text.contains("`dgd discover` looks for it") && !text.contains("`twice` go"), "{text}");
-    // What is added to `y` misleads the parameters that `twice` shares, too.
+    // The addition to `y` also misleads the parameters that `twice` shares.
     assert!(text.contains("residuals of `y`") && text.contains("are autocorrelated"), "{text}");
 }
 

@@ -142,6 +142,11 @@ fn a_result_says_what_it_was_made_of() {
     assert_eq!(one["seed"], 7);
     assert_eq!(one["data"][0]["file"], DATA);
     assert!(one["data"][0]["digest"].as_str().is_some_and(|text| text.starts_with("fnv1a-128:")));
+    let folder = folder_with(&[("sets.csv", b"c0 [m]\n270\n")]);
+    let sets = path(&folder, "sets.csv");
+    let many = run(&["--ensemble", &sets]);
+    assert_eq!(many["data"][0], one["data"][0]);
+    assert!(many["data"][1]["digest"].is_string(), "the sets are data");
     let other = run(&["--set", "c0=270"]);
     assert_ne!(one["model"], other["model"], "what is set is part of the model");
     assert_eq!(one["data"], other["data"]);

@@ -79,7 +79,7 @@ fn a_file_gives_one_line_for_each_row_and_finds_the_valve() {
         let (valve, std) = (column(&run.out, "a_1 [cm^2]"), column(&run.out, "std(a_1) [cm^2]"));
         let (last, std) = (valve[239], std[239]);
         assert!((last - 15.0).abs() < 4.0 * std && std < 0.5, "{estimator}: {last} ± {std}");
-        // What is taken as how uncertain is said, with its reason.
+        // The report says how uncertain each quantity is taken to be, and why.
         for part in
             ["10 % of its size", "noise: h_1 0.0100 m (declared)", "times as large as expected"]
         {

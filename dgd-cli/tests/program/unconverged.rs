@@ -89,7 +89,7 @@ fn a_fit_that_runs_out_of_simulations_is_written_and_goes_on() {
     let value = result["parameters"]["k1"]["value"].as_f64().expect("a number");
     assert!(value > 1e-4, "the best so far: {value}");
     assert!(listing(&folder).contains(&".out.dgd-journal".to_owned()), "{:?}", listing(&folder));
-    // In text it stands there, too.
+    // The text says it as well.
     let args =
         ["fit", "decays.dgd", "--data", "run.csv", "--fix", "x1,x2,x3", "--evaluations", "4"];
     let text = dgd_in(folder.path(), &args);

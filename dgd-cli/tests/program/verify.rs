@@ -82,7 +82,7 @@ fn derivatives_of_the_whole_well_are_not_cried_wolf_over() {
     let (model, data) = ("models/dual_gradient_drilling.dgd", "examples/data/pipe_connection.csv");
     let asked = ["--of", "string.x", "--to", "control.gain", "--every", "5", "--rtol", "1e-8"];
     let (_, comparisons) = verified(model, data, &asked);
-    // What was not asked for is not compared.
+    // Only what was asked for is compared.
     assert_eq!(comparisons.len(), 1, "{comparisons:?}");
     all_agree(&comparisons, 300);
     // The mass of mud is conserved, so its derivatives are zero but for rounding.

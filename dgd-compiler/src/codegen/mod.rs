@@ -88,7 +88,6 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
             type Inputs = #inputs;
             type Jacobian = #jacobian;
             type SensitivityJacobian = #dgdy;
-            type Factorisation = #factorisation;
 
             #features
 
@@ -99,6 +98,21 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
 
             #(#functions)*
             #taylor
+        }
+
+        #[automatically_derived]
+        impl ::dgd::__runtime::Solved for Model {
+            type Factorisation = #factorisation;
+
+            fn integrate(
+                problem: &::dgd::__runtime::Problem<'_, Self>,
+                times: &[f64],
+                options: &::dgd::__runtime::Options,
+                wanted: ::dgd::__runtime::Wanted<'_>,
+            ) -> ::core::result::Result<::dgd::__runtime::Solution, ::dgd::__runtime::Failure> {
+                ::dgd::__runtime::integrate::integrate(problem, times, options, wanted)
+            }
+
             #lanes
         }
     }
@@ -120,7 +134,7 @@ fn features(program: &Program) -> TokenStream {
 /// A name of the model as an identifier of Rust.
 pub fn identifier(name: &str) -> Ident {
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
-    // What is a part's has a point in its name; two names that differ in it only are refused before.
+    // Names of parts have a point; two names that differ only in that have been refused before.
     if name.contains('.') && name.chars().all(|c| is_word(c) || c == '.') {
         return identifier(&name.replace('.', "_"));
     }

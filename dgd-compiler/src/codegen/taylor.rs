@@ -205,7 +205,7 @@ impl Code<'_> {
                 if let Some(own) = own {
                     let own = format_ident!("_c{}", own);
                     quote!(::dgd::__runtime::taylor::add_product(
-                        _row, #own, _s, (#n, #column), _k,
+                        _row, #own, _s, #n, #column, _k,
                     );)
                 } else {
                     let fixed = fixed_name(entry.value);

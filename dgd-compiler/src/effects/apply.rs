@@ -414,7 +414,7 @@ fn equations_mut(
 ) {
     for item in items {
         match &mut item.kind {
-            ItemKind::Equation { label, left, right } => visit(path, label, [left, right]),
+            ItemKind::Equation { label, left, right, .. } => visit(path, label, [left, right]),
             ItemKind::Variant { name, choices } => {
                 for (i, choice) in choices.iter_mut().enumerate() {
                     path.push((name.text.clone(), i));

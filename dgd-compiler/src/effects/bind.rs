@@ -29,7 +29,8 @@ pub fn bind(effect: &Effect, model: &Model) -> Vec<Vec<String>> {
     lists
 }
 
-/// The names of a model that have the kind and the dimension of a slot.
+/// The names of a model that have the kind and the dimension of a slot; exact equations lack nothing, and are left
+/// out.
 fn candidates<'a>(slot: &Slot, model: &'a Model) -> Vec<&'a str> {
     let all: Vec<(&str, Dimension)> = match slot.kind {
         SlotKind::Input => {
@@ -50,7 +51,7 @@ fn candidates<'a>(slot: &Slot, model: &'a Model) -> Vec<&'a str> {
         }
         SlotKind::Equation => {
             let mut all: Vec<(&str, Dimension)> = Vec::new();
-            for equation in model.all_equations() {
+            for equation in model.all_equations().filter(|equation| !equation.is_exact) {
                 // A change of an equation reaches those of its label in all modes.
                 if all.iter().all(|(label, _)| *label != equation.label) {
                     all.push((&equation.label, equation.dimension));

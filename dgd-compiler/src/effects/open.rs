@@ -189,7 +189,7 @@ impl<'a> Opening<'a> {
             ExprKind::Call { function, .. } => Some(function.text.clone()),
             _ => None,
         };
-        // What an earlier effect has put here is a use as a whole.
+        // The expression that an earlier effect has put here counts as one use.
         if !self.splice.is_use(expr, &[], &done.replaced) || name.is_some() {
             for operand in visit::operands_mut(expr) {
                 self.open_within(operand, nesting + 1, done, diagnostics);

@@ -83,7 +83,7 @@ fn range(span: Span) -> Range<usize> {
     span.start as usize..span.end as usize
 }
 
-/// What remains of an item that is gone: a part is remembered, and its doc comment becomes a remark.
+/// The trace of a removed item: a part is remembered, and its doc comment becomes a remark.
 fn as_remark(item: &Item, text: &str, edits: &mut Vec<(Range<usize>, String)>) -> String {
     if !matches!(item.kind, ItemKind::Part { .. }) {
         return String::new();

@@ -274,7 +274,7 @@ pub fn apply(node: Node, value: impl Fn(ExprId) -> f64) -> f64 {
                 value(a)
             }
         }
-        // What has a value here is the same at all times.
+        // A node with a value here is the same at all times.
         Node::Delay(a, _) => value(a),
     }
 }

@@ -359,9 +359,11 @@ impl<'a> Resolver<'a> {
         self.next_loop += 1;
         let Extent { lower, count } = extent?;
         for item in items {
-            let ItemKind::Equation { label, left, right } = &item.kind else { continue };
+            let ItemKind::Equation { label, left, right, attributes } = &item.kind else {
+                continue;
+            };
             self.lowering.index = Some(LoopIndex { name: &index.text, first: lower, count });
-            let equation = self.equation(item, label, left, right, diagnostics);
+            let equation = self.equation(item, label, [left, right], attributes, diagnostics);
             self.lowering.index = None;
             // Each equation reports its own mistakes; the next is independent of them.
             let Ok(mut equation) = equation else { continue };

@@ -72,7 +72,8 @@ impl<'a> Resolver<'a> {
                 AttributeKind::Hold
                 | AttributeKind::Linear
                 | AttributeKind::Noise(_)
-                | AttributeKind::History(_) => {}
+                | AttributeKind::History(_)
+                | AttributeKind::Exact => {}
             }
         }
         parameter.value = value?;
@@ -132,7 +133,8 @@ impl<'a> Resolver<'a> {
                 | AttributeKind::PriorNormal(..)
                 | AttributeKind::Hold
                 | AttributeKind::Linear
-                | AttributeKind::Noise(_) => {}
+                | AttributeKind::Noise(_)
+                | AttributeKind::Exact => {}
             }
         }
         Ok(Unknown { declared, state, start, fixed, nominal, history })
@@ -240,8 +242,8 @@ impl<'a> Resolver<'a> {
         &mut self,
         item: &Item,
         label: &Name,
-        left: &'a Expr,
-        right: &'a Expr,
+        [left, right]: [&'a Expr; 2],
+        attributes: &[Attribute],
         diagnostics: &mut Diagnostics,
     ) -> Result<Equation, Reported> {
         let a = self.lowering.value(left, diagnostics);
@@ -271,6 +273,7 @@ impl<'a> Resolver<'a> {
             left: a.id,
             right: b.id,
             dimension: dim.dimension(),
+            is_exact: attributes.iter().any(|a| a.kind == AttributeKind::Exact),
         })
     }
 }

@@ -219,6 +219,8 @@ pub struct Equation {
     pub right: ExprId,
     /// What both sides measure.
     pub dimension: Dimension,
+    /// Whether it is declared to lack nothing.
+    pub is_exact: bool,
 }
 
 /// Where an automaton comes from.

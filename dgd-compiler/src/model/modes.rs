@@ -51,10 +51,10 @@ impl<'a> Resolver<'a> {
     fn mode(&mut self, mode: &'a Choice, diagnostics: &mut Diagnostics) -> Result<Mode, Reported> {
         let mut equations = Vec::new();
         for item in &mode.items {
-            let ItemKind::Equation { label, left, right } = &item.kind else {
+            let ItemKind::Equation { label, left, right, attributes } = &item.kind else {
                 unreachable!("the parser lets only equations into a mode")
             };
-            equations.push(self.equation(item, label, left, right, diagnostics));
+            equations.push(self.equation(item, label, [left, right], attributes, diagnostics));
         }
         let equations = equations.into_iter().collect::<Result<_, _>>()?;
         Ok(Mode { name: mode.name.text.clone(), doc: mode.doc.clone(), equations })
@@ -105,7 +105,7 @@ impl<'a> Resolver<'a> {
         Ok(Transition { span: condition.span, from, to: to?, left, crossing, right, resets })
     }
 
-    /// What a condition reads at the start is known there: states are their start values.
+    /// Conditions at the start read start values of states, which are known.
     fn check_start_condition(
         &self,
         holds: ExprId,

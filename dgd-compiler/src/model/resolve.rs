@@ -253,8 +253,9 @@ impl<'a> Resolver<'a> {
                 )?;
                 self.model.outputs.push(output);
             }
-            ItemKind::Equation { label, left, right } => {
-                let equation = self.equation(item, label, left, right, diagnostics)?;
+            ItemKind::Equation { label, left, right, attributes } => {
+                let equation =
+                    self.equation(item, label, [left, right], attributes, diagnostics)?;
                 self.model.equations.push(equation);
             }
             ItemKind::Modes { name, modes, transitions, starts } => {

@@ -45,7 +45,7 @@ fn an_argument_that_reads_a_parameter_ties_the_two() {
     let parameters: Vec<&str> = model.parameters.iter().map(|p| p.declared.name.as_str()).collect();
     assert_eq!(parameters, ["A", "one.a", "two.a"]);
     let constants: Vec<&str> = model.constants.iter().map(|c| c.declared.name.as_str()).collect();
-    // What is computed from a tied value is tied as well.
+    // A value computed from a tied value is tied as well.
     assert_eq!(constants, ["B", "one.g", "two.g", "two.A", "two.V"]);
 }
 

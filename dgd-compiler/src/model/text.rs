@@ -136,7 +136,8 @@ impl Writer<'_> {
     fn equation(&mut self, indent: &str, equation: &Equation) {
         let sides = [equation.left, equation.right];
         let [left, right] = self.all_shown(&format!("{indent}  "), sides);
-        self.line(indent, &format!("equation {}: {left} = {right}", equation.label));
+        let exact = if equation.is_exact { " exact" } else { "" };
+        self.line(indent, &format!("equation {}: {left} = {right}{exact}", equation.label));
     }
 
     fn saturations(&mut self) {

@@ -158,7 +158,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
             .map(|written| {
                 let mut instance = self.part(&written, visible, &mut whole);
                 if let Ok(instance) = &mut instance {
-                    // What is bound in some choices only stays an input for the others.
+                    // An input bound in some choices only stays an input for the others.
                     instance.remove_inputs(&|input| {
                         bindings.iter().any(|b| b.input.text == input && b.is_there_with(&written))
                     });

@@ -728,7 +728,7 @@ impl<'a> Builder<'a> {
                 flat.insert(value, sum);
             }
         }
-        // What is known first comes first: no term waits for one that is after it.
+        // Values come in the order in which they are known: no term waits for a later one.
         let mut terms: Vec<Term> =
             flat.into_iter().map(|(value, factor)| (factor, value)).collect();
         terms.sort_by_key(|(_, value)| !self.is_of_symbol(*value));

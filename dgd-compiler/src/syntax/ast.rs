@@ -317,6 +317,8 @@ pub enum ItemKind {
         left: Expr,
         /// Right of `=`.
         right: Expr,
+        /// Attributes in the order written.
+        attributes: Vec<Attribute>,
     },
     /// `variant flow { dynamic { … } static { … } }`
     Variant {
@@ -507,6 +509,8 @@ pub enum AttributeKind {
     Noise(Expr),
     /// `history V`: what it was before the start.
     History(Expr),
+    /// `exact`: the equation lacks nothing.
+    Exact,
 }
 
 /// A unit as written between brackets.

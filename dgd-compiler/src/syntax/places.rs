@@ -88,6 +88,7 @@ fn placeless_attribute(attribute: &Attribute) -> Attribute {
         AttributeKind::Fixed => AttributeKind::Fixed,
         AttributeKind::Hold => AttributeKind::Hold,
         AttributeKind::Linear => AttributeKind::Linear,
+        AttributeKind::Exact => AttributeKind::Exact,
     };
     Attribute { span: Span::default(), kind }
 }
@@ -162,10 +163,11 @@ fn placeless_item(item: &Item) -> Item {
             value: value.as_ref().map(placeless),
             attributes: attributes(all),
         },
-        ItemKind::Equation { label, left, right } => ItemKind::Equation {
+        ItemKind::Equation { label, left, right, attributes: all } => ItemKind::Equation {
             label: placeless_name(label),
             left: placeless(left),
             right: placeless(right),
+            attributes: attributes(all),
         },
         ItemKind::Variant { name, choices } => ItemKind::Variant {
             name: placeless_name(name),

@@ -406,9 +406,10 @@ impl Printer {
                 let body = print_expression(body);
                 self.line(&format!("function {}({}) = {body}", name.text, arguments.join(", ")));
             }
-            ItemKind::Equation { label, left, right } => {
+            ItemKind::Equation { label, left, right, attributes } => {
                 let (left, right) = (print_expression(left), print_expression(right));
-                self.line(&format!("equation {}: {left} = {right}", label.text));
+                let attributes = print_attributes(attributes);
+                self.line(&format!("equation {}: {left} = {right}{attributes}", label.text));
             }
             ItemKind::Variant { name, choices } => {
                 self.line(&format!("variant {} {{", name.text));
@@ -507,12 +508,15 @@ impl Printer {
             text += " = ";
             text += &print_expression(value);
         }
-        for (i, attribute) in attributes.iter().enumerate() {
-            text += if i == 0 { " " } else { ", " };
-            text += &print_attribute(&attribute.kind);
-        }
+        text += &print_attributes(attributes);
         self.line(&text);
     }
+}
+
+/// Attributes with a blank in front, as they stand behind a declaration or an equation.
+fn print_attributes(attributes: &[Attribute]) -> String {
+    let words: Vec<String> = attributes.iter().map(|a| print_attribute(&a.kind)).collect();
+    if words.is_empty() { String::new() } else { format!(" {}", words.join(", ")) }
 }
 
 /// `x falls below e`
@@ -563,5 +567,6 @@ fn print_attribute(kind: &AttributeKind) -> String {
         AttributeKind::Linear => "linear".to_owned(),
         AttributeKind::Noise(std) => format!("noise {}", print_expression(std)),
         AttributeKind::History(value) => format!("history {}", print_expression(value)),
+        AttributeKind::Exact => "exact".to_owned(),
     }
 }

@@ -120,10 +120,11 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             }
             attributes(all, visit);
         }
-        ItemKind::Equation { label, left, right } => {
+        ItemKind::Equation { label, left, right, attributes: all } => {
             visit(Part::Declares(Namespace::Equation, label));
             visit(Part::Expr(Role::Left(label), left));
             visit(Part::Expr(Role::Right(label), right));
+            attributes(all, visit);
         }
         ItemKind::Variant { name, choices } => {
             visit(Part::Declares(Namespace::Variant, name));
@@ -172,7 +173,8 @@ fn attributes(all: &mut [Attribute], visit: &mut dyn FnMut(Part<'_>)) {
             AttributeKind::Log
             | AttributeKind::Fixed
             | AttributeKind::Hold
-            | AttributeKind::Linear => Vec::new(),
+            | AttributeKind::Linear
+            | AttributeKind::Exact => Vec::new(),
         };
         for expr in expressions {
             visit(Part::Expr(Role::Declaration, expr));

@@ -1,4 +1,4 @@
-//! What of a text is kept for diagnostics, and where in it a cell is.
+//! The part of a text kept for diagnostics, and the place of a cell in it.
 
 use std::ops::Range;
 

@@ -192,7 +192,7 @@ impl Time {
         reported?;
         let mut seconds = self.seconds;
         if let Some(rows) = &rows {
-            // The first row may be left out, too.
+            // Even the first row may be left out.
             let first = rows.first().map_or(0.0, |row| seconds[*row]);
             seconds = rows.iter().map(|row| seconds[*row] - first).collect();
         }

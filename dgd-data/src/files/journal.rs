@@ -81,7 +81,7 @@ impl RunJournal {
         opening: Opening,
     ) -> Result<(RunJournal, Before), JournalError> {
         let failed = JournalError::Failed;
-        // What is not a journal is not ours to replace.
+        // A file that is not a journal is not ours to replace.
         if let Ok(there) = fs::symlink_metadata(&path) {
             let is_journal = || -> io::Result<bool> {
                 let mut begin = Vec::new();
@@ -150,7 +150,7 @@ impl Journal for RunJournal {
 
 impl Drop for RunJournal {
     fn drop(&mut self) {
-        // What was computed before a panic is not lost.
+        // Results from before a panic are not lost.
         if !self.is_left.load(Ordering::Relaxed) && !std::thread::panicking() {
             // One that cannot be removed is a hidden left-over, which the next run replaces.
             let _ = fs::remove_file(&self.path);
@@ -231,7 +231,7 @@ mod tests {
                 let found = journal.find(key as u128);
                 assert_eq!(found.as_deref(), (key < count).then_some(*result));
             }
-            // What is added now is found behind what was whole.
+            // New records follow the last whole one.
             journal.keep(9, b"new");
             kill(journal);
             let (journal, before) = open(&path, OWNER, Opening::Resume);

@@ -24,7 +24,7 @@ impl Circumstances {
         Circumstances { times, known: known_quantities(fitted, data) }
     }
 
-    /// What windows of each recording go together with.
+    /// The condition that coincides with windows of each recording.
     pub(crate) fn condition(&self, windows: &[Vec<[f64; 2]>]) -> Option<Condition> {
         condition(&self.times, windows, &self.known)
     }

@@ -22,7 +22,7 @@ pub(crate) fn most_steps(base: &BaseModel, data: &Data<'_>) -> Result<usize, Ref
     for recording in data.train {
         let problem = Problem { system, p, inputs: &recording.inputs, start: &recording.start };
         let run = simulate_with_sensitivities(&problem, &recording.times, &data.options);
-        // One that fails has taken its steps, too.
+        // One that fails has taken steps as well.
         let solution = run.unwrap_or_else(|failure| *failure.partial);
         let tried = solution.statistics.steps + solution.statistics.rejected;
         per_sample = per_sample.max(tried as f64 / recording.times.len().max(1) as f64);

@@ -139,6 +139,12 @@ pub(crate) static FORMS: [Form; 11] = [
     },
 ];
 
+/// Position of the form with this text.
+#[cfg(test)]
+pub(crate) fn position(text: &str) -> usize {
+    FORMS.iter().position(|form| form.text == text).expect("a form")
+}
+
 #[cfg(test)]
 mod tests {
     use super::{Domain, FORMS};

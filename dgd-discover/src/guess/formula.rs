@@ -152,6 +152,7 @@ pub(crate) fn literal(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::guess::forms::position;
 
     fn names() -> Vec<Factor> {
         [("q", "lpm"), ("h", "m"), ("w", "m/s")]
@@ -168,10 +169,10 @@ mod tests {
         let bar = parse_unit("bar").expect("a unit");
         let model = Model::default();
         for (factors, expected, text) in [
-            (vec![(0, 2)], "bar/lpm^2", " * q*abs(q)"),
-            (vec![(0, 0), (1, 4)], "bar*m/lpm", " * q/h"),
-            (vec![(2, 3)], "bar/(m/s)^(1/2)", " * sqrt(w)"),
-            (vec![(1, 4)], "bar*m", " / h"),
+            (vec![(0, position("*{}*abs({})"))], "bar/lpm^2", " * q*abs(q)"),
+            (vec![(0, position("*{}")), (1, position("/{}"))], "bar*m/lpm", " * q/h"),
+            (vec![(2, position("*sqrt({})"))], "bar/(m/s)^(1/2)", " * sqrt(w)"),
+            (vec![(1, position("/{}"))], "bar*m", " / h"),
             (vec![], "bar", ""),
         ] {
             let shape = Shape { factors };
@@ -192,7 +193,8 @@ mod tests {
         let names = names();
         let per = parse_unit("m/lpm").expect("a unit");
         let metre = parse_unit("m").expect("a unit");
-        let (flow, one) = (Shape { factors: vec![(0, 0)] }, Shape { factors: Vec::new() });
+        let (flow, one) =
+            (Shape { factors: vec![(0, position("*{}"))] }, Shape { factors: Vec::new() });
         let terms = [(-0.012_345_6 * per.factor, &per, &flow), (3e-7, &metre, &one)];
         assert_eq!(formula(&terms, &names), "-0.01235 [m/lpm] * q + 3e-7 [m]");
     }

@@ -204,7 +204,7 @@ impl Guessing<'_> {
         for _ in 0..ROUNDS {
             match reconstruct(terms, &around, place, &found, &data.options) {
                 Ok(Some(again)) if again.intensity > 0.0 => found = again,
-                // What there is goes as far as the linearisation does.
+                // The estimate goes as far as the linearisation does.
                 Ok(_) | Err(_) => break,
             }
         }

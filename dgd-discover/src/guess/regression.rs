@@ -378,6 +378,7 @@ fn blocks(trace: &Trace, shapes: &[Shape]) -> Vec<(f64, Vec<f64>)> {
 #[cfg(test)]
 mod tests {
     use super::{Ranked, Trace, ranked};
+    use crate::guess::forms::position;
     use rand_pcg::Pcg64;
     use rand_pcg::rand_core::Rng;
 
@@ -445,9 +446,14 @@ mod tests {
             (|x| 2.0 * x[0] / x[2], "quotient", 2.0),
             (|x| 0.5 * x[2] * x[2], "square", 0.5),
         ];
-        let expected: [&[(usize, usize)]; 4] =
-            [&[(0, 0), (2, 3)], &[(1, 2)], &[(0, 0), (2, 4)], &[(2, 1)]];
+        let expected: [&[(usize, &str)]; 4] = [
+            &[(0, "*{}"), (2, "*sqrt({})")],
+            &[(1, "*{}*abs({})")],
+            &[(0, "*{}"), (2, "/{}")],
+            &[(2, "*{}^2")],
+        ];
         for ((d, name, size), factors) in forms.into_iter().zip(expected) {
+            let factors: Vec<_> = factors.iter().map(|(i, form)| (*i, position(form))).collect();
             for seed in 0..5 {
                 let all = of(seed, d, 0.03);
                 let best = &all[0];
@@ -469,7 +475,7 @@ mod tests {
             trace
         };
         let all = ranked(&[follows(1)], &[follows(2)], [1, 3], &|_| true);
-        let is_of_input = |ranked: &&Ranked| ranked.terms[0].0.factors == [(0, 0)];
+        let is_of_input = |ranked: &&Ranked| ranked.terms[0].0.factors == [(0, position("*{}"))];
         let found = all.iter().find(is_of_input).expect("the input");
         assert!(found.terms.len() == 1 && (found.terms[0].1 / 1.3 - 1.0).abs() < 0.05);
         assert!(all[0].terms.iter().any(|(shape, _)| shape.factors == [(2, 0)]));

@@ -22,12 +22,17 @@
 use std::fmt;
 
 use dgd_execute::Loaded;
-use dgd_runtime::linearize::Elimination;
+use dgd_runtime::linearize::{Elimination, Responses};
 use dgd_runtime::{Inputs, Pattern, Point, Side, Solution, System};
 use nalgebra::DMatrix;
 
-use super::exponential::exponentials;
 use super::missing_terms::MissingTerms;
+
+/// A matrix by its non-zeros.
+struct Sparse<'a> {
+    pattern: &'a Pattern,
+    values: &'a [f64],
+}
 
 /// The linear time-varying system of deviations from a trajectory, in discrete time.
 ///
@@ -144,9 +149,9 @@ impl Deviations {
                 responses.push(responses[k - 1].clone());
                 continue;
             }
-            let (transition, integral) = exponentials(&a, h);
-            transitions.push(transition);
-            responses.push(integral * &b);
+            let response = Responses::balanced(&a).of(h, 0.0).value.clone();
+            transitions.push(response.phi);
+            responses.push(response.gamma_0 * &b);
             last = (a, b, h);
         }
         let seen = samples
@@ -280,25 +285,21 @@ impl<'a> Linearization<'a> {
             &mut self.dwdt,
         );
         let signature = self.system.signature();
-        let by_y = (&signature.jacobian, self.dfdy.as_slice());
-        let rows = self.rows(self.f.len(), by_y, (&signature.input_jacobian, &self.dfdu));
+        let by_y = Sparse { pattern: &signature.jacobian, values: &self.dfdy };
+        let by_u = Sparse { pattern: &signature.input_jacobian, values: &self.dfdu };
+        let rows = self.rows(self.f.len(), &by_y, &by_u);
         let elimination = Elimination::new(self.system, at, &rows).ok()?;
         (elimination.states == self.differential).then_some((elimination, rows))
     }
 
     /// Rows of derivatives to y, then to d, from their non-zeros to y and u.
-    fn rows(
-        &self,
-        number: usize,
-        by_y: (&Pattern, &[f64]),
-        by_u: (&Pattern, &[f64]),
-    ) -> DMatrix<f64> {
+    fn rows(&self, number: usize, by_y: &Sparse<'_>, by_u: &Sparse<'_>) -> DMatrix<f64> {
         let (n, own) = (self.f.len(), self.u.len() - self.n_places);
         let mut matrix = DMatrix::zeros(number, n + self.n_places);
-        for ((row, column), value) in by_y.0.positions().zip(by_y.1) {
+        for ((row, column), value) in by_y.pattern.positions().zip(by_y.values) {
             matrix[(row, column)] = *value;
         }
-        for ((row, column), value) in by_u.0.positions().zip(by_u.1) {
+        for ((row, column), value) in by_u.pattern.positions().zip(by_u.values) {
             if column >= own {
                 matrix[(row, n + column - own)] = *value;
             }
@@ -309,7 +310,9 @@ impl<'a> Linearization<'a> {
     /// A, B, C, D where the model was asked last.
     fn space(&self, elimination: &Elimination, rows: &DMatrix<f64>) -> Option<StateSpace> {
         let [by_y, by_u, _] = &self.system.signature().output_jacobians;
-        let outputs = self.rows(self.n_w(), (by_y, &self.dwdy), (by_u, &self.dwdu));
+        let by_y = Sparse { pattern: by_y, values: &self.dwdy };
+        let by_u = Sparse { pattern: by_u, values: &self.dwdu };
+        let outputs = self.rows(self.n_w(), &by_y, &by_u);
         let (states, outputs) = (elimination.of_states(rows), elimination.reduced(&outputs));
         let n = self.differential.len();
         let split = |rows: &DMatrix<f64>| {

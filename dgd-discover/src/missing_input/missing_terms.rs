@@ -1,4 +1,4 @@
-//! A model with room for what is missing: an unknown input in every equation and every output.
+//! A model with room for what is missing: an unknown input in every output and in every equation that is not `exact`.
 //!
 //! ```text
 //!   equation i:  left = right + d_i        output j:  w_j = … + d_j
@@ -40,7 +40,7 @@ pub enum PlaceKind {
     Output,
 }
 
-/// A model in which every equation and every output has an unknown input.
+/// A model in which every output has an unknown input, and every equation that is not declared exact.
 ///
 /// Unknowns, parameters and outputs are those of the model, in its order. The inputs are the model's
 /// and behind them one for each of `places`, zero in the model as it was given.
@@ -51,7 +51,7 @@ pub struct MissingTerms {
 }
 
 impl MissingTerms {
-    /// Gives every equation, then every output, an unknown input.
+    /// Gives every equation that is not exact, then every output, an unknown input.
     ///
     /// # Errors
     ///
@@ -68,7 +68,8 @@ impl MissingTerms {
         let modes = model.automata.iter_mut().flat_map(|automaton| &mut automaton.modes);
         let of_modes = modes.flat_map(|mode| &mut mode.equations);
         let mut given: Vec<(Place, ExprId)> = Vec::new();
-        for equation in model.equations.iter_mut().chain(of_modes) {
+        let all = model.equations.iter_mut().chain(of_modes);
+        for equation in all.filter(|equation| !equation.is_exact) {
             let place = place(base, PlaceKind::Equation, &equation.label, equation.dimension);
             let earlier = given.iter().find(|(other, _)| *other == place).map(|(_, d)| *d);
             let d = earlier.unwrap_or_else(|| {

@@ -6,7 +6,6 @@
 //! around the trajectory that has it. [`missing_inputs`] does it for all places.
 
 mod deviations;
-mod exponential;
 mod kalman;
 mod missing;
 mod missing_terms;

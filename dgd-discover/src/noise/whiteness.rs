@@ -24,7 +24,7 @@
 
 use dgd_screen::distribution::chi_square_tail;
 use dgd_screen::noise::SensorNoise;
-use dgd_screen::residuals::lagged_product;
+use dgd_screen::residuals::{Lag, lagged_product, ljung_box};
 
 /// What a check looks at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,14 +92,11 @@ pub fn whiteness(residuals: &[f64], noise: &SensorNoise, absorbed: usize) -> Opt
         blocks *= 2;
     }
     if sum_of_squares > 0.0 {
-        let mut sum = 0.0;
-        for lag in 1..=LAGS[LAGS.len() - 1] {
-            let rho = lagged_product(&e, lag) / sum_of_squares;
-            sum += rho * rho / (n - lag as f64);
-            if LAGS.contains(&lag) {
-                checks.push(check(CheckKind::Correlation(lag), n * (n + 2.0) * sum, lag as f64));
-            }
-        }
+        let lags = ljung_box(&[&e], LAGS[LAGS.len() - 1]);
+        checks.extend(LAGS.map(|lag| {
+            let Lag { statistic, tested, .. } = lags[lag - 1];
+            check(CheckKind::Correlation(lag), statistic, tested as f64)
+        }));
     }
 
     let excess = |check: &Check| check.statistic / check.degrees_of_freedom;

@@ -69,7 +69,7 @@ pub struct FoundEffect {
     pub onset: Option<f64>,
     /// When it is active in the first training recording, s.
     pub windows: Vec<[f64; 2]>,
-    /// What goes together with its being active, in all training recordings.
+    /// The condition under which it is active, in all training recordings.
     pub condition: Option<Condition>,
     /// The parameters it brings.
     pub parameters: Vec<ParameterValue>,
@@ -97,7 +97,7 @@ pub struct Unexplained {
     pub target: String,
     /// When, in the first training recording.
     pub windows: Vec<[f64; 2]>,
-    /// What goes together with these windows, in all training recordings.
+    /// The condition that coincides with these windows, in all training recordings.
     pub condition: Option<Condition>,
     /// In words.
     pub description: String,
@@ -124,7 +124,7 @@ pub struct Gap {
     pub valid_before: f64,
     /// Corrected model on validation data.
     pub valid_after: f64,
-    /// What goes together with the windows in which errors of the base model stand out, in all training
+    /// The condition that coincides with the windows in which errors of the base model stand out, in all training
     /// recordings.
     pub condition: Option<Condition>,
 }

@@ -1,4 +1,4 @@
-//! What a discovery says: a search that has ended and the fits that are reported in, a [`Discovery`] out.
+//! From a finished search and the fits that are reported to a [`Discovery`].
 //!
 //! [`Found`] is all that is said of an effect, [`reason()`] the sentence that gives the verdict's reason,
 //! [`corrected()`] the model's new text; the account has all that is said besides.

@@ -41,7 +41,7 @@ impl Left {
         words
     }
 
-    /// Whether it is no more than what passes for noise.
+    /// Whether it may pass for noise.
     fn is_small(self, thresholds: &Thresholds) -> bool {
         self.training <= thresholds.explained
             && self.validation.is_none_or(|v| v <= thresholds.explained_held_out)

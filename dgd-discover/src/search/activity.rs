@@ -80,7 +80,7 @@ pub(crate) fn changes(
 ) -> Vec<Change> {
     let runs = |system: &Loaded| -> Option<Vec<(Solution, Vec<f64>)>> {
         let recordings = recordings.iter().enumerate();
-        recordings.map(|(r, recording)| run(system, values, (r, recording), options)).collect()
+        recordings.map(|(r, recording)| run(system, values, r, recording, options)).collect()
     };
     let Some(own) = runs(&with.system) else { return Vec::new() };
     let of = |names: Vec<Changed>, a: &[f64], b: &[f64]| -> Vec<Change> {
@@ -98,7 +98,7 @@ pub(crate) fn changes(
     };
     let in_rows = recordings.iter().enumerate().zip(&own);
     let in_rows: Option<Vec<(Vec<f64>, Vec<f64>)>> = in_rows
-        .map(|(recording, (solution, _))| rows(with, without, values, recording, solution))
+        .map(|((r, recording), (solution, _))| rows(with, without, values, r, recording, solution))
         .collect();
     if let Some(in_rows) = in_rows {
         let (a, b): (Vec<Vec<f64>>, Vec<Vec<f64>>) = in_rows.into_iter().unzip();
@@ -118,11 +118,12 @@ pub(crate) fn changes(
     of(names.collect(), &outputs(own), &outputs(others))
 }
 
-/// A run of one of the recordings, which stands at a position among them, and its outputs.
+/// A run of one of the recordings, by its position among them, and its outputs.
 fn run(
     system: &Loaded,
     values: &Values,
-    (position, recording): (usize, &Recording),
+    position: usize,
+    recording: &Recording,
     options: &Options,
 ) -> Option<(Solution, Vec<f64>)> {
     let (p, start) = (values.parameters(system), values.starts(system, position));
@@ -137,7 +138,8 @@ fn rows(
     with: &Structure,
     without: &Structure,
     values: &Values,
-    (position, recording): (usize, &Recording),
+    position: usize,
+    recording: &Recording,
     solution: &Solution,
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let (a, b) = (&with.system, &without.system);
@@ -209,8 +211,8 @@ pub(crate) fn largest_disagreement(
     options: &Options,
 ) -> Option<(String, f64, Unit)> {
     let (sa, sb) = (&a.structure.system, &b.structure.system);
-    let (ya, _) = run(sa, &a.values, (0, recording), options)?;
-    let (yb, _) = run(sb, &b.values, (0, recording), options)?;
+    let (ya, _) = run(sa, &a.values, 0, recording, options)?;
+    let (yb, _) = run(sb, &b.values, 0, recording, options)?;
     let mut worst: Option<(f64, (String, f64, Unit))> = None;
     for (i, unknown) in sa.signature().unknowns.iter().enumerate() {
         let other = sb.signature().unknowns.iter().position(|other| other.name == unknown.name);

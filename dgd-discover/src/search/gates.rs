@@ -8,7 +8,7 @@
 //! | | `aside` readings or more come before its onset, and after it |
 //! | | no parameter of it is at a bound (`verdict.rs`) |
 //!
-//! What does not hold is doubted, with its reason, and the search goes on to what is next.
+//! A structure that does not hold is doubted, with the reason, and the search goes on to the next.
 
 use rand_pcg::Pcg64;
 

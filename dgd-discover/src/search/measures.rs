@@ -118,7 +118,7 @@ impl Search<'_> {
     ) -> bool {
         let measured = noise.iter().flatten().count() * residuals.len();
         let least = self.thresholds.false_alarm / measured.max(1) as f64;
-        // What is left of outputs in recordings that are too short for tests of their own.
+        // Residuals of outputs in recordings that are too short for tests of their own.
         let mut short: Vec<Vec<f64>> = vec![Vec::new(); noise.len()];
         for (recording, outputs) in self.data.train.iter().zip(residuals) {
             for ((residuals, noise), short) in outputs.iter().zip(noise).zip(&mut short) {

@@ -14,7 +14,7 @@
 //! fits best while it is alone. So the search goes on from several structures at a time, and what
 //! was accepted may be exchanged.
 //!
-//! What is believed is decided by a ranking and thresholds alone ([`Verdict::of`]); a search makes the fits
+//! A ranking and thresholds alone decide what is believed ([`Verdict::of`]); a search makes the fits
 //! that a question needs, asks, and asks again where the evidence contradicts the answer.
 
 mod activity;

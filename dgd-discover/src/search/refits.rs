@@ -2,7 +2,9 @@
 
 use super::screen::{Remedy, Score};
 use super::tried::Search;
-use crate::fit::{Fitted, NoFit, StartPoint, in_parallel};
+use dgd_runtime::parallel::in_parallel_stateless;
+
+use crate::fit::{Fitted, NoFit, StartPoint};
 use crate::library::{MOST_EFFECTS, StructureId, Values};
 
 /// How many structures the search goes on from.
@@ -117,7 +119,7 @@ impl Search<'_> {
     pub(crate) fn refit(&mut self, wanted: Vec<Wanted>, evaluations: usize, held_out: HeldOut) {
         let (base, candidates, data) = (self.base, self.candidates, &self.data);
         let count = data.keeping.count("structures fitted", wanted.len());
-        let results = in_parallel(self.threads, wanted.len(), |k| {
+        let results = in_parallel_stateless(wanted.len(), self.threads, |k| {
             let Wanted { structure, from, points } = &wanted[k];
             let structure =
                 base.structure(candidates, *structure).map_err(|refused| NoFit(refused.0))?;

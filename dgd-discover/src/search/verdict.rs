@@ -57,7 +57,7 @@ pub(crate) enum Outcome {
 }
 
 impl Outcome {
-    /// The short of it. Templates that leave more than noise are no explanation.
+    /// The short of it. Templates that leave more than noise explain nothing.
     pub(crate) fn verdict(self) -> Verdict {
         match self {
             Outcome::Sufficient => Verdict::Sufficient,
@@ -223,7 +223,7 @@ impl<'a, 'r> Judge<'a, 'r> {
     }
 
     /// Structures with other names that leave about as little of the training recordings. More effects beside
-    /// a structure's own are no others.
+    /// a structure's own do not count.
     pub(crate) fn rivals(self, structure: StructureId) -> Vec<&'a Standing<'r>> {
         let Some(own) = self.ranking.get(structure) else { return Vec::new() };
         let Some([trained, _]) = own.misfit.squares() else { return Vec::new() };

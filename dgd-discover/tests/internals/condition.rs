@@ -1,4 +1,4 @@
-//! What windows go together with is said, and chance is not.
+//! A condition that coincides with windows is named, and coincidence by chance is not.
 
 use dgd_discover::{Condition, ConditionKind, KnownKind, KnownQuantity, condition};
 use dgd_runtime::Unit;
@@ -73,7 +73,7 @@ fn windows_of_a_falling_flow_are_called_so() {
         let a = &all[0].values[0];
         // The effect begins when the flow falls, and goes on for 20 s.
         let falls = |k: usize| (k.max(21) - 20..=k).any(|k| a[k] < a[k - 1] - 4.0);
-        // Few windows are no reason, and nothing is said.
+        // With few windows nothing is said.
         let Some(found) = of_one(windows(falls), &all) else { continue };
         said += 1;
         assert_eq!(found.quantity, "a", "seed {seed}: {found:?}");
@@ -164,7 +164,7 @@ fn what_sets_in_once_goes_with_nothing_that_drifts_or_steps_once() {
 
 #[test]
 fn several_recordings_are_taken_together() {
-    // One pulse in each: two recordings are two windows, and one is no reason.
+    // One pulse in each: two recordings give two windows; one window alone proves nothing.
     let pulse = |from: usize| -> Vec<f64> {
         (0..SAMPLES).map(|k| f64::from(u8::from((from..from + 100).contains(&k)))).collect()
     };

@@ -1,4 +1,4 @@
-//! What is missing is found where it is missing, in the unit of the equation as written.
+//! A missing term is found where it is missing, in the unit of the equation as written.
 
 use dgd_discover::{
     Colour, Deviations, LinearizeError, MissingTerms, PlaceKind, Recording, SensorNoise,
@@ -173,6 +173,16 @@ fn the_equation_that_lacks_something_explains_most() {
         // An offset of 0.25 m in one of the outputs stays unexplained: 700 samples of 12σ or more.
         assert!(gain(place) < 0.9 * best, "{place}: {} of {best}", gain(place));
     }
+}
+
+#[test]
+fn an_exact_equation_lacks_nothing() {
+    let text = "model cart\ninput F [N] hold\nstate x [m] = 0\nstate v [m/s] = 0\n\
+                equation speed: der(x) = v exact\n\
+                equation force: 2 [kg] * der(v) = F - 1 [N*s/m]*v\noutput x noise 1 [mm]\n";
+    let case = Case::new(text, &[], vec![0.0, 1.0]);
+    let places: Vec<&str> = case.model.places().iter().map(|place| place.name.as_str()).collect();
+    assert_eq!(places, ["force", "x"]);
 }
 
 #[test]

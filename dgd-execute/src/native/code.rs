@@ -1,6 +1,6 @@
 //! Machine code, and the only place from which it is called.
 //!
-//! What makes a call sound: the code reads and writes within the lengths that its [`Plan`] was made
+//! A call is sound because the code reads and writes within the lengths that its [`Plan`] was made
 //! for, which are compared with those of the slices before each call; it keeps no address; it is freed
 //! when nobody can call it any more.
 

@@ -155,7 +155,7 @@ impl Native {
 /// How code is made for a machine.
 fn target(machine: &isa::Builder) -> Result<OwnedTargetIsa, Refused> {
     let flags = [
-        // What is asked of Cranelift is checked by tests, not in every run.
+        // Tests check the code given to Cranelift; runs do not.
         ("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" }),
         // Programs have no common expressions left, and are not to be rearranged.
         ("opt_level", "none"),

@@ -136,7 +136,7 @@ impl At {
         At { t: number(), arrays }
     }
 
-    /// Bits of all results of a function; of all that are no number, the same.
+    /// Bits of all results of a function; all NaNs have the same.
     fn bits(&self, performed: &impl Perform, function: &Function) -> Vec<Vec<u64>> {
         let mut results: Vec<Vec<f64>> =
             function.lengths.iter().map(|length| vec![0.25; *length]).collect();

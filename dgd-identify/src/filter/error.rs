@@ -4,11 +4,13 @@ use std::fmt;
 
 use dgd_runtime::{InputError, IntegrateError};
 
-use crate::error::{EstimateError, TrialFailure};
+use crate::error::{EstimateError, TrialFailure, WrongLength};
 
 /// Why there is no filter, or why it ended.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FilterError {
+    /// Something has a wrong length.
+    Length(WrongLength),
     /// The model has no unknown with a derivative and no parameter is free.
     NothingTracked,
     /// The model or an output reads what is not followed: with a delay that varies, or ahead.
@@ -61,6 +63,7 @@ pub struct Missing {
 impl fmt::Display for FilterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Length(wrong) => wrong.fmt(f),
             Self::NothingTracked => write!(
                 f,
                 "there is nothing to track: the model has no state and no parameter is free"

@@ -9,13 +9,13 @@
 //! many such rows on end are an error.
 
 use dgd_runtime::for_identify::unknown_sizes;
-use dgd_runtime::{Inputs, Problem, consistent_start};
+use dgd_runtime::{Inputs, Problem, Signature, consistent_start};
 use nalgebra::{DMatrix, DVector};
 
 use super::coordinates::Coordinates;
 use super::drive::Drive;
 use super::error::FilterError;
-use super::interval::{IntervalModel, Local, RunState};
+use super::interval::{Interval, IntervalModel, Local, RunState};
 use super::prediction::consistent;
 use super::problem::{
     Estimator, FilterProblem, Sample, Tuning, verify_first_inputs, verify_tuning,
@@ -23,7 +23,7 @@ use super::problem::{
 use super::remembered::Remembered;
 use super::square_root::triangular;
 use super::watch::{Alarm, Watch};
-use crate::error::TrialFailure;
+use crate::error::{TrialFailure, WrongLength, verify_lengths};
 
 /// Rows on end in which the model may fail.
 const MOST_FAILURES: usize = 10;
@@ -114,29 +114,28 @@ pub(super) struct Innovated {
     pub root: DMatrix<f64>,
 }
 
+fn verify_sample(signature: &Signature, sample: Sample<'_>) -> Result<(), WrongLength> {
+    WrongLength::verify("inputs", sample.u.len(), signature.inputs.len())?;
+    WrongLength::verify("measured outputs", sample.measured.len(), signature.outputs.len())
+}
+
 impl<'a> Filter<'a> {
     /// A filter at its first row, and what is known there.
     ///
     /// # Errors
     ///
     /// [`FilterError`], all variants but `Stuck`.
-    ///
-    /// # Panics
-    ///
-    /// When lengths are not those of the model's signature.
     pub fn begin(
         problem: &FilterProblem<'a>,
         tuning: &Tuning,
         first: Sample<'_>,
     ) -> Result<(Self, Row), FilterError> {
         let signature = problem.system.signature();
-        assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
-        assert_eq!(problem.free.len(), signature.directions.len(), "number of directions");
-        assert_eq!(first.u.len(), signature.inputs.len(), "number of inputs");
-        assert_eq!(first.measured.len(), signature.outputs.len(), "number of outputs");
-        assert_eq!(tuning.noise.len(), signature.outputs.len(), "number of outputs");
-        assert_eq!(tuning.states.len(), problem.states().len(), "number of states");
-        assert_eq!(tuning.parameters.len(), problem.parameters().len(), "number of parameters");
+        verify_lengths(signature, problem.p, &problem.free, &[], tuning.noise.len())?;
+        verify_sample(signature, first)?;
+        WrongLength::verify("walks of states", tuning.states.len(), problem.states().len())?;
+        let parameters = problem.parameters().len();
+        WrongLength::verify("walks of parameters", tuning.parameters.len(), parameters)?;
         let model = IntervalModel::new(problem)?;
         verify_tuning(problem, tuning)?;
         if tuning.noise.iter().all(Option::is_none) {
@@ -158,7 +157,8 @@ impl<'a> Filter<'a> {
         problem: &FilterProblem<'a>,
         tuning: &Tuning,
         inputs: &Inputs,
-        (t, measured): (f64, &[f64]),
+        t: f64,
+        measured: &[f64],
     ) -> Result<(Self, Row), FilterError> {
         let model = IntervalModel::new(problem)?;
         let mut filter = Self::new(problem, tuning, model, inputs, t)?;
@@ -281,16 +281,11 @@ impl<'a> Filter<'a> {
     ///
     /// # Errors
     ///
-    /// [`FilterError::Inputs`] for a row whose time is before the last, or the third with one time;
+    /// [`FilterError::Length`]; [`FilterError::Inputs`] for a row whose time is before the last, or the third with one time;
     /// [`FilterError::Stuck`].
-    ///
-    /// # Panics
-    ///
-    /// When lengths are not those of the model's signature.
     pub fn step(&mut self, sample: Sample<'_>) -> Result<Row, FilterError> {
         let signature = self.model.system.signature();
-        assert_eq!(sample.u.len(), signature.inputs.len(), "number of inputs");
-        assert_eq!(sample.measured.len(), signature.outputs.len(), "number of outputs");
+        verify_sample(signature, sample)?;
         self.drive.push(sample.t, sample.u, signature)?;
         let p = self.coordinates.p(self.model.p, &self.variables);
         self.drive.forget(self.model.reach(&p));
@@ -314,15 +309,15 @@ impl<'a> Filter<'a> {
         until: f64,
         measured: &[f64],
     ) -> Result<Row, FilterError> {
-        let from = self.t;
+        let over = Interval { from: self.t, until };
         self.ahead = None;
         let mut failure = None;
-        if until > from {
-            let moved = self.predict(inputs, from, until);
+        if over.length() > 0.0 {
+            let moved = self.predict(inputs, over);
             self.t = until;
             if let Err(reason) = moved {
                 self.ahead = None;
-                self.stray(until, until - from);
+                self.stray(until, over.length());
                 failure = Some(reason);
             }
         }

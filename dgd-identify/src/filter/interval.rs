@@ -11,9 +11,11 @@
 //! Derivatives to what was ([`Remembered`]) come from further runs, in which the past has them.
 
 use dgd_runtime::for_identify::{Past, delays, held_by_bounds};
-use dgd_runtime::integrate::{Before, Memory, Wanted};
+use dgd_runtime::integrate::Memory;
 use dgd_runtime::model::{Model, ModelProblem, observe};
-use dgd_runtime::{Direction, Inputs, IntegrateError, Options, Point, Problem, Side, Solution};
+use dgd_runtime::{
+    Before, Direction, Inputs, IntegrateError, Options, Point, Problem, Side, Solution, Wanted,
+};
 use nalgebra::DMatrix;
 
 use super::coordinates::Coordinates;
@@ -61,6 +63,20 @@ impl RunState {
             past.correct(steps);
         }
         place
+    }
+}
+
+/// From one time to another.
+#[derive(Clone, Copy)]
+pub(super) struct Interval {
+    pub from: f64,
+    pub until: f64,
+}
+
+impl Interval {
+    /// How long it lasts.
+    pub(super) fn length(self) -> f64 {
+        self.until - self.from
     }
 }
 
@@ -155,7 +171,7 @@ impl<'a> IntervalModel<'a> {
     pub(super) fn move_with_sensitivities(
         &self,
         inputs: &Inputs,
-        times: (f64, f64),
+        over: Interval,
         from: &RunState,
         coordinates: &Coordinates,
         variables: &[f64],
@@ -163,13 +179,13 @@ impl<'a> IntervalModel<'a> {
         let (p, start) = self.started(&from.y, coordinates, variables);
         let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
         let wanted = Wanted::ResumedSensitivities(from.before(None));
-        let mut solution = self.run_over(&problem, from, times, wanted)?;
+        let mut solution = self.run_over(&problem, from, over, wanted)?;
         let last = solution.len() - 1;
         let mut phi = transition(solution.s(last), solution.n, coordinates, variables);
         if let Some(past) = &from.past {
-            let [s_past] = self.by_past(past, &p, times, [solution.s(last)], |seeded| {
+            let [s_past] = self.by_past(past, &p, over, [solution.s(last)], |seeded| {
                 let wanted = Wanted::ResumedSensitivities(from.before(Some(seeded)));
-                let run = self.run(&problem, &[times.0, times.1], wanted)?;
+                let run = self.run(&problem, &[over.from, over.until], wanted)?;
                 Ok([run.s(run.len() - 1).to_vec()])
             })?;
             phi = beside(&phi, &rows_of_states(&s_past, coordinates));
@@ -177,7 +193,7 @@ impl<'a> IntervalModel<'a> {
         if phi.iter().all(|value| value.is_finite()) {
             Ok(Moved { place: ended(from, &mut solution), phi })
         } else {
-            Err(self.undefined(times.1, &solution))
+            Err(self.undefined(over.until, &solution))
         }
     }
 
@@ -185,7 +201,7 @@ impl<'a> IntervalModel<'a> {
     pub(super) fn move_states(
         &self,
         inputs: &Inputs,
-        times: (f64, f64),
+        over: Interval,
         from: &RunState,
         coordinates: &Coordinates,
         variables: &[f64],
@@ -193,7 +209,7 @@ impl<'a> IntervalModel<'a> {
         let (p, start) = self.started(&from.y, coordinates, variables);
         let problem = Problem { system: &self.system, p: &p, inputs, start: &start };
         let wanted = Wanted::Resumed(from.before(None));
-        let mut solution = self.run_over(&problem, from, times, wanted)?;
+        let mut solution = self.run_over(&problem, from, over, wanted)?;
         Ok(ended(from, &mut solution))
     }
 
@@ -241,17 +257,18 @@ impl<'a> IntervalModel<'a> {
             s[coordinates.directions[column] * n + self.watched[row]] * slope(column)
         });
         if let Some(past) = &at.past {
-            let [s_past, c_past] = self.by_past(past, &p, (t, t), [s, &dw], |seeded| {
-                let with = self.look(&problem, t, at, Some(seeded))?;
-                Ok([with.run.parts().1.to_vec(), with.dw])
-            })?;
+            let [s_past, c_past] =
+                self.by_past(past, &p, Interval { from: t, until: t }, [s, &dw], |seeded| {
+                    let with = self.look(&problem, t, at, Some(seeded))?;
+                    Ok([with.run.parts().1.to_vec(), with.dw])
+                })?;
             phi = beside(&phi, &rows_of_states(&s_past, coordinates));
             watched = beside(&watched, &s_past.select_rows(&self.watched));
             c = beside(&c, &c_past);
             let here = Point { t, y, u: &[], p: &p, z };
             let late = self.late.read(&problem, here, past)?;
             late.write(&mut w);
-            late.differentiate((coordinates, variables), &mut c);
+            late.differentiate(coordinates, variables, &mut c);
         }
         let a = transition(&g, n, coordinates, variables);
         Ok(Local { y: y.to_vec(), w, phi, a, c, watched })
@@ -304,13 +321,13 @@ impl<'a> IntervalModel<'a> {
         &self,
         past: &Remembered,
         p: &[f64],
-        times: (f64, f64),
+        over: Interval,
         without: [&[f64]; N],
         with: impl Fn(&Past) -> Result<[Vec<f64>; N], TrialFailure>,
     ) -> Result<[DMatrix<f64>; N], TrialFailure> {
         let directions = self.system.signature().directions.len().max(1);
         let mut all = without.map(|of| DMatrix::zeros(of.len() / directions, past.len()));
-        for some in self.read_late(past, p, times) {
+        for some in self.read_late(past, p, over) {
             let with = with(&past.seeded(&some))?;
             for (j, variable) in some.into_iter().enumerate() {
                 let size = past.sizes()[variable % past.sizes().len()];
@@ -327,8 +344,8 @@ impl<'a> IntervalModel<'a> {
 
     /// Variables of the past that the equations read between two times, as many at once as there are
     /// directions.
-    fn read_late(&self, past: &Remembered, p: &[f64], times: (f64, f64)) -> Vec<Vec<usize>> {
-        let variables = past.read_between(&self.delays(p), times);
+    fn read_late(&self, past: &Remembered, p: &[f64], over: Interval) -> Vec<Vec<usize>> {
+        let variables = past.read_between(&self.delays(p), over);
         let at_once = self.system.signature().directions.len().max(1);
         variables.chunks(at_once).map(<[usize]>::to_vec).collect()
     }
@@ -338,19 +355,19 @@ impl<'a> IntervalModel<'a> {
         &self,
         problem: &ModelProblem<'_>,
         from: &RunState,
-        times: (f64, f64),
+        over: Interval,
         wanted: Wanted<'_>,
     ) -> Result<Solution, TrialFailure> {
         let Some(past) = &from.past else {
-            return self.run(problem, &[times.0, times.1], wanted);
+            return self.run(problem, &[over.from, over.until], wanted);
         };
         let delays = self.delays(problem.p);
-        let run = self.run(problem, &past.asked(&delays, &[], times), wanted)?;
+        let run = self.run(problem, &past.asked(&delays, &[], over), wanted)?;
         if run.events.is_empty() {
             return Ok(run);
         }
         // What jumps at events is known on both sides of them.
-        self.run(problem, &past.asked(&delays, &run.events, times), wanted)
+        self.run(problem, &past.asked(&delays, &run.events, over), wanted)
     }
 
     /// Unknowns that fulfil the equations, and how they depend on states and parameters.
@@ -382,7 +399,7 @@ impl<'a> IntervalModel<'a> {
         times: &[f64],
         wanted: Wanted<'_>,
     ) -> Result<Solution, TrialFailure> {
-        dgd_runtime::System::integrate(problem, times, &self.options, wanted)
+        dgd_runtime::Solved::integrate(problem, times, &self.options, wanted)
             .map_err(|failure| TrialFailure::Simulation(failure.error))
     }
 

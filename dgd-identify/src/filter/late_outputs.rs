@@ -105,7 +105,8 @@ impl Readings<'_> {
     /// Replaces their rows of C, outputs × all variables.
     pub(super) fn differentiate(
         &self,
-        (coordinates, variables): (&Coordinates, &[f64]),
+        coordinates: &Coordinates,
+        variables: &[f64],
         c: &mut DMatrix<f64>,
     ) {
         let Self { problem, here, past, all } = self;

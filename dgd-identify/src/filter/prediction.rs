@@ -4,7 +4,7 @@ use dgd_runtime::Inputs;
 use nalgebra::{DMatrix, DVector};
 
 use super::estimator::Filter;
-use super::interval::RunState;
+use super::interval::{Interval, RunState};
 use super::problem::Estimator;
 use super::remembered::Remembered;
 use super::square_root::{beside, integrated_noise, triangular};
@@ -13,29 +13,19 @@ use crate::error::TrialFailure;
 
 impl Filter<'_> {
     /// Moves the estimate to the next row. After an error it is where it was.
-    pub(super) fn predict(
-        &mut self,
-        inputs: &Inputs,
-        from: f64,
-        until: f64,
-    ) -> Result<(), TrialFailure> {
+    pub(super) fn predict(&mut self, inputs: &Inputs, over: Interval) -> Result<(), TrialFailure> {
         match self.estimator {
-            Estimator::Unscented(spread) => self.predict_points(spread, inputs, from, until),
+            Estimator::Unscented(spread) => self.predict_points(spread, inputs, over),
             Estimator::ExtendedKalman | Estimator::Recursive { .. } => {
                 let Self { model, coordinates, variables, place, .. } = &*self;
-                let moved = model.move_with_sensitivities(
-                    inputs,
-                    (from, until),
-                    place,
-                    coordinates,
-                    variables,
-                )?;
+                let moved =
+                    model.move_with_sensitivities(inputs, over, place, coordinates, variables)?;
                 let mut phi = DMatrix::identity(variables.len(), variables.len());
                 phi.view_mut((0, 0), moved.phi.shape()).copy_from(&moved.phi);
                 let mut next = variables.clone();
                 coordinates.read_states(&moved.place.y, &mut next);
                 let moved_with = phi * self.carried.as_ref().unwrap_or(&self.root);
-                self.arrive(moved_with, inputs, (from, until), moved.place, next)
+                self.arrive(moved_with, inputs, over, moved.place, next)
             }
         }
     }
@@ -46,8 +36,7 @@ impl Filter<'_> {
         &mut self,
         spread: Spread,
         inputs: &Inputs,
-        from: f64,
-        until: f64,
+        over: Interval,
     ) -> Result<(), TrialFailure> {
         let Self { model, coordinates, place, .. } = &*self;
         let mut points = spread.points(&self.variables, &self.root);
@@ -56,8 +45,7 @@ impl Filter<'_> {
         for mut point in points.column_iter_mut() {
             let mut variables: Vec<f64> = point.iter().copied().collect();
             let place = place.moved_by(&variables[coordinates.len()..]);
-            let moved =
-                model.move_states(inputs, (from, until), &place, coordinates, &variables)?;
+            let moved = model.move_states(inputs, over, &place, coordinates, &variables)?;
             coordinates.read_states(&moved.y, &mut variables);
             point.copy_from_slice(&variables);
             middle.get_or_insert(moved);
@@ -68,7 +56,7 @@ impl Filter<'_> {
         if let Some(past) = &mut place.past {
             past.end_at(coordinates, &next);
         }
-        self.arrive(deviations, inputs, (from, until), place, next)
+        self.arrive(deviations, inputs, over, place, next)
     }
 
     /// Takes over where the estimate has come to: `moved` is the root of its covariance without noise, or the
@@ -77,7 +65,7 @@ impl Filter<'_> {
         &mut self,
         moved: DMatrix<f64>,
         inputs: &Inputs,
-        (from, until): (f64, f64),
+        over: Interval,
         mut place: RunState,
         mut variables: Vec<f64>,
     ) -> Result<(), TrialFailure> {
@@ -94,20 +82,20 @@ impl Filter<'_> {
         variables.truncate(own);
         variables.resize(own + place.past.as_ref().map_or(0, Remembered::len), 0.0);
 
-        let mut densities = self.guarded(until - from);
+        let mut densities = self.guarded(over.length());
         for k in model.held(&place, coordinates) {
             densities[k] = 0.0;
         }
         let strays = self.carried.is_none() && densities.iter().any(|q| *q != 0.0);
         let mut local = None;
         if strays || place.past.is_some() {
-            local = Some(model.local(inputs, until, &place, coordinates, &variables)?);
+            local = Some(model.local(inputs, over.until, &place, coordinates, &variables)?);
         }
         let mut moved = without(moved, &gone);
         if let (Some(local), true) = (&local, strays) {
-            let Some(noise) = integrated_noise(&local.a, &densities, until - from) else {
+            let Some(noise) = integrated_noise(&local.a, &densities, over.length()) else {
                 let equation = model.system.signature().name.to_string();
-                return Err(TrialFailure::NoSensitivity { equation, t: until });
+                return Err(TrialFailure::NoSensitivity { equation, t: over.until });
             };
             let noise = noise.resize_vertically(known, 0.0);
             let phi = local.phi.columns(0, known).into_owned();

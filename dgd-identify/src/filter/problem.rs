@@ -1,4 +1,4 @@
-//! What is tracked, and how uncertain it is.
+//! States and parameters to track, and how uncertain they are.
 
 use dgd_runtime::for_identify::{differential_somewhere, parameter_size, unknown_sizes};
 use dgd_runtime::model::Model;

@@ -1,6 +1,6 @@
 //! What unknowns were, as far back as a model or its outputs read them.
 //!
-//! What was is no better known than what is, and samples correct both. So each row leaves a copy of the
+//! The past is no better known than the present, and samples correct both. So each row leaves a copy of the
 //! unknowns that are read late among the variables (stochastic cloning: Roumeliotis, Burdick 2002). Between
 //! two of these *nodes* the past is as the model moved it, and changes with them in a straight line:
 //!
@@ -15,6 +15,7 @@ use dgd_runtime::for_identify::{Hat, NODES, Past, Seed};
 use dgd_runtime::{Event, Solution};
 
 use super::coordinates::Coordinates;
+use super::interval::Interval;
 
 /// Nodes within the longest delay.
 const MOST_NODES: f64 = 60.0;
@@ -73,8 +74,9 @@ impl Remembered {
         &self,
         delays: &[(usize, f64)],
         events: &[Event],
-        (from, until): (f64, f64),
+        over: Interval,
     ) -> Vec<f64> {
+        let Interval { from, until } = over;
         let apart = (until - from) / (MOST_PIECES * PIECES) as f64;
         let kinks = delays.iter().flat_map(|(_, tau)| self.past.marks().map(move |t| t + tau));
         let mut ends: Vec<f64> =
@@ -190,11 +192,8 @@ impl Remembered {
 
     /// Positions of the variables that are read between two times by what is late by `delays`: of unknown and
     /// delay.
-    pub(super) fn read_between(
-        &self,
-        delays: &[(usize, f64)],
-        (from, until): (f64, f64),
-    ) -> Vec<usize> {
+    pub(super) fn read_between(&self, delays: &[(usize, f64)], over: Interval) -> Vec<usize> {
+        let Interval { from, until } = over;
         let each = self.sizes.len();
         let is_read = |variable: &usize| {
             let Hat { left, right, .. } = self.hat(variable / each);

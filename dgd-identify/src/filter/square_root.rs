@@ -94,7 +94,7 @@ pub(super) fn correct(
 ///   Q(2h) = Q(h) + Φ(h) Q(h) Φ(h)ᵀ,   Φ(2h) = Φ(h)²
 /// ```
 ///
-/// Doubling adds what is not below zero, so that stiff models are no trouble. `None` where it overflows.
+/// Doubling adds only terms that are not negative, so that stiff models are harmless. `None` where it overflows.
 pub(super) fn integrated_noise(a: &DMatrix<f64>, q: &[f64], dt: f64) -> Option<DMatrix<f64>> {
     let n = q.len();
     let mut whole = DMatrix::zeros(n, n);

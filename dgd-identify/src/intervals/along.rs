@@ -75,7 +75,7 @@ pub(crate) fn one_by_one(
     let mut profiles = Vec::with_capacity(estimates.len());
     for j in estimates {
         let profile = profile(*j);
-        // What is found after this was said may lack something.
+        // A result found after this was asked may lack something.
         if watch.is_stopped() {
             break;
         }

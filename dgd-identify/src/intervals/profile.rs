@@ -218,7 +218,7 @@ pub fn profiles(
                 |digest| digest.of(&("profile", estimates[k])),
                 || {
                     let profile = along.profile(fit);
-                    // What is found after this was said may lack something.
+                    // A result found after this was asked may lack something.
                     if around.watch.is_stopped() {
                         Err(EstimateError::Stopped)
                     } else {

@@ -22,7 +22,7 @@ pub(crate) fn minimise(
 ) -> Option<DVector<f64>> {
     let n = g.len();
     let mut delta = DVector::zeros(n);
-    // What starts at a bound and is pushed against it stays there.
+    // A variable that starts at a bound and is pushed against it stays there.
     let mut free: Vec<bool> = (0..n)
         .map(|i| !((lower[i] >= 0.0 && g[i] >= 0.0) || (upper[i] <= 0.0 && g[i] <= 0.0)))
         .collect();

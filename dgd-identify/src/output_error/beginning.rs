@@ -234,7 +234,7 @@ fn added(beginning: &[Vec<Part>], rest: &[Vec<Part>]) -> f64 {
         })
         .collect();
     let scaled = |m: &DMatrix<f64>| DMatrix::from_fn(n, n, |i, j| m[(i, j)] * scale[i] * scale[j]);
-    // Rounding is no knowledge: what only that tells is not known.
+    // A value that only rounding determines is not known.
     let rounding = DMatrix::identity(n, n) * 1e-12;
     let Some(known) = (scaled(&known) + &rounding).cholesky() else { return f64::INFINITY };
     let covariance = known.solve(&known.solve(&(scaled(&correlated) + rounding)).transpose());

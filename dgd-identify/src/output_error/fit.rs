@@ -154,12 +154,11 @@ pub(crate) fn finish(
         variables.all.iter().zip(z).map(|(variable, z)| variable.bound(*z)).collect();
     let held: Vec<bool> = bounds.iter().map(Option::is_some).collect();
     let cutoff = unseen(problem.options.rtol);
-    let uncertainty = match problem.loss {
-        Loss::Squares => Uncertainty::new(&at.normal.information, &held, cutoff),
-        Loss::Huber | Loss::Cauchy | Loss::Tukey => {
-            let (h, g) = curvature_and_influence(problem, variables, z, &sigma, at);
-            Uncertainty::new(&h, &held, cutoff).with_influence(&g)
-        }
+    let uncertainty = if problem.loss == Loss::Squares {
+        Uncertainty::new(&at.normal.information, &held, cutoff)
+    } else {
+        let (h, g) = curvature_and_influence(problem, variables, z, &sigma, at);
+        Uncertainty::new(&h, &held, cutoff).with_influence(&g)
     };
     let slopes: Vec<f64> =
         variables.all.iter().zip(z).map(|(variable, z)| variable.slope(*z)).collect();

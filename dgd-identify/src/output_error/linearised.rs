@@ -32,7 +32,8 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Outputs at the sample times of a recording by the linear model at `at`.
 pub(crate) fn outputs_of(
     problem: &ModelProblem<'_>,
-    (recording, at): (&Recording, &LinearAt),
+    recording: &Recording,
+    at: &LinearAt,
     options: &Options,
     derivatives: Derivatives,
 ) -> Result<Observations, NotLinearised> {
@@ -48,7 +49,7 @@ pub(crate) fn outputs_of(
         .and_then(|()| verify_inputs(problem, times).map_err(IntegrateError::Inputs))
         .map_err(NotLinearised::Run)?;
     let of_point = Problem { start: guess(recording, at, problem.start), ..*problem };
-    let model = Parametric::new(&of_point, (at, times), options, with_slopes)?;
+    let model = Parametric::new(&of_point, at, times, options, with_slopes)?;
     let start = Start::new(problem, &model, from, options, n_s)?;
     let late = LateTimes::new(problem, times).map_err(NotLinearised::Run)?;
     let inputs = problem.inputs_read().map_err(IntegrateError::Inputs);
@@ -411,7 +412,7 @@ pub fn nonlinear(
     Ok(Nonlinear { evaluation, points, departures: departures.collect::<Result<_, _>>()? })
 }
 
-/// Where a run is first in another mode than the point; a `when` that acts is one, too.
+/// Where a run is first in another mode than the point; a `when` that acts counts as one.
 fn departure(
     problem: &ModelProblem<'_>,
     times: &[f64],

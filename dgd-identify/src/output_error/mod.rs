@@ -24,7 +24,7 @@ use dgd_runtime::model::Model;
 use dgd_runtime::parallel::in_parallel_by_model;
 use dgd_runtime::{Direction, Observations, Options};
 
-use crate::error::{EstimateError, TrialFailed};
+use crate::error::{EstimateError, TrialFailed, WrongLength, verify_lengths};
 use crate::journal::{Digest, Keeping, kept_success};
 use crate::loss::{self, Loss};
 use crate::minimise::levenberg_marquardt::{Region, StoppingRule, Termination, minimise_watched};
@@ -129,10 +129,6 @@ impl<'a> OutputErrorProblem<'a> {
 /// # Errors
 ///
 /// [`EstimateError`]: nothing to estimate or to estimate from, or the first simulation fails.
-///
-/// # Panics
-///
-/// When lengths are not those of the model's signature.
 pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
     verify(problem)?;
     let (variables, mut z) =
@@ -251,7 +247,7 @@ fn estimate(
         });
         let termination = minimum.termination;
         (z, at) = total.add(minimum);
-        // What is at a bound takes no degree of freedom.
+        // An estimate at a bound takes no degree of freedom.
         let left = data.saturating_sub(variables.unheld(&z)).max(1);
         let spread = (data as f64 / left as f64).sqrt();
         let next = if is_squares {
@@ -288,15 +284,11 @@ fn estimate(
 /// # Errors
 ///
 /// As [`fit`].
-///
-/// # Panics
-///
-/// When there are other numbers of times than of recordings.
 pub fn fit_starts(
     problem: &OutputErrorProblem<'_>,
     before: &[f64],
 ) -> Result<Vec<Starts>, EstimateError> {
-    assert_eq!(before.len(), problem.recordings.len(), "a time for each recording");
+    WrongLength::verify("times of recordings", before.len(), problem.recordings.len())?;
     let directions = problem.system.signature().directions.iter();
     let free: Vec<bool> = directions
         .zip(&problem.free)
@@ -381,14 +373,8 @@ pub fn evaluate(
 
 fn verify(problem: &OutputErrorProblem<'_>) -> Result<(), EstimateError> {
     let signature = problem.system.signature();
-    assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
-    assert_eq!(problem.free.len(), signature.directions.len(), "number of directions");
-    assert_eq!(problem.noise.len(), signature.outputs.len(), "number of outputs");
-    for recording in problem.recordings {
-        assert_eq!(recording.measured.len(), signature.outputs.len(), "number of outputs");
-        let lengths = recording.measured.iter().flatten().map(Vec::len);
-        assert!(lengths.into_iter().all(|len| len == recording.times.len()), "number of samples");
-    }
+    let OutputErrorProblem { p, free, recordings, noise, .. } = problem;
+    verify_lengths(signature, p, free, recordings, noise.len())?;
     for (output, noise) in signature.outputs.iter().zip(&problem.noise) {
         if let Some(Noise::Known(sigma)) = *noise
             && !(sigma > 0.0 && sigma.is_finite())

@@ -126,7 +126,7 @@ fn is_same(first: &Fit, other: &Fit) -> bool {
 ///
 /// # Panics
 ///
-/// As [`fit`], and without points.
+/// Without points.
 pub fn fit_from(
     problem: &OutputErrorProblem<'_>,
     points: &[Starts],

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use crate::error::{TrialFailed, TrialFailure};
 use crate::minimise::levenberg_marquardt::NormalEquations;
 use crate::output_error::OutputErrorProblem;
-use crate::recording::{Misfit, Sums, simulated_sums};
+use crate::recording::{Misfit, Sums, SumsOf, simulated_sums};
 use crate::variables::Variables;
 
 /// Sums of all recordings with their weights.
@@ -38,8 +38,8 @@ pub(crate) fn simulate_all(
         let start = variables.starts(r, &recording.start, z);
         let columns = variables.columns(r, z);
         let name = |i: usize| names[i].clone();
-        let wanted = (columns.as_slice(), losses.as_slice());
-        simulated_sums(system, recording, (&p, &start), options, wanted, name)
+        let of = SumsOf { columns: &columns, losses: &losses };
+        simulated_sums(system, recording, &p, &start, options, of, name)
     });
     let failed = |(recording, result): (usize, Result<Vec<Sums>, TrialFailure>)| {
         result.map_err(|reason| TrialFailed { recording, reason })

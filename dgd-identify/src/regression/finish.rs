@@ -189,7 +189,8 @@ impl Found {
         prepared: &Prepared<'_>,
         rows: &mut Rows<'_>,
         last: &Self,
-        (p, unbounded): (Vec<f64>, Vec<f64>),
+        p: Vec<f64>,
+        unbounded: Vec<f64>,
         bounds: &[(f64, f64)],
         searched: &Searched,
     ) -> Result<Self, RegressionError> {

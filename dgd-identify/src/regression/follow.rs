@@ -107,8 +107,7 @@ pub fn follow(
         p[*i] = *value;
     }
     let bounds = prepared.bounds(RegressionMethod::LeastSquares);
-    let found =
-        Found::new(&prepared, &mut rows, &first, (p.clone(), p), &bounds, &Searched::of(2))?;
+    let found = Found::new(&prepared, &mut rows, &first, p.clone(), p, &bounds, &Searched::of(2))?;
     let mut fit = finish(&prepared, &mut rows, &linear, found, RegressionMethod::LeastSquares)?;
     fit.forget_uncertainty();
     let covariance = following.estimator.covariance();
@@ -147,8 +146,7 @@ impl Following<'_> {
                 // A value that jumps has no rate.
                 last = None;
             }
-            let now =
-                self.signals(rows, (recording, sample), known.point(sample, &self.prepared.p));
+            let now = self.signals(rows, recording, sample, known.point(sample, &self.prepared.p));
             let Some(now) = now else {
                 last = None;
                 continue;
@@ -160,7 +158,7 @@ impl Following<'_> {
                 Some((before, from)) => {
                     let h = t - before;
                     let at = known.point_before(sample, &self.prepared.p);
-                    let to = self.signals(rows, (recording, sample), at);
+                    let to = self.signals(rows, recording, sample, at);
                     let to = to.unwrap_or_else(|| now.clone());
                     self.filter.lead(from, &to, h);
                     let (filter, weights) = (&mut self.filter, &self.weights);
@@ -173,7 +171,9 @@ impl Following<'_> {
                             let block = 2 * (n + 1);
                             let rows = smoothed.chunks_exact(block).zip(rates.chunks_exact(block));
                             rows.zip(weights)
-                                .map(|(row, weight)| sample_of(row, n, *weight))
+                                .map(|((smoothed, rates), weight)| {
+                                    sample_of(smoothed, rates, n, *weight)
+                                })
                                 .collect()
                         });
                         filter.advance(h / steps);
@@ -189,7 +189,8 @@ impl Following<'_> {
     fn signals(
         &self,
         rows: &mut Rows<'_>,
-        (recording, sample): (usize, usize),
+        recording: usize,
+        sample: usize,
         at: Point<'_>,
     ) -> Option<Vec<f64>> {
         let Prepared { free, sizes, p, .. } = self.prepared;
@@ -249,7 +250,7 @@ fn resets_a_row(rows: &Rows<'_>) -> bool {
 }
 
 /// The row of filtered signals: what is smoothed, and the rates of what enters by its rate.
-fn sample_of((smoothed, rates): (&[f64], &[f64]), n: usize, weight: f64) -> RegressorSample {
+fn sample_of(smoothed: &[f64], rates: &[f64], n: usize, weight: f64) -> RegressorSample {
     let entry = |j: usize| weight * (smoothed[j] + rates[n + 1 + j]);
     RegressorSample { z: entry(0), phi: (1..=n).map(entry).collect() }
 }

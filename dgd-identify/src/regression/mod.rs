@@ -143,10 +143,6 @@ impl<'a> RegressionProblem<'a> {
 ///
 /// [`RegressionError`]: nothing to estimate or to estimate from, an unknown that no output gives, a
 /// parameter that does not enter as the method needs it.
-///
-/// # Panics
-///
-/// When lengths are not those of the model's signature.
 pub fn regress(
     problem: &RegressionProblem<'_>,
     method: RegressionMethod,
@@ -205,7 +201,7 @@ fn regress_known(
     let mut is_stopped = false;
     let bounds = prepared.bounds(method);
     for _ in 0..MOST_ROUNDS {
-        let next = separable::solve(prepared, &mut rows, &linear, &found, (method, &bounds))?;
+        let next = separable::solve(prepared, &mut rows, &linear, &found, method, &bounds)?;
         // The weight of rows of one kind, with nothing beside them, changes nothing.
         let is_one = next.sigma.len() == 1 && problem.priors.is_empty();
         let is_stable = is_one || next.is_stable(&found, STABLE);

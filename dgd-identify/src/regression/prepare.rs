@@ -3,6 +3,7 @@
 use dgd_runtime::for_identify::{delay_sensitivities, parameter_size};
 use dgd_runtime::{Direction, Output, Pattern, Problem};
 
+use crate::error::verify_lengths;
 use crate::noise::Noise;
 use crate::recording::Recording;
 use crate::regression::error::{RegressionError, Unsteady};
@@ -26,9 +27,8 @@ impl<'a> Prepared<'a> {
     pub(crate) fn new(problem: &'a RegressionProblem<'a>) -> Result<Self, RegressionError> {
         let system = problem.system;
         let signature = system.signature();
-        assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
-        assert_eq!(problem.free.len(), signature.directions.len(), "number of directions");
-        assert_eq!(problem.noise.len(), signature.outputs.len(), "number of outputs");
+        let RegressionProblem { p, free, recordings, noise, .. } = problem;
+        verify_lengths(signature, p, free, recordings, noise.len())?;
         let directions = signature.directions.iter().zip(&problem.free);
         let free: Vec<usize> = directions
             .filter_map(|(direction, free)| match direction {
@@ -77,8 +77,8 @@ impl<'a> Prepared<'a> {
         }
         let sensors = self.sensors();
         let mut all = Vec::with_capacity(recordings.len());
-        for recording in recordings.iter().enumerate() {
-            let mut known = Known::new(*system, &self.p, recording, &sensors, *half_width)?;
+        for (r, recording) in recordings.iter().enumerate() {
+            let mut known = Known::new(*system, &self.p, r, recording, &sensors, *half_width)?;
             known.keep_steady(steady);
             all.push(known);
         }

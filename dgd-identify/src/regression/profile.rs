@@ -34,7 +34,7 @@ pub fn regression_profiles(
     };
     let mut prepared = Prepared::new(problem)?;
     assert_eq!(prepared.free.len(), fit.estimates.len(), "the fit is that of the problem");
-    // What is linear was found out there.
+    // That fit has found out which parameters are linear.
     prepared.clamp(method);
     let guess = std::mem::replace(&mut prepared.p, fit.p.clone());
     let known = prepared.known()?;
@@ -121,8 +121,9 @@ impl Along<'_> {
         }
         start.p[free[j]] = held;
         let mut rows = self.rows.borrow_mut();
-        let within = (self.method, bounds.as_slice());
-        let found = separable::solve(prepared, &mut rows, &fit.linear, &start, within).ok()?;
+        let found =
+            separable::solve(prepared, &mut rows, &fit.linear, &start, self.method, &bounds)
+                .ok()?;
         evaluations.set(evaluations.get() + found.evaluations);
         if !found.is_converged {
             return None;

@@ -329,16 +329,11 @@ impl<'a> Rows<'a> {
             return f64::NAN;
         }
         self.with_late(recording, known.point(sample, p), |rows, at| {
-            rows.target_at(kind, (recording, sample), at)
+            rows.target_at(kind, recording, sample, at)
         })
     }
 
-    fn target_at(
-        &mut self,
-        kind: usize,
-        (recording, sample): (usize, usize),
-        at: Point<'_>,
-    ) -> f64 {
+    fn target_at(&mut self, kind: usize, recording: usize, sample: usize, at: Point<'_>) -> f64 {
         let known = &self.known[recording];
         let RowKind { of, reads, late, .. } = &self.kinds[kind];
         let layout = self.system.signature().past();
@@ -451,7 +446,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Whether the square of a value is finite, too.
+/// Whether a value and its square are finite.
 fn is_summable(value: f64) -> bool {
     (value * value).is_finite()
 }

@@ -70,7 +70,8 @@ pub(crate) fn solve(
     rows: &mut Rows<'_>,
     linear: &[bool],
     last: &Found,
-    (method, bounds): (RegressionMethod, &[(f64, f64)]),
+    method: RegressionMethod,
+    bounds: &[(f64, f64)],
 ) -> Result<Found, RegressionError> {
     let inner = Inner {
         prepared,
@@ -93,7 +94,7 @@ pub(crate) fn solve(
             });
             evaluations += found.evaluations;
             is_flat =
-                found.is_converged && outer.is_flat(rows, &inner, &p, (&z, &found.x), &bounds)?;
+                found.is_converged && outer.is_flat(rows, &inner, &p, &z, &found.x, &bounds)?;
             is_converged = found.is_converged && !is_flat;
             found.x
         } else {
@@ -109,7 +110,7 @@ pub(crate) fn solve(
     inner.solve(rows, &mut p)?;
     let searched =
         Searched { x: Vec::new(), evaluations: evaluations + 1, iterations, is_converged, is_flat };
-    Found::new(prepared, rows, last, (p, unbounded), bounds, &searched)
+    Found::new(prepared, rows, last, p, unbounded, bounds, &searched)
 }
 
 /// Least squares in the linear parameters.
@@ -299,13 +300,14 @@ impl<'a> Outer<'a> {
         rows: &mut Rows<'_>,
         inner: &Inner<'_>,
         p: &[f64],
-        (first, last): (&[f64], &[f64]),
+        first: &[f64],
+        last: &[f64],
         bounds: &[(f64, f64)],
     ) -> Result<bool, RegressionError> {
         let reach = self.variables.reach();
         let region = Region { bounds, reach: &reach, leading: reach.len() };
         let normal = self.project(rows, inner, &mut p.to_vec(), last)?;
-        Ok(is_flat((&normal, self.prepared.problem.stopping.flat), region, last, first))
+        Ok(is_flat(&normal, self.prepared.problem.stopping.flat, region, last, first))
     }
 
     /// The projected problem at z. Linear parameters are solved for from those of the problem before.

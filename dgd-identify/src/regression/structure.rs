@@ -136,7 +136,8 @@ impl Evaluated {
     fn derivatives(
         &self,
         kind: usize,
-        (j, n): (usize, usize),
+        j: usize,
+        n: usize,
         multiplier: Option<(usize, f64)>,
     ) -> impl Iterator<Item = f64> + '_ {
         let rows = self.slopes[kind].chunks_exact(n).zip(&self.residuals[kind]);
@@ -180,8 +181,8 @@ fn conflicts_of(
                     found.push((j, k));
                     continue;
                 };
-                let before = at.derivatives(kind, (j, n), with(p));
-                let after = moved.derivatives(kind, (j, n), with(p_moved));
+                let before = at.derivatives(kind, j, n, with(p));
+                let after = moved.derivatives(kind, j, n, with(p_moved));
                 let (mut change, mut size) = (0.0f64, 0.0f64);
                 for (before, after) in before.zip(after) {
                     change = change.max((after - before).abs());

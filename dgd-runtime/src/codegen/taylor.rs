@@ -198,7 +198,8 @@ pub fn add_product<const N: usize>(
     g: &mut [f64; N],
     a: &Terms,
     s: &[[f64; N]],
-    (rows, row): (usize, usize),
+    rows: usize,
+    row: usize,
     k: usize,
 ) {
     let of = |order: usize| &s[order * rows + row];

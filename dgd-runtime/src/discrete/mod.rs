@@ -15,10 +15,11 @@ pub fn discrete_numbers<S: System>(system: &S, p: &[f64], t: f64) -> Vec<f64> {
 }
 
 /// Puts automata into the modes that conditions on the start choose, of each the first that holds; the
-/// others stay where they are. `y` are start values, `e` is work space for the event functions.
+/// others stay where they are. `at` has the start values, `z` takes the place of its own discrete numbers, and `e`
+/// is work space for the event functions.
 pub(crate) fn choose_start_modes<S: System>(
     system: &S,
-    (t, y, u, p): (f64, &[f64], &[f64], &[f64]),
+    at: Point<'_>,
     e: &mut [f64],
     z: &mut [f64],
 ) {
@@ -30,8 +31,8 @@ pub(crate) fn choose_start_modes<S: System>(
         return;
     }
     // Conditions may share switches with the equations.
-    choose_sides(system, (t, y, u, p), e, z);
-    system.event_functions(Point { t, y, u, p, z }, e);
+    choose_sides(system, at, e, z);
+    system.event_functions(Point { z, ..at }, e);
     for (position, _) in discrete.automata.iter().enumerate().filter(|(_, a)| chooses(a)) {
         let holding = discrete.transitions().zip(e.iter()).find(|((of, transition), e)| {
             *of == position
@@ -60,13 +61,9 @@ pub(crate) fn waiting<S: System>(system: &S, at: Point<'_>, e: &mut [f64]) -> Ve
 }
 
 /// Puts switches on the side of their surfaces that y is on, and algebraic unknowns with bounds at
-/// those beyond which they would be. `e` is work space for the event functions.
-pub fn choose_sides<S: System>(
-    system: &S,
-    (t, y, u, p): (f64, &[f64], &[f64], &[f64]),
-    e: &mut [f64],
-    z: &mut [f64],
-) {
+/// those beyond which they would be. `z` takes the place of the discrete numbers of `at`, and `e` is work space for the
+/// event functions.
+pub fn choose_sides<S: System>(system: &S, at: Point<'_>, e: &mut [f64], z: &mut [f64]) {
     let Signature { discrete, unknowns, .. } = system.signature();
     if !discrete.automata.iter().any(|automaton| automaton.kind.chooses_side()) {
         return;
@@ -76,7 +73,7 @@ pub fn choose_sides<S: System>(
             *z = automaton.start as f64;
         }
     }
-    system.event_functions(Point { t, y, u, p, z }, e);
+    system.event_functions(Point { z, ..at }, e);
     for (k, (position, transition)) in discrete.transitions().enumerate() {
         let automaton = &discrete.automata[position];
         let algebraic = transition.resets.iter().all(|i| !unknowns.is_differential(*i));

@@ -1,7 +1,7 @@
 //! Which unknowns are states, where constraints leave a choice that changes along a solution.
 //!
 //! The event functions of automata of the kind [`States`](crate::system::AutomatonKind::States) compare how well the
-//! constraints determine the unknowns that are no states; the solution is the
+//! constraints determine the unknowns that are not states; the solution is the
 //! same in all of their modes, so that they may change at any time.
 
 use crate::system::{Point, Signature, Storage, System};
@@ -34,7 +34,7 @@ pub fn select_states<S: System>(system: &S, at: Point<'_>, z: &mut [f64], e: &mu
 }
 
 /// Gives unknowns that are tied together, in one unit and without a declared size, the largest of
-/// their sizes: a rod of 1 m that starts level has y near 0 for a while, and is no smaller for it.
+/// their sizes: a rod of 1 m that starts level has y near 0 for a while, and is 1 m long all the same.
 pub(crate) fn share_sizes<S: System>(system: &S, sizes: &mut [f64]) {
     let signature = system.signature();
     for (k, _) in selecting(signature).enumerate().filter(|(_, selects)| *selects) {

@@ -74,7 +74,7 @@ impl Control {
             REMEMBERED, SAFETY,
         };
         let (h, before) = (self.h, self.previous_error);
-        // What is not finite is not used.
+        // Values that are not finite are not used.
         let finite = errors.map(|e| if e <= f64::MAX { e } else { f64::MAX });
         let errors_used = finite.map(|e| if e > NEGLIGIBLE { e } else { NEGLIGIBLE });
         let root = SAFETY * power(errors_used, -0.5 * self.exponent);

@@ -3,37 +3,41 @@
 #![allow(clippy::inline_always)]
 
 use super::lanes::LaneStorage;
-use crate::system::{Storage, System};
+use crate::solved::Solved;
+use crate::system::Storage;
 
 /// cₗ of each unknown, θ = (t − t₀)/h:
 ///
 /// ```text
 ///   y(t₀ + θ h) = y + θ (c₁ + θ (c₂ + θ (c₃ + θ c₄)))
 /// ```
-pub(super) struct Polynomials<S: System> {
+pub(super) struct Polynomials<S: Solved> {
     pub(super) c: [<S::Vector as Storage>::Lanes; 4],
 }
 
-impl<S: System> Polynomials<S> {
+/// A step of one lane.
+#[derive(Clone, Copy)]
+pub(super) struct LaneStep {
+    pub(super) lane: usize,
+    /// Where it begins, and 1/h.
+    pub(super) t: f64,
+    pub(super) per_h: f64,
+}
+
+impl<S: Solved> Polynomials<S> {
     pub(super) fn new(n: usize) -> Self {
         Self { c: std::array::from_fn(|_| <S::Vector as Storage>::Lanes::zeros(n)) }
     }
 
-    /// Writes unknown i of lane l at the `asked` times, best a multiple of eight, of a step from (t, y)
-    /// by 1/`per_h`.
+    /// Writes unknown i of a lane, which is y where the lane's step begins, at the `asked` times, best a multiple of
+    /// eight.
     #[inline(always)]
-    pub(super) fn write(
-        &self,
-        (i, l): (usize, usize),
-        (t, y, per_h): (f64, f64, f64),
-        asked: &[f64],
-        row: &mut [f64],
-    ) {
-        let lane = |c: &<S::Vector as Storage>::Lanes| c.lanes()[i].0[l];
+    pub(super) fn write(&self, i: usize, y: f64, step: LaneStep, asked: &[f64], row: &mut [f64]) {
+        let lane = |c: &<S::Vector as Storage>::Lanes| c.lanes()[i].0[step.lane];
         let [c1, c2, c3, c4] = &self.c;
         let (c1, c2, c3, c4) = (lane(c1), lane(c2), lane(c3), lane(c4));
         for (value, asked) in row.iter_mut().zip(asked) {
-            let theta = (asked - t) * per_h;
+            let theta = (asked - step.t) * step.per_h;
             *value = y + theta * (c1 + theta * (c2 + theta * (c3 + theta * c4)));
         }
     }

@@ -7,10 +7,11 @@ use super::lanes::{LANES, LaneStorage, Lanes};
 use super::stage::{LaneInputs, LaneTrial};
 use crate::integrate::tableaux::MAX_STAGES;
 use crate::integrate::tableaux::RungeKuttaTableau;
-use crate::system::{Storage, System};
+use crate::solved::Solved;
+use crate::system::Storage;
 
 /// Work space.
-pub(super) struct Explicit<S: System> {
+pub(super) struct Explicit<S: Solved> {
     stage: <S::Vector as Storage>::Lanes,
     k: [<S::Vector as Storage>::Lanes; MAX_STAGES],
     error: <S::Vector as Storage>::Lanes,
@@ -18,7 +19,7 @@ pub(super) struct Explicit<S: System> {
     pub(super) is_fresh: [bool; LANES],
 }
 
-impl<S: System> Explicit<S> {
+impl<S: Solved> Explicit<S> {
     pub(super) fn new(n: usize) -> Self {
         let zeros = || <S::Vector as Storage>::Lanes::zeros(n);
         Self {

@@ -5,9 +5,21 @@ use super::power::power;
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::signal::Segment;
-use crate::system::{Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
 
-/// A step from `from` that is small against the time in which the solution and its slope change.
+/// Where a member starts.
+#[derive(Clone, Copy)]
+pub(super) struct Start<'a> {
+    pub(super) t: f64,
+    pub(super) y: &'a [f64],
+    /// Sizes of the unknowns.
+    pub(super) sizes: &'a [f64],
+    /// 1 for differential unknowns, 0 for the others.
+    pub(super) mass: &'a [f64],
+}
+
+/// A step from the start that is small against the time in which the solution and its slope change.
 ///
 /// ```text
 ///   h₀ = 0.01 ‖y‖ / ‖ẏ‖,  ‖ÿ‖ ≈ ‖f(t + h₀, y + h₀ f) − f‖ / h₀
@@ -17,16 +29,16 @@ use crate::system::{Point, Storage, System};
 /// # Source
 ///
 /// Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, 2nd ed. (1993), §II.4.
-pub(super) fn first_step<S: System>(
+pub(super) fn first_step<S: Solved>(
     problem: &Problem<'_, S>,
     segment: Segment<'_>,
-    from: f64,
-    (y, sizes, mass): (&[f64], &[f64], &[f64]),
+    start: Start<'_>,
     tolerances: Tolerances,
     estimate_order: u32,
     span: f64,
 ) -> f64 {
     let Problem { system, p, .. } = *problem;
+    let Start { t: from, y, sizes, mass } = start;
     let n = y.len();
     let size = |values: &[f64]| tolerances.mean_square(values, y, y, sizes).sqrt();
     let mut u = S::Inputs::zeros(segment.u.len());

@@ -1,4 +1,4 @@
-//! Eight numbers at a time, and a model's functions at eight points at a time.
+//! A model's functions at eight points at a time.
 //!
 //! A function at eight points is the function itself in a loop over lanes: the same operations, so
 //! the same bits. Where the numbers of a model have fixed sizes, and its function is inlined there,
@@ -8,105 +8,9 @@
 // Loops become vector operations of the caller's width only where they are inlined into it.
 #![allow(clippy::inline_always)]
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
-
 use crate::system::{Point, Signature, System};
 
-/// Numbers in one [`Lanes`].
-pub const LANES: usize = 8;
-
-/// One number for each of several members of an ensemble.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(align(64))]
-pub struct Lanes(pub [f64; LANES]);
-
-impl Lanes {
-    /// Zeros.
-    pub const ZERO: Self = Self([0.0; LANES]);
-
-    /// The same number for all.
-    #[inline(always)]
-    pub const fn splat(value: f64) -> Self {
-        Self([value; LANES])
-    }
-
-    /// `f` of each number.
-    #[must_use]
-    #[inline(always)]
-    pub fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
-        for number in &mut self.0 {
-            *number = f(*number);
-        }
-        self
-    }
-
-    /// The numbers of `other` in these lanes.
-    #[must_use]
-    #[inline(always)]
-    pub fn choose(mut self, other: Self, lanes: [bool; LANES]) -> Self {
-        for ((a, b), is_other) in self.0.iter_mut().zip(other.0).zip(lanes) {
-            *a = if is_other { b } else { *a };
-        }
-        self
-    }
-
-    /// In which lanes `holds` of the number and its counterpart.
-    #[inline(always)]
-    pub fn lanes_where(self, other: Self, holds: impl Fn(f64, f64) -> bool) -> [bool; LANES] {
-        let mut lanes = [false; LANES];
-        for ((lane, a), b) in lanes.iter_mut().zip(self.0).zip(other.0) {
-            *lane = holds(a, b);
-        }
-        lanes
-    }
-
-    /// `f` of each number and its counterpart.
-    #[must_use]
-    #[inline(always)]
-    pub fn with(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        for (a, b) in self.0.iter_mut().zip(other.0) {
-            *a = f(*a, b);
-        }
-        self
-    }
-}
-
-/// Operations on values: all lanes are read before one is written.
-macro_rules! operation {
-    ($trait:ident, $method:ident, $operator:tt) => {
-        impl $trait for Lanes {
-            type Output = Self;
-
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                self.with(other, |a, b| a $operator b)
-            }
-        }
-    };
-}
-
-operation!(Add, add, +);
-operation!(Sub, sub, -);
-operation!(Mul, mul, *);
-operation!(Div, div, /);
-
-impl Mul<Lanes> for f64 {
-    type Output = Lanes;
-
-    #[inline(always)]
-    fn mul(self, other: Lanes) -> Lanes {
-        other.map(|b| self * b)
-    }
-}
-
-impl Neg for Lanes {
-    type Output = Self;
-
-    #[inline(always)]
-    fn neg(self) -> Self {
-        self.map(|a| -a)
-    }
-}
+pub use crate::system::storage::{LANES, LaneStorage, Lanes};
 
 /// Several points at which a model is evaluated; lengths are those of a
 /// [`Point`]. Models with discrete numbers have no such points.
@@ -120,73 +24,6 @@ pub struct LanePoint<'a> {
     pub u: &'a [Lanes],
     /// Parameters.
     pub p: &'a [Lanes],
-}
-
-/// Numbers in lanes, of a size that is known when the program is compiled or when it runs.
-pub trait LaneStorage: Clone {
-    /// `len` zeros.
-    ///
-    /// # Panics
-    ///
-    /// If the size is fixed and is not `len`.
-    fn zeros(len: usize) -> Self;
-
-    /// All of them.
-    fn lanes(&self) -> &[Lanes];
-
-    /// All of them, to write to.
-    fn lanes_mut(&mut self) -> &mut [Lanes];
-}
-
-impl<const N: usize> LaneStorage for [Lanes; N] {
-    #[inline(always)]
-    fn zeros(len: usize) -> Self {
-        assert_eq!(len, N, "storage of fixed size");
-        [Lanes::ZERO; N]
-    }
-
-    #[inline(always)]
-    fn lanes(&self) -> &[Lanes] {
-        self
-    }
-
-    #[inline(always)]
-    fn lanes_mut(&mut self) -> &mut [Lanes] {
-        self
-    }
-}
-
-/// A square matrix, column by column.
-impl<const N: usize> LaneStorage for [[Lanes; N]; N] {
-    #[inline(always)]
-    fn zeros(len: usize) -> Self {
-        assert_eq!(len, N * N, "storage of fixed size");
-        [[Lanes::ZERO; N]; N]
-    }
-
-    #[inline(always)]
-    fn lanes(&self) -> &[Lanes] {
-        self.as_flattened()
-    }
-
-    #[inline(always)]
-    fn lanes_mut(&mut self) -> &mut [Lanes] {
-        self.as_flattened_mut()
-    }
-}
-
-impl LaneStorage for Vec<Lanes> {
-    fn zeros(len: usize) -> Self {
-        vec![Lanes::ZERO; len]
-    }
-
-    fn lanes(&self) -> &[Lanes] {
-        self
-    }
-
-    fn lanes_mut(&mut self) -> &mut [Lanes] {
-        self
-    }
 }
 
 /// Numbers of lane l; of fixed size, so that they stay in registers.

@@ -31,7 +31,8 @@ use crate::error::Failure;
 use crate::problem::{Options, Problem};
 use crate::signal::Inputs;
 use crate::solution::Statistics;
-use crate::system::{Signature, System};
+use crate::solved::Solved;
+use crate::system::Signature;
 use pack::Pack;
 
 /// A model and what its members differ in.
@@ -62,7 +63,8 @@ impl<'a> Member<'a> {
 }
 
 /// What a member gives, quantity by quantity: the unknowns y, the outputs w, and where they were asked
-/// for, the sensitivities of both, in the order of [`System`].
+/// for, the sensitivities of both, in the order of
+/// [`System`](crate::system::System).
 #[derive(Debug, Clone, Copy)]
 pub struct Trajectory<'a> {
     /// The asked times, s.
@@ -161,13 +163,13 @@ pub enum Wanted {
     /// Unknowns and outputs.
     #[default]
     Values,
-    /// Sensitivities to the model's directions, too.
+    /// Also sensitivities to the model's directions.
     Sensitivities,
 }
 
 /// Runs all members to all asked `times`, by up to so many threads, and gives what they give in their
 /// order; the failure of one is its own.
-pub fn simulate<S: System + Clone + Send>(
+pub fn simulate<S: Solved + Clone + Send>(
     ensemble: &Ensemble<'_, S>,
     times: &[f64],
     options: &Options,
@@ -185,7 +187,7 @@ pub fn members_at_a_time(signature: &Signature) -> usize {
 
 /// [`simulate`], with what `reduce` makes of each member in place of all its values; it is given the
 /// member's number.
-pub fn reduce<S: System + Clone + Send, T: Send>(
+pub fn reduce<S: Solved + Clone + Send, T: Send>(
     ensemble: &Ensemble<'_, S>,
     times: &[f64],
     options: &Options,
@@ -208,7 +210,7 @@ pub fn reduce<S: System + Clone + Send, T: Send>(
 }
 
 /// Runs the members of one thread.
-fn run_part<'a, S: System, T>(
+fn run_part<'a, S: Solved, T>(
     system: &'a S,
     members: &'a [Member<'a>],
     times: &'a [f64],
@@ -222,7 +224,7 @@ fn run_part<'a, S: System, T>(
         let mut waiting = members.iter().enumerate();
         let next = || waiting.next().map(|(i, member)| (i, member.of(system)));
         pack.run(next, |done| {
-            // What is missing is run below.
+            // Missing members are run below.
             if let Ok(done) = done {
                 let trajectory = Trajectory {
                     times,

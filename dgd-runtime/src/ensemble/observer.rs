@@ -7,10 +7,11 @@ use super::times::{Times, eight};
 use crate::problem::Problem;
 use crate::signal::Side;
 use crate::solution::side;
-use crate::system::{Storage, System};
+use crate::solved::Solved;
+use crate::system::Storage;
 
 /// Work space.
-pub(super) struct Observer<S: System> {
+pub(super) struct Observer<S: Solved> {
     y: <S::Vector as Storage>::Lanes,
     u: <S::Inputs as Storage>::Lanes,
     now: S::Inputs,
@@ -20,7 +21,7 @@ pub(super) struct Observer<S: System> {
     pub(super) outputs: Vec<f64>,
 }
 
-impl<S: System> Observer<S> {
+impl<S: Solved> Observer<S> {
     /// For so many numbers of each output; zero where none is wanted.
     pub(super) fn new(system: &S, stride: usize) -> Self {
         let signature = system.signature();

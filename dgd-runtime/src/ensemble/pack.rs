@@ -12,29 +12,31 @@
 
 use super::Wanted;
 use super::control::Control;
-use super::dense::Polynomials;
+use super::dense::{LaneStep, Polynomials};
 use super::explicit::Explicit;
-use super::first_step::first_step;
+use super::first_step::{Start, first_step};
 use super::lanes::{LANES, LaneStorage, Lanes};
 use super::observer::Observer;
 use super::rosenbrock::Rosenbrock;
 use super::stage::{LaneInputs, LaneTrial, mean_square};
 use super::times::Times;
-use crate::initial::{Algebraic, AlgebraicPoint, start_values};
+use crate::algebraic::{Algebraic, AlgebraicPoint};
 use crate::integrate::catalogue::MethodKind;
 use crate::integrate::drive::Drive;
 use crate::integrate::fixed_step::Steps;
 use crate::integrate::record::projection::{Projection, Rows};
+use crate::integrate::start::consistent::start_values;
 use crate::integrate::{verify_inputs, verify_request};
 use crate::linalg::norm::Tolerances;
 use crate::linalg::width::{Width, Work};
 use crate::problem::{Options, Problem, unknown_sizes};
 use crate::signal::{Segment, Side};
 use crate::solution::{Statistics, side};
-use crate::system::{Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
 
 /// What a step of each lane is tried with.
-enum LaneMethod<S: System> {
+enum LaneMethod<S: Solved> {
     Rosenbrock(Box<Rosenbrock<S>>),
     Explicit(Box<Explicit<S>>),
 }
@@ -65,7 +67,7 @@ struct Seat<'a, S> {
 }
 
 /// Members under way.
-pub(super) struct Pack<'a, S: System> {
+pub(super) struct Pack<'a, S: Solved> {
     system: &'a S,
     times: Times<'a>,
     options: &'a Options,
@@ -105,7 +107,7 @@ pub(super) struct Done<'a> {
     pub(super) statistics: Statistics,
 }
 
-impl<'a, S: System> Pack<'a, S> {
+impl<'a, S: Solved> Pack<'a, S> {
     /// Lanes for members of this system; `None` where its method has no lanes, and where what is asked
     /// makes no sense.
     pub(super) fn new(
@@ -273,8 +275,8 @@ impl<'a, S: System> Pack<'a, S> {
         let h = self.options.initial_step.unwrap_or_else(|| {
             let sizes = self.slope.as_ref();
             let order = self.options.method.kind.estimate_order(self.options.rtol);
-            let at = (self.row.as_ref(), sizes, self.mass.as_ref());
-            first_step(&problem, segment, from, at, self.tolerances, order, span)
+            let start = Start { t: from, y: self.row.as_ref(), sizes, mass: self.mass.as_ref() };
+            first_step(&problem, segment, start, self.tolerances, order, span)
         });
         self.control.begin(l, h);
         if let Some(seat) = &mut self.seats[l] {
@@ -340,15 +342,15 @@ impl<'a, S: System> Pack<'a, S> {
                 is_prepared = true;
             }
             let Some(seat) = &mut self.seats[l] else { continue };
-            let per_h = 1.0 / (t_new - t);
+            let step = LaneStep { lane: l, t, per_h: 1.0 / (t_new - t) };
             let (stride, first) = (self.times.stride(), seat.recorded);
             let count = self.times.before(first, t_new);
-            // What is written beyond the step is written again by the next.
+            // The next step overwrites values beyond this one.
             let eights = first..first + count.next_multiple_of(LANES);
             let asked = &self.times.all()[eights.clone()];
             for (i, y) in self.y.lanes().iter().enumerate() {
                 let row = &mut seat.rows[i * stride..][eights.clone()];
-                self.dense.write((i, l), (t, y.0[l], per_h), asked, row);
+                self.dense.write(i, y.0[l], step, asked, row);
             }
             seat.recorded += count;
             // The last of equal times at a jump is a right value, which is had after it.
@@ -473,7 +475,7 @@ impl<'a, S: System> Pack<'a, S> {
         }
         let at = AlgebraicPoint { t, u: u.as_ref(), p, z: &[] };
         let (sizes, jacobian) = (self.slope.as_ref(), self.jacobian.as_mut());
-        // What is learnt about the sizes of equations is learnt about one member.
+        // Sizes of equations are learnt member by member.
         self.algebraic.enter_modes(self.mass.as_ref());
         let (system, tolerances) = (self.system, self.tolerances);
         let algebraic = &mut self.algebraic;
@@ -557,9 +559,9 @@ impl<'a, S: System> Pack<'a, S> {
 }
 
 /// A step of each lane.
-struct Step<'p, 'a, S: System>(&'p mut Pack<'a, S>);
+struct Step<'p, 'a, S: Solved>(&'p mut Pack<'a, S>);
 
-impl<S: System> Work for Step<'_, '_, S> {
+impl<S: Solved> Work for Step<'_, '_, S> {
     #[inline(always)]
     fn run(self) {
         self.0.step();
@@ -567,9 +569,9 @@ impl<S: System> Work for Step<'_, '_, S> {
 }
 
 /// The outputs of a lane.
-struct Observe<'p, 'a, S: System>(&'p mut Pack<'a, S>, usize);
+struct Observe<'p, 'a, S: Solved>(&'p mut Pack<'a, S>, usize);
 
-impl<S: System> Work for Observe<'_, '_, S> {
+impl<S: Solved> Work for Observe<'_, '_, S> {
     #[inline(always)]
     fn run(self) {
         self.0.observe(self.1);

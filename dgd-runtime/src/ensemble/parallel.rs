@@ -1,4 +1,6 @@
-//! Work on several recordings at a time.
+//! Work shared among threads, with results that do not depend on how many there are.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::model::Model;
 
@@ -17,7 +19,7 @@ pub fn in_parallel<S: Clone + Send, T: Send>(
 ) -> Vec<T> {
     match threads_for(threads, count) {
         1 => (0..count).map(|i| work(system, i)).collect(),
-        threads => with_copies(count, threads, || system.clone(), work),
+        threads => shared_out(count, threads, || system.clone(), work),
     }
 }
 
@@ -30,27 +32,54 @@ pub fn in_parallel_by_model<T: Send>(
 ) -> Vec<T> {
     match threads_for(threads, count) {
         1 => (0..count).map(|i| work(model, i)).collect(),
-        threads => with_copies(count, threads, || model.copied(), |own, i| work(own.as_ref(), i)),
+        threads => shared_out(count, threads, || model.copied(), |own, i| work(own.as_ref(), i)),
     }
 }
 
-fn with_copies<S: Send, T: Send>(
+/// [`in_parallel`], of work that needs no system.
+pub fn in_parallel_stateless<T: Send>(
+    count: usize,
+    threads: usize,
+    work: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
+    in_parallel(&(), count, threads, |(), i| work(i))
+}
+
+/// Each thread takes the next piece when it is done with its last: pieces take very different times.
+fn shared_out<S: Send, T: Send>(
     count: usize,
     threads: usize,
     copy: impl Fn() -> S,
     work: impl Fn(&S, usize) -> T + Sync,
 ) -> Vec<T> {
-    let mut results: Vec<Option<T>> = (0..count).map(|_| None).collect();
-    let share = count.div_ceil(threads);
-    std::thread::scope(|scope| {
-        for (k, results) in results.chunks_mut(share).enumerate() {
-            let (system, work) = (copy(), &work);
-            scope.spawn(move || {
-                for (i, result) in results.iter_mut().enumerate() {
-                    *result = Some(work(&system, k * share + i));
-                }
-            });
+    let next = AtomicUsize::new(0);
+    let take_turns = |system: S| {
+        let mut done = Vec::new();
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            if i >= count {
+                return done;
+            }
+            done.push((i, work(&system, i)));
         }
+    };
+    let mut results: Vec<(usize, T)> = std::thread::scope(|scope| {
+        let take_turns = &take_turns;
+        let others: Vec<_> = (1..threads)
+            .map(|_| {
+                let system = copy();
+                scope.spawn(move || take_turns(system))
+            })
+            .collect();
+        let mut results = take_turns(copy());
+        for other in others {
+            match other.join() {
+                Ok(done) => results.extend(done),
+                Err(panic) => std::panic::resume_unwind(panic),
+            }
+        }
+        results
     });
-    results.into_iter().flatten().collect()
+    results.sort_by_key(|(i, _)| *i);
+    results.into_iter().map(|(_, result)| result).collect()
 }

@@ -7,10 +7,11 @@ use super::elimination::LaneLu;
 use super::lanes::{LanePoint, LaneStorage, Lanes};
 use super::stage::{LaneInputs, LaneTrial};
 use crate::integrate::tableaux::{MAX_STAGES, RosenbrockTableau};
-use crate::system::{Storage, System};
+use crate::solved::Solved;
+use crate::system::Storage;
 
 /// Work space.
-pub(super) struct Rosenbrock<S: System> {
+pub(super) struct Rosenbrock<S: Solved> {
     f: <S::Vector as Storage>::Lanes,
     jacobian: <S::Jacobian as Storage>::Lanes,
     dfdt: <S::Vector as Storage>::Lanes,
@@ -20,7 +21,7 @@ pub(super) struct Rosenbrock<S: System> {
     k: [<S::Vector as Storage>::Lanes; MAX_STAGES],
 }
 
-impl<S: System> Rosenbrock<S> {
+impl<S: Solved> Rosenbrock<S> {
     pub(super) fn new(system: &S) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();

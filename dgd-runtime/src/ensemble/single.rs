@@ -5,10 +5,10 @@ use crate::error::Failure;
 use crate::integrate::{simulate, simulate_with_sensitivities};
 use crate::observe::observe;
 use crate::problem::{Options, Problem};
-use crate::system::System;
+use crate::solved::Solved;
 
 /// Runs one member.
-pub(super) fn run<S: System>(
+pub(super) fn run<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,

@@ -5,10 +5,11 @@
 use super::lanes::{LANES, LanePoint, LaneStorage, Lanes};
 use crate::linalg::norm::Tolerances;
 use crate::signal::Segment;
-use crate::system::{Storage, System};
+use crate::solved::Solved;
+use crate::system::Storage;
 
 /// Inputs of each lane along its segment: u(t) = u₀ + u̇ (t − t₀).
-pub(super) struct LaneInputs<S: System> {
+pub(super) struct LaneInputs<S: Solved> {
     t0: Lanes,
     start: <S::Inputs as Storage>::Lanes,
     pub(super) slope: <S::Inputs as Storage>::Lanes,
@@ -17,7 +18,7 @@ pub(super) struct LaneInputs<S: System> {
     is_constant: bool,
 }
 
-impl<S: System> LaneInputs<S> {
+impl<S: Solved> LaneInputs<S> {
     pub(super) fn new(n_u: usize) -> Self {
         let zeros = || <S::Inputs as Storage>::Lanes::zeros(n_u);
         Self { t0: Lanes::ZERO, start: zeros(), slope: zeros(), now: zeros(), is_constant: true }
@@ -55,7 +56,7 @@ impl<S: System> LaneInputs<S> {
 }
 
 /// A step to try in each lane, from (t, y) by h.
-pub(super) struct LaneTrial<'a, S: System> {
+pub(super) struct LaneTrial<'a, S: Solved> {
     pub(super) system: &'a S,
     pub(super) p: &'a [Lanes],
     /// 1 where the unknown is differential, 0 where it is algebraic.
@@ -65,7 +66,7 @@ pub(super) struct LaneTrial<'a, S: System> {
     pub(super) h: &'a Lanes,
 }
 
-impl<S: System> LaneTrial<'_, S> {
+impl<S: Solved> LaneTrial<'_, S> {
     /// f at a stage c h into the step.
     #[inline(always)]
     pub(super) fn rhs(&self, c: f64, y: &[Lanes], inputs: &mut LaneInputs<S>, f: &mut [Lanes]) {

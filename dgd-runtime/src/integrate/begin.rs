@@ -11,7 +11,7 @@ use crate::integrate::methods::stepper::Directions;
 use crate::integrate::simulation::Simulation;
 use crate::problem::{Options, Problem};
 use crate::solution::Solution;
-use crate::system::System;
+use crate::solved::Solved;
 
 /// A method for a run that another one cannot begin.
 #[derive(Debug, Clone)]
@@ -29,7 +29,7 @@ pub struct OtherMethod {
 /// can begin the run, where none can, and where what is asked makes no sense, as the run will say.
 ///
 /// A model with directions is looked at as with sensitivities to them.
-pub fn method_to_begin<S: System>(
+pub fn method_to_begin<S: Solved>(
     problem: &Problem<'_, S>,
     t: f64,
     options: &Options,
@@ -55,7 +55,7 @@ pub fn method_to_begin<S: System>(
     Some(OtherMethod { method, equation: signature.equations.at(row).to_string(), t })
 }
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// What can go where a Rosenbrock method cannot, from the linearisation at (t, y), and the equation with
     /// a derivative that is not finite.
     fn other_method(&self) -> Option<(&'static Method, usize)> {

@@ -65,7 +65,7 @@ pub(crate) const SAFETY: f64 = 0.9;
 pub(crate) const MOST_GROWTH: f64 = 6.0;
 pub(crate) const LEAST_AFTER_ACCEPTANCE: f64 = 0.2;
 pub(crate) const LEAST_AFTER_REJECTION: f64 = 0.1;
-/// The same where slopes say so, too.
+/// The same where slopes agree.
 const LEAST_BY_SLOPE: f64 = 1e-3;
 /// Errors below this (squared) say no more than that the step may grow as much as it can.
 pub(crate) const NEGLIGIBLE: f64 = 1e-12;

@@ -4,10 +4,11 @@ use crate::integrate::late::history::{History, Past};
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::signal::Segment;
-use crate::system::{Storage, System};
+use crate::solved::Solved;
+use crate::system::Storage;
 
 /// Inputs along the current segment.
-pub(crate) struct Drive<'a, S: System> {
+pub(crate) struct Drive<'a, S: Solved> {
     problem: &'a Problem<'a, S>,
     /// The segment: where it begins, u there, and u̇.
     t0: f64,
@@ -20,7 +21,7 @@ pub(crate) struct Drive<'a, S: System> {
     pub(super) history: Option<Box<History>>,
 }
 
-impl<'a, S: System> Drive<'a, S> {
+impl<'a, S: Solved> Drive<'a, S> {
     /// The inputs of a run from `from` on, with n_s directions.
     pub(crate) fn new(
         problem: &'a Problem<'a, S>,
@@ -89,7 +90,7 @@ impl<'a, S: System> Drive<'a, S> {
     pub(crate) fn begin_history(&mut self, t: f64, y: &[f64], s: Option<&[f64]>, sizes: &[f64]) {
         self.at(t, y);
         if let Some(history) = &mut self.history {
-            history.begin(self.problem, (t, y, s), sizes, self.now.as_ref());
+            history.begin(self.problem, t, y, s, sizes, self.now.as_ref());
         }
     }
 
@@ -99,7 +100,7 @@ impl<'a, S: System> Drive<'a, S> {
             return None;
         }
         self.at(t, y);
-        self.history.as_mut()?.passed(self.problem, (t, y), self.now.as_ref())
+        self.history.as_mut()?.passed(self.problem, t, y, self.now.as_ref())
     }
 
     /// The smallest of the delays that vary, and its value.
@@ -109,6 +110,6 @@ impl<'a, S: System> Drive<'a, S> {
             return None;
         }
         self.at(t, y);
-        self.history.as_mut()?.earliest(self.problem, (t, y), self.now.as_ref())
+        self.history.as_mut()?.earliest(self.problem, t, y, self.now.as_ref())
     }
 }

@@ -22,29 +22,28 @@ pub(crate) mod drive;
 mod events;
 pub(crate) mod fixed_step;
 mod late;
-pub(crate) mod measured_start;
 pub(crate) mod methods;
 pub(crate) mod record;
 mod request;
 mod segments;
 mod simulation;
-mod start;
+pub(crate) mod start;
 mod step;
 
 use crate::error::IntegrateError;
 use crate::solution::Solution;
-use crate::system::System;
+use crate::solved::Solved;
 use controller::Controller;
 pub use late::history::{Hat, NODES, Past, Seed};
 pub use late::memory::{Memory, held_by_bounds};
 pub use methods::{catalogue, tableaux};
 pub use request::{
-    Before, Wanted, integrate, simulate, simulate_chosen, simulate_observed,
-    simulate_with_sensitivities, verify_inputs, verify_request,
+    integrate, simulate, simulate_chosen, simulate_observed, simulate_with_sensitivities,
+    verify_inputs, verify_request,
 };
 use simulation::Simulation;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     fn integrate(
         &mut self,
         times: &[f64],

@@ -2,16 +2,16 @@
 
 use crate::error::{BadRequest, Failure, IntegrateError};
 use crate::integrate::fixed_step::{self, Steps};
-use crate::integrate::late::history::{self, Past};
-use crate::integrate::late::memory::Memory;
+use crate::integrate::late::history;
 use crate::integrate::methods::stepper::Directions;
 use crate::integrate::simulation::Simulation;
 use crate::observe::delay::LateTimes;
 use crate::observe::observe;
-use crate::problem::{Options, Problem};
+use crate::problem::{Options, Problem, Wanted};
 use crate::signal::InputError;
 use crate::solution::Solution;
-use crate::system::{Signature, System};
+use crate::solved::Solved;
+use crate::system::Signature;
 
 /// Integrates from the first of the asked `times` to the last and gives the unknowns at all of
 /// them.
@@ -22,7 +22,7 @@ use crate::system::{Signature, System};
 /// # Errors
 ///
 /// [`Failure`], with what was reached.
-pub fn simulate<S: System>(
+pub fn simulate<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -36,7 +36,7 @@ pub fn simulate<S: System>(
 /// # Errors
 ///
 /// [`Failure`], with what was reached.
-pub fn simulate_chosen<S: System>(
+pub fn simulate_chosen<S: Solved>(
     problem: &Problem<'_, S>,
     chosen: &[usize],
     times: &[f64],
@@ -52,7 +52,7 @@ pub fn simulate_chosen<S: System>(
 /// # Errors
 ///
 /// [`Failure`], with what was reached.
-pub fn simulate_observed<S: System>(
+pub fn simulate_observed<S: Solved>(
     problem: &Problem<'_, S>,
     chosen: &[usize],
     times: &[f64],
@@ -86,7 +86,7 @@ pub fn simulate_observed<S: System>(
 /// # Errors
 ///
 /// [`Failure`], with what was reached.
-pub fn simulate_with_sensitivities<S: System>(
+pub fn simulate_with_sensitivities<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -94,69 +94,12 @@ pub fn simulate_with_sensitivities<S: System>(
     S::integrate(problem, times, options, Wanted::Sensitivities)
 }
 
-/// What a run gives.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Wanted<'a> {
-    /// The unknowns alone.
-    Unknowns,
-    /// The unknowns, and what is known of delayed ones ([`Solution::past`]) even where no output reads it.
-    UnknownsAndPast,
-    /// The unknowns at these positions alone, in this order.
-    Chosen(&'a [usize]),
-    /// The same with all outputs; no output is read late, and steps are adaptive.
-    Observed(&'a [usize]),
-    /// The unknowns and their sensitivities to the model's directions.
-    Sensitivities,
-    /// The unknowns of a run that can be gone on from ([`Solution::memory`]), and goes on from another one's
-    /// end: the problem has start values of all unknowns then, and the run begins where the other one ended.
-    /// Outputs are not read late.
-    Resumed(Before<'a>),
-    /// The same with sensitivities.
-    ResumedSensitivities(Before<'a>),
-}
-
-/// What a run goes on from, beside its unknowns.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Before<'a> {
-    /// What the run before remembers; `None` for the first one.
-    pub memory: Option<&'a Memory>,
-    /// What unknowns that are read late were.
-    pub past: Option<&'a Past>,
-}
-
-impl<'a> Wanted<'a> {
-    /// The unknowns to be kept, where that is not all.
-    fn chosen(self) -> Option<&'a [usize]> {
-        match self {
-            Wanted::Chosen(chosen) | Wanted::Observed(chosen) => Some(chosen),
-            _ => None,
-        }
-    }
-
-    fn with_sensitivities(self) -> bool {
-        matches!(self, Wanted::Sensitivities | Wanted::ResumedSensitivities(_))
-    }
-
-    /// What the run goes on from.
-    fn resumed(self) -> Before<'a> {
-        match self {
-            Wanted::Resumed(before) | Wanted::ResumedSensitivities(before) => before,
-            _ => Before::default(),
-        }
-    }
-
-    /// Whether another run is to go on from this one.
-    fn is_remembered(self) -> bool {
-        matches!(self, Wanted::Resumed(_) | Wanted::ResumedSensitivities(_))
-    }
-}
-
 /// What [`simulate`] and [`simulate_with_sensitivities`] do, with this very type of system.
 ///
 /// # Errors
 ///
 /// [`Failure`], with what was reached.
-pub fn integrate<S: System>(
+pub fn integrate<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -166,7 +109,7 @@ pub fn integrate<S: System>(
 }
 
 /// Runs to all times that the outputs need, and gives the solution at the asked ones.
-fn run<S: System>(
+fn run<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -221,7 +164,7 @@ fn run<S: System>(
 }
 
 /// Runs to `times`; the problem's inputs are those that the model reads.
-fn run_to<'a, S: System>(
+fn run_to<'a, S: Solved>(
     problem: &'a Problem<'a, S>,
     times: &[f64],
     options: &Options,
@@ -266,7 +209,7 @@ fn outputs_read_past(signature: &Signature) -> bool {
     !signature.past().is_empty() && !signature.outputs.is_empty()
 }
 
-pub(super) fn verify<S: System>(
+pub(super) fn verify<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -277,7 +220,7 @@ pub(super) fn verify<S: System>(
 }
 
 /// Whether the unknowns that are to be kept exist.
-fn verify_chosen<S: System>(
+fn verify_chosen<S: Solved>(
     problem: &Problem<'_, S>,
     chosen: &[usize],
 ) -> Result<(), IntegrateError> {
@@ -299,7 +242,7 @@ pub fn verify_request(times: &[f64], options: &Options) -> Result<(), BadRequest
 }
 
 /// Whether the inputs reach as far as the times, and are smooth where they must be.
-pub fn verify_inputs<S: System>(problem: &Problem<'_, S>, times: &[f64]) -> Result<(), InputError> {
+pub fn verify_inputs<S: Solved>(problem: &Problem<'_, S>, times: &[f64]) -> Result<(), InputError> {
     match (times.first(), times.last()) {
         (Some(&from), Some(&until)) => {
             let covered = problem.inputs.cover(from, until);

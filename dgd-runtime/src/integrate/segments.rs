@@ -7,9 +7,10 @@ use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::signal::Segment;
 use crate::solution::Solution;
-use crate::system::{Point, System};
+use crate::solved::Solved;
+use crate::system::Point;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Makes the next segment of the inputs the current one.
     pub(super) fn enter_next_segment(
         &mut self,

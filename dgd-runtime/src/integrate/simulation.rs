@@ -3,7 +3,7 @@
 // Lengths are constants where storage has a fixed size, and only once inlined there.
 #![allow(clippy::inline_always)]
 
-use crate::initial::Algebraic;
+use crate::algebraic::Algebraic;
 use crate::integrate::drive::Drive;
 use crate::integrate::events::Hybrid;
 use crate::integrate::late::discontinuities::Discontinuities;
@@ -15,7 +15,8 @@ use crate::integrate::record::projection::Projection;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem};
 use crate::signal::Side;
-use crate::system::{Storage, System};
+use crate::solved::Solved;
+use crate::system::Storage;
 
 /// What happens at the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,7 +37,7 @@ pub(super) enum Variables {
 }
 
 /// A simulation under way.
-pub(super) struct Simulation<'a, S: System> {
+pub(super) struct Simulation<'a, S: Solved> {
     pub(super) problem: &'a Problem<'a, S>,
     pub(super) tolerances: Tolerances,
     pub(super) max_steps: usize,
@@ -80,7 +81,7 @@ pub(super) struct Simulation<'a, S: System> {
     pub(super) natural_step: Option<f64>,
 }
 
-impl<'a, S: System> Simulation<'a, S> {
+impl<'a, S: Solved> Simulation<'a, S> {
     pub(super) fn new(
         problem: &'a Problem<'a, S>,
         options: &Options,
@@ -154,7 +155,7 @@ impl<'a, S: System> Simulation<'a, S> {
 
 /// Where a step from t starts.
 #[inline(always)]
-pub(super) fn base<'a, S: System>(
+pub(super) fn base<'a, S: Solved>(
     problem: &Problem<'a, S>,
     algebraic: &'a Algebraic<S>,
     discrete: &'a Hybrid,

@@ -15,7 +15,8 @@ use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, Dyn, LU, OMatrix};
 
 use super::error::LinearizeError;
 use super::steady;
-use crate::system::{Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
 
 /// Which unknowns are states at a point, and how the others follow.
 #[derive(Debug, Clone)]
@@ -36,7 +37,7 @@ impl Elimination {
     /// # Errors
     ///
     /// [`LinearizeError::Undetermined`].
-    pub fn new<S: System>(
+    pub fn new<S: Solved>(
         system: &S,
         at: Point<'_>,
         f: &DMatrix<f64>,

@@ -17,6 +17,7 @@
 //! Appl. 30 (2009) 1639–1657, differentiate their algorithm likewise.
 
 use nalgebra::DMatrix;
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
 
 /// Where series begin: ‖Ah‖ is at most this.
 const SMALL: f64 = 0.5;
@@ -57,6 +58,13 @@ impl<'a> Responses<'a> {
         Self { a, directions, norm, known: Vec::new() }
     }
 
+    /// Of ẋ = A x + …, the sizes of whose states are nowhere given: those that balance A (Parlett & Reinsch,
+    /// Balancing a matrix for calculation of eigenvalues and eigenvectors, Numer. Math. 13 (1969) 293–304).
+    pub fn balanced(a: &'a DMatrix<f64>) -> Self {
+        let sizes = balance_parlett_reinsch(&mut a.clone());
+        Self::new(a, Vec::new(), sizes.as_slice())
+    }
+
     /// Those of a time h, give or take the rounding of the times that it lies between.
     pub fn of(&mut self, h: f64, rounding: f64) -> &Differentiated {
         let known = self.known.iter().position(|(known, _)| (known - h).abs() <= rounding);
@@ -70,7 +78,7 @@ impl<'a> Responses<'a> {
     fn computed(&self, h: f64) -> Differentiated {
         let mut doublings = 0;
         let mut part = h;
-        // A norm that is no number is for the caller to see in the result.
+        // A norm of NaN ends the loop, and the caller sees NaN in the result.
         while self.norm * part > SMALL && doublings < 1100 {
             part *= 0.5;
             doublings += 1;
@@ -133,6 +141,11 @@ fn doubled(response: &Differentiated, h: f64) -> Differentiated {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn exponentials(a: &DMatrix<f64>, h: f64) -> (DMatrix<f64>, DMatrix<f64>) {
+        let response = Responses::balanced(a).of(h, 0.0).value.clone();
+        (response.phi, response.gamma_0)
+    }
 
     /// x(h) of ẋ₁ = −k x₁ + b, ẋ₂ = x₁ − c x₂, from its closed form and that of its derivative to k.
     #[test]
@@ -207,5 +220,45 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn an_oscillator_and_its_integral_have_closed_forms() {
+        // ẋ = [0 ω; −ω 0] x in units that differ by 10⁶: e^{hA} is a turn by ωh.
+        let (omega, unit, h) = (3.0f64, 1e6, 0.7);
+        let a = DMatrix::from_row_slice(2, 2, &[0.0, omega * unit, -omega / unit, 0.0]);
+        let (exponential, integral) = exponentials(&a, h);
+        let (sin, cos) = (omega * h).sin_cos();
+        let expected = [cos, -sin / unit, sin * unit, cos];
+        for (x, e) in exponential.iter().zip(expected) {
+            assert!((x - e).abs() <= 1e-14 * e.abs(), "{x:e} {e:e}");
+        }
+        // ∫₀ʰ e^{As} ds
+        let expected = [sin, -(1.0 - cos) / unit, (1.0 - cos) * unit, sin].map(|x| x / omega);
+        for (x, e) in integral.iter().zip(expected) {
+            assert!((x - e).abs() <= 1e-14 * e.abs(), "{x:e} {e:e}");
+        }
+    }
+
+    #[test]
+    fn a_fast_mode_leaves_the_slow_one_alone() {
+        // e^{hA} of the triangular matrix [−a b; 0 −c] in closed form, a h = 10⁶.
+        let (fast, coupling, slow, h) = (1e6, 5e5, 1e-3, 1.0);
+        let a = DMatrix::from_row_slice(2, 2, &[-fast, coupling, 0.0, -slow]);
+        let (exponential, integral) = exponentials(&a, h);
+        let held = (-slow * h).exp();
+        // 21 squarings of numbers known to 2⁻⁵³.
+        let allowed = 4.0 * 2f64.powi(21 - 53);
+        assert!((exponential[(1, 1)] / held - 1.0).abs() < allowed);
+        assert!((exponential[(0, 1)] / (coupling / (fast - slow) * held) - 1.0).abs() < allowed);
+        assert!(exponential[(0, 0)].abs() < allowed);
+        assert!((integral[(1, 1)] / ((1.0 - held) / slow) - 1.0).abs() < allowed);
+        assert!((integral[(0, 0)] * fast - 1.0).abs() < allowed);
+    }
+
+    #[test]
+    fn an_integrator_is_exact() {
+        let (exponential, integral) = exponentials(&DMatrix::zeros(1, 1), 2.5);
+        assert_eq!((exponential[0], integral[0]), (1.0, 2.5));
     }
 }

@@ -40,7 +40,8 @@ pub use nalgebra::DMatrix;
 
 use crate::observe::delay::delays;
 use crate::problem::Problem;
-use crate::system::{Pattern, Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Pattern, Point, Storage};
 pub use elimination::Elimination;
 pub use error::{LinearizeError, NotLinearised, SteadyStateError};
 pub use parametric::LinearAt;
@@ -163,7 +164,7 @@ pub struct StateSpace {
 /// # Panics
 ///
 /// When the point is that of another problem.
-pub fn linearize<S: System>(
+pub fn linearize<S: Solved>(
     problem: &Problem<'_, S>,
     at: &OperatingPoint,
 ) -> Result<StateSpace, LinearizeError> {
@@ -254,7 +255,7 @@ struct Columns {
 }
 
 impl Columns {
-    fn new<S: System>(
+    fn new<S: Solved>(
         problem: &Problem<'_, S>,
         at: &OperatingPoint,
     ) -> Result<Self, LinearizeError> {
@@ -292,7 +293,7 @@ impl Columns {
         let past = signature.past();
         let mut late = Vec::new();
         for (k, delayed) in signature.delayed_unknowns.iter().enumerate() {
-            // What is read now, for want of a delay, is in the Jacobian.
+            // A value read now, its delay being zero, is in the Jacobian.
             if at.u[past.held().start + k] == 0.0 {
                 continue;
             }
@@ -332,7 +333,7 @@ struct Slopes {
 
 impl Slopes {
     /// For each number of u, `places` has its column behind the unknowns, of so `many`.
-    fn new<S: System>(
+    fn new<S: Solved>(
         system: &S,
         at: Point<'_>,
         places: &[Option<usize>],

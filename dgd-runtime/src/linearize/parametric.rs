@@ -27,7 +27,8 @@ use super::{Slopes, poles};
 use crate::observe::delay::delay_sensitivities;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::Inputs;
-use crate::system::{Direction, Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Direction, Point, Storage};
 
 /// Steps of differences, in sizes: their error is 1e-12, and so is that of rounding.
 const STEP: f64 = 1e-3;
@@ -47,7 +48,7 @@ impl LinearAt {
     /// # Errors
     ///
     /// [`NotLinearised::NoSteadyState`], [`NotLinearised::Run`].
-    pub fn point<S: System>(
+    pub fn point<S: Solved>(
         &self,
         problem: &Problem<'_, S>,
         from: f64,
@@ -101,9 +102,10 @@ pub struct Parametric {
 
 impl Parametric {
     /// The linear model of a run over these times, with its derivatives if they are wanted.
-    pub fn new<S: System>(
+    pub fn new<S: Solved>(
         problem: &Problem<'_, S>,
-        (at, times): (&LinearAt, &[f64]),
+        at: &LinearAt,
+        times: &[f64],
         options: &Options,
         with_slopes: bool,
     ) -> Result<Self, NotLinearised> {
@@ -152,7 +154,7 @@ impl Parametric {
 }
 
 /// Time has no part in a linear model: at the point all is the same at other times of the run.
-fn verify_still<S: System>(
+fn verify_still<S: Solved>(
     system: &S,
     at: Point<'_>,
     linear: &Linear,
@@ -182,7 +184,7 @@ fn verify_still<S: System>(
 }
 
 /// Non-zeros of ∂w/∂y and ∂w/∂u.
-fn output_jacobians<S: System>(system: &S, at: Point<'_>) -> [Vec<f64>; 2] {
+fn output_jacobians<S: Solved>(system: &S, at: Point<'_>) -> [Vec<f64>; 2] {
     let signature = system.signature();
     let [w_y, w_u, w_p] = &signature.output_jacobians;
     let (mut dwdy, mut dwdu) = (vec![0.0; w_y.len()], vec![0.0; w_u.len()]);
@@ -198,7 +200,7 @@ struct Linear {
 }
 
 impl Linear {
-    fn new<S: System>(system: &S, at: Point<'_>) -> Result<Self, LinearizeError> {
+    fn new<S: Solved>(system: &S, at: Point<'_>) -> Result<Self, LinearizeError> {
         let signature = system.signature();
         let n = signature.unknowns.len();
         if n > super::MOST_UNKNOWNS {
@@ -260,13 +262,13 @@ struct Along<'a, S> {
 }
 
 /// f, g and their derivatives for one direction of time.
-struct Equations<S: System> {
+struct Equations<S: Solved> {
     g: S::Sensitivity,
     dgdy: S::SensitivityJacobian,
     dgdt: S::Sensitivity,
 }
 
-impl<S: System> Along<'_, S> {
+impl<S: Solved> Along<'_, S> {
     /// By direction, with the sensitivities of a run that led to the point, or those of rest.
     fn slopes(&self, of_run: Option<Vec<f64>>) -> Result<Vec<Option<Matrices>>, LinearizeError> {
         let signature = self.problem.system.signature();
@@ -416,7 +418,7 @@ impl<S: System> Along<'_, S> {
         Equations { g, dgdy, dgdt }
     }
 
-    /// g reads slopes of late inputs for what a delay moves, −∂f/∂v v̇ dτ/dθ, which is no derivative of
+    /// g reads slopes of late inputs for what a delay moves, −∂f/∂v v̇ dτ/dθ, which is not a derivative of
     /// ∂f/∂v̇.
     fn forget_slopes(&self, f: &mut [DMatrix<f64>]) {
         let signature = self.problem.system.signature();

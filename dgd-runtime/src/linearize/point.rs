@@ -1,11 +1,11 @@
 //! Where a model is linearised.
 
 use crate::error::{Failure, IntegrateError};
-use crate::integrate::Wanted;
 use crate::integrate::fixed_step::Steps;
-use crate::problem::{Options, Problem};
+use crate::problem::{Options, Problem, Wanted};
 use crate::signal::Side;
-use crate::system::{Point, System};
+use crate::solved::Solved;
+use crate::system::Point;
 
 /// All that a model's equations read at a point, SI.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +26,7 @@ impl OperatingPoint {
     /// # Errors
     ///
     /// Why the run does not get there.
-    pub fn reached<S: System>(
+    pub fn reached<S: Solved>(
         problem: &Problem<'_, S>,
         from: f64,
         t: f64,
@@ -39,7 +39,7 @@ impl OperatingPoint {
     }
 
     /// The same with the sensitivities of the unknowns there, in the order of [`System`].
-    pub(crate) fn reached_with_sensitivities<S: System>(
+    pub(crate) fn reached_with_sensitivities<S: Solved>(
         problem: &Problem<'_, S>,
         from: f64,
         t: f64,
@@ -50,7 +50,7 @@ impl OperatingPoint {
         Self::reached_with(problem, times, options, Wanted::Sensitivities)
     }
 
-    fn reached_with<S: System>(
+    fn reached_with<S: Solved>(
         problem: &Problem<'_, S>,
         times: &[f64],
         options: &Options,

@@ -9,17 +9,19 @@ use nalgebra::DMatrix;
 
 use super::error::SteadyStateError;
 use super::point::OperatingPoint;
+use crate::algebraic::{Algebraic, AlgebraicPoint, add_terms};
 use crate::discrete::state_selection::select_states;
 use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers};
 use crate::error::IntegrateError;
-use crate::initial::{Algebraic, AlgebraicPoint, add_terms, consistent_start};
 use crate::integrate::fixed_step::Steps;
 use crate::integrate::simulate;
+use crate::integrate::start::consistent::consistent_start;
 use crate::linalg::norm::Tolerances;
 use crate::observe::delay::delays;
 use crate::problem::{Options, Problem, unknown_sizes};
 use crate::signal::{Inputs, Side};
-use crate::system::{Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
 
 /// The run that is to come to rest goes on to 10^k seconds, for k up to this.
 const LONGEST: i32 = 9;
@@ -45,7 +47,7 @@ const POLISHED: Tolerances = Tolerances { rtol: 1e-10, atol: 1e-10 };
 /// # Errors
 ///
 /// [`SteadyStateError`]: there is none, there are many next to each other, or none is found.
-pub fn steady_state<S: System>(
+pub fn steady_state<S: Solved>(
     problem: &Problem<'_, S>,
     t: f64,
     options: &Options,
@@ -97,7 +99,7 @@ enum Guess {
 }
 
 /// The search for a steady state.
-struct Search<'a, S: System> {
+struct Search<'a, S: Solved> {
     problem: &'a Problem<'a, S>,
     t: f64,
     /// Inputs with nothing late.
@@ -110,7 +112,7 @@ struct Search<'a, S: System> {
     jacobian: S::Jacobian,
 }
 
-impl<'a, S: System> Search<'a, S> {
+impl<'a, S: Solved> Search<'a, S> {
     fn new(
         problem: &'a Problem<'a, S>,
         t: f64,
@@ -125,7 +127,8 @@ impl<'a, S: System> Search<'a, S> {
         unknown_sizes(system, start, &mut sizes);
         let mut z = discrete_numbers(system, problem.p, t);
         let mut e = vec![0.0; system.signature().discrete.transitions().count()];
-        choose_start_modes(system, (t, start, &u, problem.p), &mut e, &mut z);
+        let at = Point { t, y: start, u: &u, p: problem.p, z: &[] };
+        choose_start_modes(system, at, &mut e, &mut z);
         Ok(Self {
             problem,
             t,
@@ -163,16 +166,11 @@ impl<'a, S: System> Search<'a, S> {
             let rests = of == Guess::Run && self.is_near(&y, guess);
             if rests || self.holds(&y, &z, &mut e) {
                 self.polish(&mut y, &z);
-                select_states(
-                    system,
-                    Point { t: self.t, y: &y, u: &self.u, p: self.problem.p, z: &[] },
-                    &mut z,
-                    &mut e,
-                );
+                select_states(system, self.point(&y, &[]), &mut z, &mut e);
                 return Some(self.seen_late(y, z));
             }
             let before = z.clone();
-            choose_sides(system, (self.t, &y, &self.u, self.problem.p), &mut e, &mut z);
+            choose_sides(system, self.point(&y, &[]), &mut e, &mut z);
             if z == before {
                 return None;
             }

@@ -1,17 +1,17 @@
 //! Outputs along a solution.
 
 pub(crate) mod delay;
-pub(crate) mod readings;
 
 use std::borrow::Cow;
 
+use crate::algebraic::Rates;
 use crate::discrete::discrete_numbers;
-use crate::initial::Rates;
 use crate::observe::delay::delay_sensitivities;
 use crate::problem::Problem;
 use crate::signal::{Inputs, Side};
 use crate::solution::{LateValues, Solution};
-use crate::system::{Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
 
 /// Outputs, and their sensitivities where the solution has them.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +54,7 @@ impl Observations {
 /// # Panics
 ///
 /// When the solution is that of another problem.
-pub fn observe<S: System>(problem: &Problem<'_, S>, solution: &Solution) -> Observations {
+pub fn observe<S: Solved>(problem: &Problem<'_, S>, solution: &Solution) -> Observations {
     let system = problem.system;
     let n_w = system.signature().outputs.len();
     let n_s = solution.n_s;
@@ -91,7 +91,7 @@ pub fn observe<S: System>(problem: &Problem<'_, S>, solution: &Solution) -> Obse
 }
 
 /// Outputs with one delay.
-struct Reading<'a, S: System> {
+struct Reading<'a, S: Solved> {
     problem: &'a Problem<'a, S>,
     inputs: &'a Inputs,
     solution: &'a Solution,
@@ -107,7 +107,7 @@ struct Reading<'a, S: System> {
     jacobians: [Vec<f64>; 4],
 }
 
-impl<'a, S: System> Reading<'a, S> {
+impl<'a, S: Solved> Reading<'a, S> {
     fn new(
         problem: &'a Problem<'a, S>,
         inputs: &'a Inputs,
@@ -174,7 +174,7 @@ impl<'a, S: System> Reading<'a, S> {
                 } else {
                     udot.fill(0.0);
                 }
-                self.output_rates((t, y, z), inside, &mut wdot);
+                self.output_rates(t, y, z, inside, &mut wdot);
             }
             for &i in &self.outputs {
                 observations.w[k * n_w + i] = w[i];
@@ -196,7 +196,7 @@ impl<'a, S: System> Reading<'a, S> {
     }
 
     /// ẇ along the solution; with y and u at rest where it is not `inside` the run.
-    fn output_rates(&mut self, (t, y, z): (f64, &[f64], &[f64]), inside: bool, wdot: &mut [f64]) {
+    fn output_rates(&mut self, t: f64, y: &[f64], z: &[f64], inside: bool, wdot: &mut [f64]) {
         let Problem { system, p, .. } = *self.problem;
         let at = Point { t, y, u: self.u.as_ref(), p, z };
         let [dwdy, dwdu, dwdp, dwdt] = &mut self.jacobians;

@@ -1,7 +1,7 @@
 //! Solutions and sensitivities against known ones.
 
 use dgd_runtime::{
-    Column, Inputs, Interpolation, METHODS, Method, MethodKind, Options, Problem, System, simulate,
+    Column, Inputs, Interpolation, METHODS, Method, MethodKind, Options, Problem, Solved, simulate,
     simulate_with_sensitivities,
 };
 
@@ -168,7 +168,7 @@ fn held_and_linear_inputs() {
 
 #[test]
 fn storage_does_not_change_a_bit() {
-    fn compare<E: Equations>(stacked: &impl System, until: f64, inputs: &Inputs) {
+    fn compare<E: Equations>(stacked: &impl Solved, until: f64, inputs: &Inputs) {
         let heaped = Heaped::of::<E>();
         let p = parameters::<E>();
         let times = times(until, 50);

@@ -2,8 +2,9 @@
 
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{
-    Direction, Discrete, Inputs, METHODS, Options, Parameter, Pattern, Point, Problem, Signature,
-    Solution, System, Unit, Unknown, simulate, simulate_chosen, simulate_with_sensitivities,
+    Direction, Discrete, Failure, Inputs, METHODS, Options, Parameter, Pattern, Point, Problem,
+    Signature, Solution, Solved, System, Unit, Unknown, Wanted, simulate, simulate_chosen,
+    simulate_with_sensitivities,
 };
 
 /// Diffusion on a line between ends at zero, and an algebraic unknown beside each cell:
@@ -102,13 +103,25 @@ impl Diffusion {
     }
 }
 
+impl Solved for Diffusion {
+    type Factorisation = AutoLu;
+
+    fn integrate(
+        problem: &Problem<'_, Self>,
+        times: &[f64],
+        options: &Options,
+        wanted: Wanted<'_>,
+    ) -> Result<Solution, Failure> {
+        dgd_runtime::integrate::integrate(problem, times, options, wanted)
+    }
+}
+
 impl System for Diffusion {
     type Vector = Vec<f64>;
     type Sensitivity = Vec<f64>;
     type Inputs = Vec<f64>;
     type Jacobian = Vec<f64>;
     type SensitivityJacobian = Vec<f64>;
-    type Factorisation = AutoLu;
 
     fn signature(&self) -> &Signature {
         &self.signature
@@ -228,7 +241,7 @@ fn ten_thousand_unknowns() {
     }
 }
 
-// Without the feature, what is no narrow band is taken for a wide one.
+// Without the feature, a matrix without a narrow band is taken for one with a wide band.
 #[cfg(feature = "sparse")]
 #[test]
 fn the_choice_goes_by_size_by_algebraic_unknowns_and_by_the_pattern() {

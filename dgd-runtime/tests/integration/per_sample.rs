@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 
 use dgd_runtime::{
     Column, Inputs, IntegrateError, Interpolation, Options, PerSample, PerSampleError, Problem,
-    Solution, Steps, System, find_method, simulate, simulate_with_sensitivities,
+    Solution, Solved, Steps, find_method, simulate, simulate_with_sensitivities,
 };
 
 use crate::support::problems::{Algebraic, AlgebraicStacked, Relaxation, RelaxationStacked};
@@ -83,7 +83,7 @@ fn errors_fall_with_the_fifth_power_of_steps() {
 
 #[test]
 fn the_number_of_steps_keeps_the_tolerance() {
-    fn compare(system: &impl System, p: &[f64]) {
+    fn compare(system: &impl Solved, p: &[f64]) {
         let (times, u, inputs) = recorded(Interpolation::Hold);
         let exact = relaxed(&u, p);
         let problem = Problem { system, p, inputs: &inputs, start: &[] };

@@ -10,8 +10,8 @@ pub mod problems;
 use dgd_runtime::linalg::{AutoLu, FixedLu};
 use dgd_runtime::taylor::{KeptSeries, NoTaylor, Terms};
 use dgd_runtime::{
-    Direction, Discrete, Input, Interpolation, Output, Parameter, Pattern, Point, Signature,
-    System, Unit, Unknown,
+    Direction, Discrete, Failure, Input, Interpolation, Options, Output, Parameter, Pattern, Point,
+    Problem, Signature, Solution, Solved, System, Unit, Unknown, Wanted,
 };
 
 pub use hyper_dual::{HyperDual, Number};
@@ -443,7 +443,6 @@ impl<const N: usize, const NS: usize, const U: usize, const J: usize, const G: u
     type Inputs = [f64; U];
     type Jacobian = [f64; J];
     type SensitivityJacobian = [f64; G];
-    type Factorisation = FixedLu<N>;
     system!();
 }
 
@@ -453,6 +452,33 @@ impl System for Heaped {
     type Inputs = Vec<f64>;
     type Jacobian = Vec<f64>;
     type SensitivityJacobian = Vec<f64>;
-    type Factorisation = AutoLu;
     system!();
+}
+
+impl<const N: usize, const NS: usize, const U: usize, const J: usize, const G: usize> Solved
+    for Stacked<N, NS, U, J, G>
+{
+    type Factorisation = FixedLu<N>;
+
+    fn integrate(
+        problem: &Problem<'_, Self>,
+        times: &[f64],
+        options: &Options,
+        wanted: Wanted<'_>,
+    ) -> Result<Solution, Failure> {
+        dgd_runtime::integrate::integrate(problem, times, options, wanted)
+    }
+}
+
+impl Solved for Heaped {
+    type Factorisation = AutoLu;
+
+    fn integrate(
+        problem: &Problem<'_, Self>,
+        times: &[f64],
+        options: &Options,
+        wanted: Wanted<'_>,
+    ) -> Result<Solution, Failure> {
+        dgd_runtime::integrate::integrate(problem, times, options, wanted)
+    }
 }

@@ -167,7 +167,7 @@ fn flicker(measured: &[f64]) -> Option<f64> {
 ///
 /// The smallest distance between two different readings is taken for the step and improved by
 /// every larger one that is a multiple of it; each must be so within a tenth of the step. Eight
-/// distances that are no multiples pass by accident once in 0.2⁸ ≈ 3·10⁻⁶.
+/// distances that are not multiples pass by accident once in 0.2⁸ ≈ 3·10⁻⁶.
 pub fn quantisation_step(measured: &[f64]) -> Option<f64> {
     let mut levels: Vec<f64> = measured.iter().copied().filter(|value| value.is_finite()).collect();
     levels.sort_unstable_by(f64::total_cmp);

@@ -46,29 +46,48 @@ pub fn portmanteau(runs: &[&[f64]], lags: usize) -> Option<Portmanteau> {
     if n < FEWEST || squares == 0.0 {
         return None;
     }
-    let count = n as f64;
-    let (mut autocorrelation, mut statistic) = (Vec::new(), 0.0);
-    let mut tested = 0;
-    for lag in 1..=lags.min(n / LONGEST) {
-        let (sum, pairs) = lagged(runs, lag);
-        let rho = sum / squares;
-        autocorrelation.push(rho);
-        if pairs > 0 {
-            tested += 1;
-            statistic += count * (count + 2.0) * rho * rho / pairs as f64;
-        }
-    }
-    let p_value = chi_square_tail(statistic, f64::from(tested));
-    let limit = normal_threshold(0.05) / count.sqrt();
+    let lags = ljung_box(runs, lags.min(n / LONGEST));
+    let autocorrelation = lags.iter().map(|lag| lag.rho).collect();
+    let (statistic, tested) = lags.last().map_or((0.0, 0), |lag| (lag.statistic, lag.tested));
+    let p_value = chi_square_tail(statistic, tested as f64);
+    let limit = normal_threshold(0.05) / (n as f64).sqrt();
     Some(Portmanteau { autocorrelation, limit, statistic, p_value })
 }
 
-/// How residuals go with an input.
+/// An autocorrelation and the statistic of all up to it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lag {
+    /// ρ_l.
+    pub rho: f64,
+    /// Q of the lags up to this one.
+    pub statistic: f64,
+    /// How many of them have pairs: the degrees of freedom of Q.
+    pub tested: usize,
+}
+
+/// The lags 1 … `lags` of residuals that are not all zero.
+pub fn ljung_box(runs: &[&[f64]], lags: usize) -> Vec<Lag> {
+    let (squares, n) = lagged(runs, 0);
+    let n = n as f64;
+    let (mut sum, mut tested) = (0.0, 0);
+    let lag = |lag| {
+        let (products, pairs) = lagged(runs, lag);
+        let rho = products / squares;
+        if pairs > 0 {
+            tested += 1;
+            sum += rho * rho / pairs as f64;
+        }
+        Lag { rho, statistic: n * (n + 2.0) * sum, tested }
+    };
+    (1..=lags).map(lag).collect()
+}
+
+/// How residuals are correlated with an input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CrossCorrelation {
     /// r_0, r_1, …: residuals with the input as many samples before.
     pub correlation: Vec<f64>,
-    /// What the |r_τ| of one lag exceeds in one of twenty cases where they do not go with the input.
+    /// What the |r_τ| of one lag exceeds in one of twenty cases where they do not depend on the input.
     pub limit: f64,
     /// The lag of the largest |r_τ|, in samples.
     pub lag: usize,
@@ -76,7 +95,7 @@ pub struct CrossCorrelation {
     pub p_value: f64,
 }
 
-/// Whether residuals go with an input up to so many samples before.
+/// Whether residuals are correlated with an input up to so many samples before.
 ///
 /// Each run has residuals and the input at the same samples. The residuals may be coloured. Where
 /// their colour would make the limit narrower than that of white ones, the latter is taken. `None`

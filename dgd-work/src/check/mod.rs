@@ -71,10 +71,10 @@ impl Serialize for Checked {
 ///
 /// [`WorkError::Diagnosed`] where it has mistakes.
 pub fn check(request: &CheckRequest, session: Session<'_>) -> Result<Checked, WorkError> {
-    let Some(effect) = effect(&request.model)? else {
+    let Some(effect) = effect(&request.model, session)? else {
         return check_model(&request.model, &request.choices, session);
     };
-    let Some(model) = model_of(&request.model, &effect) else {
+    let Some(model) = model_of(session.files, &request.model, &effect) else {
         let (path, name) = (request.model.clone(), effect.full_name());
         return Ok(Checked::Effect { path, name });
     };
@@ -85,12 +85,11 @@ pub fn check(request: &CheckRequest, session: Session<'_>) -> Result<Checked, Wo
 }
 
 /// The effect in a file; nothing where the file holds a model.
-fn effect(path: &Path) -> Result<Option<Effect>, WorkError> {
-    let mut compilation = Compilation::default();
-    let (sources, diagnostics) = (&mut compilation.sources, &mut compilation.diagnostics);
-    let read = match parsed(path, sources, diagnostics)? {
+fn effect(path: &Path, session: Session<'_>) -> Result<Option<Effect>, WorkError> {
+    let mut compilation = Compilation::new(session.files);
+    let read = match parsed(path, &mut compilation)? {
         Ok(ast) if ast.effect.is_none() => return Ok(None),
-        Ok(ast) => Effect::read(ast, diagnostics),
+        Ok(ast) => Effect::read(ast, &mut compilation.diagnostics),
         Err(reported) => Err(reported),
     };
     match read {
@@ -101,7 +100,7 @@ fn effect(path: &Path) -> Result<Option<Effect>, WorkError> {
 
 /// Checks a model with the effects that are applied to it.
 fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<Checked, WorkError> {
-    let mut compilation = Compilation::default();
+    let mut compilation = Compilation::new(session.files);
     let options = compilation.options(choices)?;
     let compiled = match compilation.compile(path, &choices.apply, &options, &Directions::None)? {
         Ok((compiled, _)) => compiled,

@@ -8,10 +8,11 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions};
+use dgd_compiler::source::Source;
 use dgd_compiler::syntax::ast::{Item, ItemKind};
 use dgd_data::files::Files;
 use dgd_data::files::journal::RunJournal;
-use dgd_data::read_renamed;
+use dgd_data::{FileSystem, InMemory, Reading};
 use dgd_discover::{BaseModel, DiscoverError, Discovery, Request, templates};
 use dgd_identify::journal::{Forgetful, Journal};
 use dgd_identify::{Recording, Unwatched};
@@ -49,6 +50,7 @@ pub struct Discovered {
     pub held_out: Vec<PathBuf>,
     /// What it was made of.
     pub provenance: Provenance,
+    files: InMemory,
     choices: Choices,
     command: String,
     journal: Option<RunJournal>,
@@ -62,9 +64,11 @@ pub struct Discovered {
 pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Discovered, WorkError> {
     keeping::verify(&request.keep)?;
     let integration = options(&request.solve)?;
-    let mut compilation = Compilation::default();
-    let options_of_model =
-        ModelOptions { columns: columns(request), ..compilation.options(&request.choices)? };
+    let mut compilation = Compilation::new(session.files);
+    let options_of_model = ModelOptions {
+        columns: columns(request, session.files),
+        ..compilation.options(&request.choices)?
+    };
     let compiled = base_model(request, &options_of_model, &mut compilation)?;
     let of_model = provenance::of_model(&compilation.sources);
     let library = library(request, &mut compilation, session)?;
@@ -124,6 +128,12 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
             .iter()
             .map(|(names, why)| format!("fits of {} were given up where {why}", names.join(", "))),
     );
+    let is_model =
+        |source: &&Source| Path::new(&source.name).extension().is_some_and(|e| e == "dgd");
+    let texts = compilation.sources.iter().filter(is_model);
+    let texts = texts.fold(InMemory::default(), |files, source| {
+        files.with(&source.name, source.text.as_bytes())
+    });
     Ok(Discovered {
         discovery: found,
         reservations,
@@ -132,6 +142,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         training: request.data.clone(),
         held_out: held_out.paths,
         provenance,
+        files: texts,
         choices: request.choices.clone(),
         command: request.command.clone(),
         journal,
@@ -144,6 +155,7 @@ impl Discovered {
             discovery: &self.discovery,
             model: &self.model,
             base: &self.base,
+            files: &self.files,
             choices: &self.choices,
             training: &self.training,
             held_out: &self.held_out,
@@ -196,7 +208,7 @@ impl Serialize for Discovered {
 fn failed(
     error: &DiscoverError,
     diagnostics: &Diagnostics,
-    compilation: &Compilation,
+    compilation: &Compilation<'_>,
 ) -> WorkError {
     match error {
         DiscoverError::Model(_) => WorkError::diagnosed(diagnostics, compilation.sources.clone()),
@@ -257,8 +269,8 @@ fn reserved(
 
 /// The columns that all recordings have, if the model declares inputs that it does not read: effects may, where
 /// there are such columns. Faults of a file are reported when it is read next.
-fn columns(request: &DiscoverRequest) -> Option<Vec<String>> {
-    let mut probe = Compilation::default();
+fn columns(request: &DiscoverRequest, files: &dyn FileSystem) -> Option<Vec<String>> {
+    let mut probe = Compilation::new(files);
     let options =
         ModelOptions { columns: Some(Vec::new()), ..probe.options(&request.choices).ok()? };
     let compiled = base_model(request, &options, &mut probe).ok()?;
@@ -272,8 +284,9 @@ fn columns(request: &DiscoverRequest) -> Option<Vec<String>> {
     }
     let mut common: Option<Vec<String>> = None;
     for path in request.data.iter().chain(&request.valid) {
-        let Compilation { sources, diagnostics } = &mut probe;
-        let table = read_renamed(path, &request.solve.rename, sources, diagnostics).ok()?;
+        let Compilation { sources, diagnostics, .. } = &mut probe;
+        let reading = Reading::default().renamed(&request.solve.rename);
+        let table = reading.read(files, path, sources, diagnostics).ok()?;
         let has = |name: &String| table.column(name).is_some();
         match &mut common {
             Some(common) => common.retain(has),
@@ -287,7 +300,7 @@ fn columns(request: &DiscoverRequest) -> Option<Vec<String>> {
 fn base_model(
     request: &DiscoverRequest,
     options: &ModelOptions,
-    compilation: &mut Compilation,
+    compilation: &mut Compilation<'_>,
 ) -> Result<Compiled, WorkError> {
     let (free, fixed) = compilation.sought(&request.sought);
     let directions = Directions::Estimated { free, fixed };
@@ -301,25 +314,25 @@ fn base_model(
 /// whether the model explains the data.
 fn library(
     request: &DiscoverRequest,
-    compilation: &mut Compilation,
+    compilation: &mut Compilation<'_>,
     session: Session<'_>,
 ) -> Result<Vec<Effect>, WorkError> {
     let beside = effects::folder_of(&request.model);
     let mut folders: Vec<PathBuf> = Vec::new();
-    if beside.is_dir() {
+    if compilation.files.is_folder(&beside) {
         folders.push(beside);
     }
     for folder in &request.effects {
-        if !folder.is_dir() {
+        if !compilation.files.is_folder(folder) {
             let message = format!("`--effects {}`: there is no such folder", folder.display());
             return Err(WorkError::Usage(message));
         }
         folders.push(folder.clone());
     }
-    let Compilation { sources, diagnostics } = compilation;
+    let Compilation { files, sources, diagnostics } = compilation;
     let mut library = Vec::new();
     for folder in &folders {
-        library.extend(load_folder(folder, sources, diagnostics).into_iter().flatten());
+        library.extend(load_folder(*files, folder, sources, diagnostics).into_iter().flatten());
     }
     if diagnostics.check().is_err() {
         return Err(WorkError::diagnosed(diagnostics, sources.clone()));
@@ -345,12 +358,12 @@ fn recordings(
     request: &DiscoverRequest,
     paths: &[PathBuf],
     compiled: &Compiled,
-    compilation: &mut Compilation,
+    compilation: &mut Compilation<'_>,
     session: Session<'_>,
 ) -> Result<(Vec<Recording>, Vec<DataFile>), WorkError> {
-    let files = (paths, request.solve.rename.as_slice());
+    let (renames, dae) = (&request.solve.rename, &compiled.dae);
     let clock = recording::Clock::Time;
-    let read = recording::Recording::read_all(files, &compiled.dae, clock, compilation, session)?;
+    let read = recording::Recording::read_all(paths, renames, dae, clock, compilation, session)?;
     let system = executable(compiled.program.clone(), &request.solve)?;
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let integration = options(&request.solve)?;

@@ -50,7 +50,7 @@ pub(super) fn run(
     let valid =
         task.tested_unless_stopped(request, &mut left_out, || task.tested(&problem, &fit, request));
     let valid = match valid {
-        // What has been found is kept.
+        // The result so far is kept.
         Err(error) if !is_converged => {
             left_out.push(format!("validation recordings were not simulated: {error}"));
             None

@@ -80,7 +80,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
         is_asked.then(|| task.simulated(&held_out, &request.valid)).transpose()
     });
     let valid = match valid {
-        // What has been found is kept.
+        // The result so far is kept.
         Err(error) if !is_converged => {
             left_out.push(format!("validation recordings were not simulated: {error}"));
             None

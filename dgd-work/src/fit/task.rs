@@ -67,7 +67,7 @@ pub(super) struct Task<'s> {
 impl<'s> Task<'s> {
     pub(super) fn load(request: &FitRequest, session: Session<'s>) -> Result<Task<'s>, WorkError> {
         let options = options(&request.solve)?;
-        let mut compilation = Compilation::default();
+        let mut compilation = Compilation::new(session.files);
         let options_of_model = compilation.options(&request.choices)?;
         let (free, fixed) = compilation.sought(&request.sought);
         let directions = if request.regression.estimator == Estimator::PredictionError {
@@ -85,11 +85,11 @@ impl<'s> Task<'s> {
         let of_model = provenance::of_model(&compilation.sources);
         let used = used_outputs(&mut compilation, &compiled, &request.outputs);
         let mut read = |paths: &[PathBuf]| {
-            let files = (paths, request.solve.rename.as_slice());
-            let dae = &compiled.dae;
-            recording::Recording::read_all(files, dae, Clock::Rows, &mut compilation, session)
+            let (renames, dae) = (&request.solve.rename, &compiled.dae);
+            let compilation = &mut compilation;
+            recording::Recording::read_all(paths, renames, dae, Clock::Rows, compilation, session)
         };
-        // What is reported of the second are the mistakes of both.
+        // The error of the second call has the mistakes of both.
         let (train, valid) = (read(&request.data), read(&request.valid));
         let (valid, train) = (valid?, train?);
         let paths = request.data.iter().chain(&request.valid);
@@ -221,7 +221,7 @@ impl<'s> Task<'s> {
         }
         let model = model.map_err(|error| named(&error, &request.data));
         let signature = self.system.signature();
-        Ok(Linearised::new(signature, place, points, (&self.train, train), fit, model))
+        Ok(Linearised::new(signature, place, points, &self.train, train, fit, model))
     }
 
     pub(super) fn problem(&self) -> OutputErrorProblem<'_> {
@@ -358,7 +358,8 @@ impl<'s> Task<'s> {
                 let reason = named(&failed, paths);
                 WorkError::Computation(format!("the model cannot be {what}: {reason}{instead}"))
             }
-            EstimateError::Noise { .. }
+            EstimateError::Length(_)
+            | EstimateError::Noise { .. }
             | EstimateError::NotPositive { .. }
             | EstimateError::NotFiltered(_)
             | EstimateError::Stopped => WorkError::Computation(error.to_string()),
@@ -439,7 +440,11 @@ fn named(failed: &TrialFailed, paths: &[PathBuf]) -> String {
 }
 
 /// Which outputs `--outputs` names; all where it names none.
-fn used_outputs(compilation: &mut Compilation, compiled: &Compiled, names: &[String]) -> Vec<bool> {
+fn used_outputs(
+    compilation: &mut Compilation<'_>,
+    compiled: &Compiled,
+    names: &[String],
+) -> Vec<bool> {
     let outputs = &compiled.program.signature.outputs;
     if names.is_empty() {
         return vec![true; outputs.len()];

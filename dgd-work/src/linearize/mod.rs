@@ -33,7 +33,7 @@ pub fn linearize(
         let message = format!("`--at {t}`: the run begins at {from} s, so it never gets there");
         return Err(WorkError::Usage(message));
     }
-    let loaded = load(&request.model, &request.choices, |_| Directions::None)?;
+    let loaded = load(&request.model, &request.choices, &Directions::None, session)?;
     let run = Run::prepare(&run_request(request), loaded, session)?;
     let from = run.times[0];
     let at = match request.at {

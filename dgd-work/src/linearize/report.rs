@@ -237,6 +237,21 @@ fn late_name(name: &str, tau: f64) -> String {
 }
 
 impl Linearised {
+    /// A, B, C and D, SI.
+    pub fn state_space(&self) -> &StateSpace {
+        &self.system
+    }
+
+    /// Its poles.
+    pub fn poles(&self) -> &Poles {
+        &self.poles
+    }
+
+    /// The point itself, SI.
+    pub fn point(&self) -> &OperatingPoint {
+        &self.at
+    }
+
     /// The matrices that have entries.
     fn matrices(&self) -> Vec<Matrix<'_>> {
         let StateSpace { a, b, c, d, late_a, late_c, late_x, late_u, late_v, .. } = &self.system;

@@ -9,7 +9,6 @@
 //! Any of them may have arguments behind it: `'NAME(q)'`.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
@@ -17,48 +16,52 @@ use dgd_compiler::effects::{Application, Effect};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::{Ast, Name, Target};
 use dgd_compiler::syntax::parse;
-use dgd_data::open::read_import;
+use dgd_data::FileSystem;
+use dgd_data::open::{Entry, read_import};
 
 use crate::error::WorkError;
-use crate::model::read_model;
+use crate::model::{Compilation, read_model};
 
 /// The folder in which a model's effects lie.
-pub const FOLDER: &str = "effects";
+pub(crate) const FOLDER: &str = "effects";
 
 /// The ending of the files.
 const ENDING: &str = "dgd";
 
 /// An effect that is asked for, with its arguments.
 #[derive(Debug)]
-pub struct Asked {
+pub(crate) struct Asked {
     effect: Effect,
     arguments: Vec<Name>,
     span: Span,
 }
 
 impl Asked {
-    pub fn application(&self) -> Application<'_> {
+    pub(crate) fn application(&self) -> Application<'_> {
         Application { effect: &self.effect, arguments: self.arguments.clone(), span: self.span }
     }
 }
 
 /// Reads what one `--apply` asks for; its words lie in the source `argument`.
-pub fn asked(
+pub(crate) fn asked(
     model: &Path,
     argument: SourceId,
-    sources: &mut Sources,
-    diagnostics: &mut Diagnostics,
+    compilation: &mut Compilation<'_>,
 ) -> Result<Result<Asked, Reported>, WorkError> {
-    let text = sources.get(argument).text.clone();
+    let text = compilation.sources.get(argument).text.clone();
     let (file, arguments) = words(&text, argument)?;
-    let path = path_of(model, file)?;
-    let ast = match parsed(&path, sources, diagnostics)? {
+    let path = path_of(compilation.files, model, file)?;
+    let ast = match parsed(&path, compilation)? {
         Ok(ast) => ast,
         Err(reported) => return Ok(Err(reported)),
     };
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
     let span = Span { source: argument, start: 0, end };
-    Ok(Effect::read(ast, diagnostics).map(|effect| Asked { effect, arguments, span }))
+    Ok(Effect::read(ast, &mut compilation.diagnostics).map(|effect| Asked {
+        effect,
+        arguments,
+        span,
+    }))
 }
 
 /// All effects of a folder and of the folders in it, in order of path.
@@ -67,15 +70,16 @@ pub fn asked(
 ///
 /// [`Reported`] where a file cannot be read or is not an effect; the others have been looked at as well.
 pub fn load_folder(
+    files: &dyn FileSystem,
     folder: &Path,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Effect>, Reported> {
     let mut effects = Vec::new();
     let mut failed = None;
-    for (_, path) in files(folder) {
+    for (_, path) in effect_files(files, folder) {
         let name = path.display().to_string();
-        let read = match read_import(&path) {
+        let read = match read_import(files, &path) {
             Ok(text) => {
                 let id = sources.add(Source { name, text });
                 parse(id, sources, diagnostics).and_then(|ast| Effect::read(ast, diagnostics))
@@ -96,25 +100,26 @@ pub fn load_folder(
 }
 
 /// The model that an effect is for, where it lies as expected: above the folder of effects.
-pub fn model_of(path: &Path, effect: &Effect) -> Option<PathBuf> {
+pub(crate) fn model_of(files: &dyn FileSystem, path: &Path, effect: &Effect) -> Option<PathBuf> {
     let Target::Model(name) = &effect.target else { return None };
     let file = format!("{}.{ENDING}", name.text);
     // effects/NAME.dgd or effects/NAME/FORM.dgd
     let above = path.ancestors().skip(2).take(2).map(|folder| folder.join(&file));
-    above.into_iter().find(|model| model.is_file())
+    above.into_iter().find(|model| files.is_file(model))
 }
 
 /// `effects` beside a model file.
-pub fn folder_of(model: &Path) -> PathBuf {
+pub(crate) fn folder_of(model: &Path) -> PathBuf {
     model.parent().unwrap_or_else(|| Path::new("")).join(FOLDER)
 }
 
-pub fn parsed(
+/// The tree of a file.
+pub(crate) fn parsed(
     path: &Path,
-    sources: &mut Sources,
-    diagnostics: &mut Diagnostics,
+    compilation: &mut Compilation<'_>,
 ) -> Result<Result<Ast, Reported>, WorkError> {
-    let source = Source { name: path.display().to_string(), text: read_model(path)? };
+    let Compilation { files, sources, diagnostics } = compilation;
+    let source = Source { name: path.display().to_string(), text: read_model(*files, path)? };
     let id = sources.add(source);
     Ok(parse(id, sources, diagnostics))
 }
@@ -147,13 +152,13 @@ fn words(text: &str, source: SourceId) -> Result<(&str, Vec<Name>), WorkError> {
 }
 
 /// The file that a word of the command line means.
-fn path_of(model: &Path, word: &str) -> Result<PathBuf, WorkError> {
+fn path_of(files: &dyn FileSystem, model: &Path, word: &str) -> Result<PathBuf, WorkError> {
     let given = Path::new(word);
     if given.extension().is_some_and(|ending| ending == ENDING) {
         return Ok(given.to_owned());
     }
     let folder = folder_of(model);
-    let all = files(&folder);
+    let all = effect_files(files, &folder);
     let forms: Vec<&(String, PathBuf)> = all
         .iter()
         .filter(|(name, _)| name == word || name.split('/').next() == Some(word))
@@ -189,17 +194,17 @@ fn path_of(model: &Path, word: &str) -> Result<PathBuf, WorkError> {
 }
 
 /// The effect files of a folder and of the folders in it, by name, in order: `NAME` or `NAME/FORM`.
-fn files(folder: &Path) -> Vec<(String, PathBuf)> {
+fn effect_files(files: &dyn FileSystem, folder: &Path) -> Vec<(String, PathBuf)> {
     let mut all = Vec::new();
-    for path in entries(folder) {
-        let Some(name) = path.file_stem().and_then(|name| name.to_str()) else { continue };
-        if is_effect_file(&path) {
-            all.push((name.to_owned(), path));
+    for entry in files.entries(folder) {
+        let Some(name) = entry.path.file_stem().and_then(|name| name.to_str()) else { continue };
+        if is_effect_file(&entry) {
+            all.push((name.to_owned(), entry.path));
             continue;
         }
-        for form in entries(&path).into_iter().filter(|path| is_effect_file(path)) {
-            if let Some(form_name) = form.file_stem().and_then(|name| name.to_str()) {
-                all.push((format!("{name}/{form_name}"), form));
+        for form in files.entries(&entry.path).into_iter().filter(is_effect_file) {
+            if let Some(form_name) = form.path.file_stem().and_then(|name| name.to_str()) {
+                all.push((format!("{name}/{form_name}"), form.path));
             }
         }
     }
@@ -207,12 +212,7 @@ fn files(folder: &Path) -> Vec<(String, PathBuf)> {
     all
 }
 
-fn is_effect_file(path: &Path) -> bool {
-    // What is not a regular file is refused when it is read, with the reason; a dangling link is not a file.
-    path.extension().is_some_and(|ending| ending == ENDING) && path.exists() && !path.is_dir()
-}
-
-/// What lies in a folder; nothing where it cannot be read.
-fn entries(folder: &Path) -> Vec<PathBuf> {
-    fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
+/// A file that is not regular is refused when it is read, with the reason.
+fn is_effect_file(entry: &Entry) -> bool {
+    entry.path.extension().is_some_and(|ending| ending == ENDING) && !entry.is_folder
 }

@@ -1,7 +1,7 @@
 //! From a path and the choices of the command line to a compiled model.
 
-pub mod effects;
-pub mod sets;
+pub(crate) mod effects;
+pub(crate) mod sets;
 
 use std::path::Path;
 
@@ -12,16 +12,21 @@ use dgd_compiler::pipeline::{self, Compiled, Directions, compile_asts};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax;
 use dgd_compiler::syntax::ast::{Ast, Name};
+use dgd_data::FileSystem;
 use dgd_data::open::{read_import, read_text};
 
 use crate::error::WorkError;
 use crate::model::effects::asked;
 use crate::output::provenance;
 use crate::request::{Choices, Sought};
+use crate::session::Session;
 
 /// A compiled model and the texts it came from.
-pub struct Loaded {
+#[non_exhaustive]
+pub struct LoadedModel {
+    /// Every stage of the compiler.
     pub compiled: Compiled,
+    /// The texts: of the model, its imports and effects.
     pub sources: Sources,
     /// Digest of what it was compiled from.
     pub digest: String,
@@ -29,14 +34,15 @@ pub struct Loaded {
     pub changed: Option<Changed>,
 }
 
-impl Loaded {
+impl LoadedModel {
     /// Of the texts that were read so far.
     pub(crate) fn new(compiled: Compiled, sources: Sources, changed: Option<Changed>) -> Self {
-        Loaded { digest: provenance::of_model(&sources), compiled, sources, changed }
+        LoadedModel { digest: provenance::of_model(&sources), compiled, sources, changed }
     }
 }
 
 /// Trees to which effects were applied.
+#[non_exhaustive]
 pub struct Changed {
     /// As read: the model, then its libraries.
     pub before: Vec<Ast>,
@@ -45,7 +51,7 @@ pub struct Changed {
 }
 
 impl Changed {
-    /// The changed model as a text.
+    /// The changed model as a text; `sources` are those that it came with.
     pub fn text(&self, sources: &Sources) -> String {
         let Applied { asts, brought } = &self.applied;
         write(&self.before[0], &asts[0], brought, sources)
@@ -53,8 +59,8 @@ impl Changed {
 }
 
 /// What is being compiled, while mistakes are collected.
-#[derive(Default)]
-pub struct Compilation {
+pub(crate) struct Compilation<'a> {
+    pub files: &'a dyn FileSystem,
     pub sources: Sources,
     pub diagnostics: Diagnostics,
 }
@@ -62,26 +68,31 @@ pub struct Compilation {
 /// The trees of a model and its libraries, and what effects changed in them.
 type Read = (Vec<Ast>, Option<Changed>);
 
-impl Compilation {
+impl<'a> Compilation<'a> {
+    /// Of what lies among these files.
+    pub(crate) fn new(files: &'a dyn FileSystem) -> Self {
+        Compilation { files, sources: Sources::default(), diagnostics: Diagnostics::default() }
+    }
+
     /// Ends the compilation because of what was reported.
-    pub fn fail(self, _: Reported) -> WorkError {
+    pub(crate) fn fail(self, _: Reported) -> WorkError {
         WorkError::diagnosed(&self.diagnostics, self.sources)
     }
 
     /// Words of the command line as a source of their own, so that diagnostics can point there.
-    pub fn argument(&mut self, flag: &str, text: &str) -> SourceId {
+    pub(crate) fn argument(&mut self, flag: &str, text: &str) -> SourceId {
         self.sources.add(Source { name: format!("({flag})"), text: text.to_owned() })
     }
 
     /// A name given on the command line.
-    pub fn name(&mut self, flag: &str, text: &str) -> Name {
+    pub(crate) fn name(&mut self, flag: &str, text: &str) -> Name {
         let source = self.argument(flag, text);
         let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
         Name { text: text.to_owned(), span: Span { source, start: 0, end } }
     }
 
     /// The names of `--free` and `--fix`.
-    pub fn sought(&mut self, sought: &Sought) -> (Vec<Name>, Vec<Name>) {
+    pub(crate) fn sought(&mut self, sought: &Sought) -> (Vec<Name>, Vec<Name>) {
         let mut names = |flag: &str, names: &[String]| -> Vec<Name> {
             names.iter().map(|name| self.name(flag, name.trim())).collect()
         };
@@ -89,7 +100,7 @@ impl Compilation {
     }
 
     /// Variants and settings of the command line.
-    pub fn options(&mut self, choices: &Choices) -> Result<ModelOptions, WorkError> {
+    pub(crate) fn options(&mut self, choices: &Choices) -> Result<ModelOptions, WorkError> {
         let mut options = ModelOptions::default();
         for choice in &choices.variant {
             let Some((variant, chosen)) = choice.split_once('=') else {
@@ -112,34 +123,36 @@ impl Compilation {
     }
 
     /// The syntax and the meaning of a model's text that is or could be in a file.
-    pub fn resolve(
+    pub(crate) fn resolve(
         &mut self,
         path: &Path,
         text: String,
         options: &ModelOptions,
     ) -> Result<(Vec<Ast>, Model), Reported> {
         let main = Source { name: path.display().to_string(), text };
-        let mut read = |path: &str| read_import(Path::new(path));
+        let files = self.files;
+        let mut read = |path: &str| read_import(files, Path::new(path));
         let asts = pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)?;
         let model = resolve(&asts, options, &mut self.diagnostics)?;
         Ok((asts, model))
     }
 
     /// Reads a model file and what it imports, and applies effects to it.
-    pub fn read(
+    pub(crate) fn read(
         &mut self,
         path: &Path,
         apply: &[String],
     ) -> Result<Result<Read, Reported>, WorkError> {
         let sound_before = self.diagnostics.check();
-        let main = Source { name: path.display().to_string(), text: read_model(path)? };
+        let files = self.files;
+        let main = Source { name: path.display().to_string(), text: read_model(files, path)? };
         let (sources, diagnostics) = (&mut self.sources, &mut self.diagnostics);
-        let mut read = |path: &str| read_import(Path::new(path));
+        let mut read = |path: &str| read_import(files, Path::new(path));
         let asts = pipeline::load(main, &mut read, sources, diagnostics);
         let mut wanted = Vec::with_capacity(apply.len());
         for text in apply {
             let argument = self.argument("--apply", text);
-            let asked = asked(path, argument, &mut self.sources, &mut self.diagnostics)?;
+            let asked = asked(path, argument, self)?;
             wanted.extend(asked.ok());
         }
         let asts =
@@ -155,7 +168,7 @@ impl Compilation {
 
     /// Compiles a model file whose text with effects is a source of its own, so that places in the
     /// compiled model are places in one text.
-    pub fn compile_text(
+    pub(crate) fn compile_text(
         &mut self,
         path: &Path,
         apply: &[String],
@@ -171,7 +184,8 @@ impl Compilation {
             Some(changed) => {
                 let main =
                     Source { name: path.display().to_string(), text: changed.text(&self.sources) };
-                let mut read = |path: &str| read_import(Path::new(path));
+                let files = self.files;
+                let mut read = |path: &str| read_import(files, Path::new(path));
                 pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)
             }
         };
@@ -179,7 +193,7 @@ impl Compilation {
     }
 
     /// Compiles a model file, with effects where some are asked for.
-    pub fn compile(
+    pub(crate) fn compile(
         &mut self,
         path: &Path,
         apply: &[String],
@@ -195,23 +209,27 @@ impl Compilation {
     }
 }
 
-/// Compiles a model file with the choices of the command line.
+/// Compiles a model with variants, settings and effects; sensitivities are those to `directions`.
+///
+/// # Errors
+///
+/// [`WorkError`]: it cannot be read, or has mistakes.
 pub fn load(
     path: &Path,
     choices: &Choices,
-    directions: impl FnOnce(&mut Compilation) -> Directions,
-) -> Result<Loaded, WorkError> {
-    let mut compilation = Compilation::default();
+    directions: &Directions,
+    session: Session<'_>,
+) -> Result<LoadedModel, WorkError> {
+    let mut compilation = Compilation::new(session.files);
     let options = compilation.options(choices)?;
-    let directions = directions(&mut compilation);
-    match compilation.compile(path, &choices.apply, &options, &directions)? {
-        Ok((compiled, changed)) => Ok(Loaded::new(compiled, compilation.sources, changed)),
+    match compilation.compile(path, &choices.apply, &options, directions)? {
+        Ok((compiled, changed)) => Ok(LoadedModel::new(compiled, compilation.sources, changed)),
         Err(reported) => Err(compilation.fail(reported)),
     }
 }
 
 /// The text of a model file.
-pub fn read_model(path: &Path) -> Result<String, WorkError> {
-    read_text(path)
+pub(crate) fn read_model(files: &dyn FileSystem, path: &Path) -> Result<String, WorkError> {
+    read_text(files, path)
         .map_err(|reason| WorkError::Found(format!("cannot read `{}`: {reason}", path.display())))
 }

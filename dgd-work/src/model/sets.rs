@@ -5,26 +5,35 @@ use std::path::Path;
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use dgd_compiler::source::Sources;
-use dgd_data::{self as data, Table, select};
+use dgd_data::{FileSystem, Reading, Table, select};
 
 /// One set, SI.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Set {
+pub(crate) struct Set {
     /// All parameters: those of the model where the table says nothing.
     pub p: Vec<f64>,
     /// Start values that replace the model's, by position of the unknown.
     pub start: Vec<(usize, f64)>,
 }
 
+/// The sets of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Sets {
+    pub(crate) all: Vec<Set>,
+    /// Digest of the file.
+    pub(crate) digest: Option<u128>,
+}
+
 /// Reads sets; columns are parameters, and states for their start values. A cell without a value
 /// leaves what the model says.
-pub fn read(
+pub(crate) fn read(
+    files: &dyn FileSystem,
     path: &Path,
     dae: &Dae,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Set>, Reported> {
-    let table = data::read(path, sources, diagnostics)?;
+) -> Result<Sets, Reported> {
+    let table = Reading::default().read(files, path, sources, diagnostics)?;
     let parameters = dae.parameters.iter().map(|parameter| select::Declared {
         name: &parameter.declared.name,
         unit: &parameter.declared.unit,
@@ -52,7 +61,7 @@ pub fn read(
             .filter_map(|(i, column)| Some((i, value(column, row)?)))
             .collect(),
     };
-    Ok((0..table.len()).map(set).collect())
+    Ok(Sets { all: (0..table.len()).map(set).collect(), digest: table.digest })
 }
 
 /// Reports columns that are neither a parameter nor a state.

@@ -90,12 +90,12 @@ impl TimeTable {
 }
 
 /// SI values in a unit.
-pub fn in_unit(values: &[f64], unit: &Unit) -> Vec<f64> {
+pub(crate) fn in_unit(values: &[f64], unit: &Unit) -> Vec<f64> {
     values.iter().map(|value| unit.from_si(*value)).collect()
 }
 
 /// The unit of a derivative.
-pub fn quotient(of: &Unit, to: &Unit) -> Unit {
+pub(crate) fn quotient(of: &Unit, to: &Unit) -> Unit {
     let symbol = match &*to.symbol {
         "1" => of.symbol.to_string(),
         to if to.contains(['*', '/', '·', ' ']) => format!("{}/({to})", of.symbol),
@@ -105,12 +105,12 @@ pub fn quotient(of: &Unit, to: &Unit) -> Unit {
 }
 
 /// Equal steps per sample, for programs: none where steps were adaptive.
-pub fn per_sample(solution: &Solution) -> Option<u32> {
+pub(crate) fn per_sample(solution: &Solution) -> Option<u32> {
     Some(solution.statistics.per_sample).filter(|n| *n > 0)
 }
 
 /// What happened at events, for programs: the modes of a `when` have no names.
-pub fn events(solution: &Solution) -> Vec<Value> {
+pub(crate) fn events(solution: &Solution) -> Vec<Value> {
     let event = |event: &Event| {
         json!({
             "t": event.t,
@@ -123,12 +123,12 @@ pub fn events(solution: &Solution) -> Vec<Value> {
 }
 
 /// Whether an unknown is an element of an array, of which nothing is kept but what outputs make of them.
-pub fn is_element(unknown: &str) -> bool {
+pub(crate) fn is_element(unknown: &str) -> bool {
     unknown.ends_with(']')
 }
 
 /// Whether the model does not declare this: a derivative, a combination or a share, which the table
 /// has and the figure leaves out.
-pub fn is_added(unknown: &str) -> bool {
+pub(crate) fn is_added(unknown: &str) -> bool {
     unknown.ends_with(')')
 }

@@ -4,7 +4,7 @@ use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
 
 /// What one panel shows.
 #[derive(Debug, Clone)]
-pub struct Subject {
+pub(crate) struct Subject {
     pub title: Text,
     /// Unit of its axis.
     pub unit: String,
@@ -13,7 +13,7 @@ pub struct Subject {
 
 /// One line of a panel, in the panel's unit.
 #[derive(Debug, Clone)]
-pub struct Line {
+pub(crate) struct Line {
     pub name: Text,
     pub times: Vec<f64>,
     pub values: Vec<f64>,
@@ -22,7 +22,7 @@ pub struct Line {
 }
 
 /// A figure with one panel for each subject over a common time axis.
-pub fn panels(subjects: &[Subject]) -> Figure {
+pub(crate) fn panels(subjects: &[Subject]) -> Figure {
     let panels = subjects
         .iter()
         .map(|subject| Panel {
@@ -45,7 +45,13 @@ pub fn panels(subjects: &[Subject]) -> Figure {
 }
 
 /// Differences as dots, and the band in which nineteen of twenty are expected: ± 2 standard deviations.
-pub fn differences(title: Text, unit: &str, times: &[f64], values: Vec<f64>, std: &[f64]) -> Panel {
+pub(crate) fn differences(
+    title: Text,
+    unit: &str,
+    times: &[f64],
+    values: Vec<f64>,
+    std: &[f64],
+) -> Panel {
     let edge = |k: f64| std.iter().map(|std| k * std).collect();
     Panel {
         title,
@@ -68,7 +74,7 @@ pub fn differences(title: Text, unit: &str, times: &[f64], values: Vec<f64>, std
 }
 
 /// Panels of what is computed and recorded, their differences beside them.
-pub fn beside(subjects: &[Subject], differences: Vec<Panel>, x_label: Text) -> Figure {
+pub(crate) fn beside(subjects: &[Subject], differences: Vec<Panel>, x_label: Text) -> Figure {
     let panels = panels(subjects).panels.into_iter().zip(differences);
     let panels: Vec<Panel> = panels.flat_map(|(signals, rest)| [signals, rest]).collect();
     Figure { columns: 2, ..Figure::new(x_label, panels) }

@@ -1,9 +1,9 @@
 //! What results are made into: columns over time, figures, tables and numbers for people.
 
-pub mod columns;
-pub mod figure;
-pub mod provenance;
-pub mod quantity;
-pub mod table;
+pub(crate) mod columns;
+pub(crate) mod figure;
+pub(crate) mod provenance;
+pub(crate) mod quantity;
+pub(crate) mod table;
 
-pub use columns::{Kind, NamedColumn, TimeTable};
+pub(crate) use columns::{Kind, NamedColumn, TimeTable};

@@ -16,7 +16,7 @@ const DIGITS: i32 = 4;
 const WRITTEN_OUT: std::ops::Range<i32> = -3..6;
 
 /// The unit of differences of values in a unit; differences have no zero of their own.
-pub fn of_differences(unit: &Unit) -> Unit {
+pub(crate) fn of_differences(unit: &Unit) -> Unit {
     let symbol = match parse_unit(&unit.symbol) {
         Ok(parsed) => parsed.of_differences().symbol.into(),
         Err(_) => unit.symbol.clone(),
@@ -26,19 +26,19 @@ pub fn of_differences(unit: &Unit) -> Unit {
 
 /// A value and its standard deviation, `275.0 ± 1.2` or `(1.752 ± 0.031)·10⁸`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Quantity {
+pub(crate) struct Quantity {
     value: f64,
     std: Option<f64>,
 }
 
 impl Quantity {
     /// A value and how far it may be off.
-    pub fn new(value: f64, std: f64) -> Quantity {
+    pub(crate) fn new(value: f64, std: f64) -> Quantity {
         Quantity { value, std: Some(std) }
     }
 
     /// A parameter in its declared unit.
-    pub fn of(parameter: &ParameterValue) -> Quantity {
+    pub(crate) fn of(parameter: &ParameterValue) -> Quantity {
         let unit = &parameter.unit;
         let value = unit.from_si(parameter.value);
         let std = parameter.std.map(|std| std / unit.factor);
@@ -71,7 +71,7 @@ impl fmt::Display for Quantity {
 }
 
 /// A number with so many digits; whole numbers keep all of theirs.
-pub fn rounded(value: f64, digits: i32) -> String {
+pub(crate) fn rounded(value: f64, digits: i32) -> String {
     if !value.is_finite() {
         return "–".to_owned();
     }
@@ -116,7 +116,7 @@ fn times_ten_to(power: i32) -> String {
 }
 
 /// A probability; the smallest that so many resamples can show is a bound.
-pub fn probability(p: f64, resamples: usize) -> String {
+pub(crate) fn probability(p: f64, resamples: usize) -> String {
     let least = 1.0 / (resamples as f64 + 1.0);
     if p <= least * (1.0 + 1e-9) {
         format!("p ≤ {}", rounded(least, 2))
@@ -126,12 +126,12 @@ pub fn probability(p: f64, resamples: usize) -> String {
 }
 
 /// A share as a percentage.
-pub fn percent(share: f64) -> String {
+pub(crate) fn percent(share: f64) -> String {
     if share.is_finite() { format!("{} %", fixed(100.0 * share, 0)) } else { "–".to_owned() }
 }
 
 /// Stretches of time in seconds, `612–1034 s, 2100–2230 s`.
-pub fn stretches(windows: impl IntoIterator<Item = [f64; 2]>) -> String {
+pub(crate) fn stretches(windows: impl IntoIterator<Item = [f64; 2]>) -> String {
     let all: Vec<String> = windows
         .into_iter()
         .map(|[from, until]| format!("{}–{} s", fixed(from, 0), fixed(until, 0)))

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 /// Columns by their widest cell, numbers to the right.
-pub fn push_table<R: AsRef<[String]>>(text: &mut String, rows: &[R]) {
+pub(crate) fn push_table<R: AsRef<[String]>>(text: &mut String, rows: &[R]) {
     let columns = rows.first().map_or(0, |row| row.as_ref().len());
     let width =
         |j: usize| rows.iter().map(|row| row.as_ref()[j].chars().count()).max().unwrap_or(0);
@@ -27,7 +27,7 @@ pub fn push_table<R: AsRef<[String]>>(text: &mut String, rows: &[R]) {
 }
 
 /// A number with so many digits, with an exponent where it would have many zeros.
-pub fn significant(value: f64, digits: usize) -> String {
+pub(crate) fn significant(value: f64, digits: usize) -> String {
     let scientific = format!("{value:.*e}", digits.saturating_sub(1));
     let exponent = scientific.rsplit_once('e').and_then(|(_, e)| e.parse::<i32>().ok());
     match exponent {

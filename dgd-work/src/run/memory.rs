@@ -6,7 +6,7 @@ use crate::error::WorkError;
 const VECTORS: f64 = 40.0;
 
 /// Memory for one purpose.
-pub struct Demand {
+pub(crate) struct Demand {
     bytes: f64,
     /// What it is for, and what to do.
     reason: String,
@@ -14,7 +14,7 @@ pub struct Demand {
 
 /// What a run keeps at each of its rows, and works with.
 #[derive(Clone, Copy)]
-pub struct Needs {
+pub(crate) struct Needs {
     pub unknowns: usize,
     /// Those that are kept at each row.
     pub kept: usize,
@@ -57,7 +57,7 @@ impl Needs {
     }
 
     /// Of a run.
-    pub fn demands(&self) -> [Demand; 2] {
+    pub(crate) fn demands(&self) -> [Demand; 2] {
         let (fewer, smaller) = match self.directions {
             0 => ("", "a smaller model"),
             _ => (", or for fewer derivatives (`--to`)", "fewer derivatives (`--to`)"),
@@ -80,7 +80,7 @@ impl Needs {
 
     /// Of so many runs side by side, each of a recording, from which `estimates` numbers are found.
     /// `self.directions` are those whose derivatives are kept at each row.
-    pub fn demands_of_fit(
+    pub(crate) fn demands_of_fit(
         &self,
         side_by_side: usize,
         recordings: usize,
@@ -123,7 +123,12 @@ impl Needs {
 
     /// Of an ensemble: `packed` runs at a time that keep all unknowns, and `held` results with so many
     /// columns.
-    pub fn demands_of_ensemble(&self, packed: usize, held: usize, columns: usize) -> [Demand; 2] {
+    pub(crate) fn demands_of_ensemble(
+        &self,
+        packed: usize,
+        held: usize,
+        columns: usize,
+    ) -> [Demand; 2] {
         let (rows, columns_text) = (counted(self.rows, "row"), counted(columns, "column"));
         [
             Demand {
@@ -154,7 +159,7 @@ fn counted(count: usize, what: &str) -> String {
 }
 
 /// Refuses work that needs more memory than is free; `what` does it.
-pub fn verify(what: &str, demands: &[Demand]) -> Result<(), WorkError> {
+pub(crate) fn verify(what: &str, demands: &[Demand]) -> Result<(), WorkError> {
     within(what, demands, available())
 }
 

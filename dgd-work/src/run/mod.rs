@@ -1,9 +1,9 @@
 //! What commands that run a model once share: data, start values, times, the simulation itself.
 
-pub mod keeping;
-pub mod memory;
-pub mod recording;
-pub mod reservations;
+pub(crate) mod keeping;
+pub(crate) mod memory;
+pub(crate) mod recording;
+pub(crate) mod reservations;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{Automaton, Model, Origin, Transition};
@@ -19,7 +19,7 @@ use dgd_runtime::{
 };
 
 use crate::error::WorkError;
-use crate::model::Loaded;
+use crate::model::LoadedModel;
 use crate::output::columns::is_element;
 use crate::output::provenance::{DataFile, Provenance};
 use crate::request::{RunRequest, Solve, Start};
@@ -34,7 +34,7 @@ const DEFAULT_ROWS: u32 = 1000;
 const MOST_ROWS: f64 = 1e8;
 
 /// A model ready to run on its data.
-pub struct Run {
+pub(crate) struct Run {
     pub system: dgd_execute::Loaded,
     /// Parameters, SI.
     pub p: Vec<f64>,
@@ -52,20 +52,21 @@ pub struct Run {
 
 impl Run {
     /// Reads the data, builds the inputs, finds times and start values.
-    pub fn prepare(
+    pub(crate) fn prepare(
         args: &RunRequest,
-        loaded: Loaded,
+        loaded: LoadedModel,
         session: Session<'_>,
     ) -> Result<Run, WorkError> {
         let options = options(&args.solve)?;
-        let Loaded { compiled, mut sources, digest, .. } = loaded;
+        let LoadedModel { compiled, mut sources, digest, .. } = loaded;
         session.spare(&sources)?;
         let mut diagnostics = Diagnostics::default();
         let recording = match &args.data {
             None => None,
             Some(path) => {
                 let read = Recording::read(
-                    (path, &args.solve.rename),
+                    path,
+                    &args.solve.rename,
                     &compiled.dae,
                     Clock::Time,
                     &mut sources,
@@ -126,16 +127,16 @@ impl Run {
         }
     }
 
-    pub fn problem(&self) -> Problem<'_, dgd_execute::Loaded> {
+    pub(crate) fn problem(&self) -> Problem<'_, dgd_execute::Loaded> {
         Problem { system: &self.system, p: &self.p, inputs: &self.inputs, start: &self.start }
     }
 
-    pub fn signature(&self) -> &Signature {
+    pub(crate) fn signature(&self) -> &Signature {
         self.system.signature()
     }
 
     /// The i-th input at the times of a solution, SI.
-    pub fn input_values(&self, solution: &Solution, i: usize) -> Vec<f64> {
+    pub(crate) fn input_values(&self, solution: &Solution, i: usize) -> Vec<f64> {
         let mut u = vec![0.0; self.inputs.len()];
         let at = |k: usize| {
             self.inputs.value(solution.times[k], solution.side(k), &mut u);
@@ -146,7 +147,7 @@ impl Run {
 
     /// Runs the model and evaluates its outputs. Of the elements of arrays, which stand behind all other
     /// unknowns, nothing is kept but what outputs make of them.
-    pub fn simulate(&self) -> Result<Reached, WorkError> {
+    pub(crate) fn simulate(&self) -> Result<Reached, WorkError> {
         let signature = self.signature();
         let shown = signature.unknowns.iter().enumerate().filter(|(_, x)| !is_element(&x.name));
         let single = shown.last().map_or(0, |(last, _)| last + 1);
@@ -178,7 +179,7 @@ impl Run {
     }
 
     /// The same with sensitivities.
-    pub fn simulate_with_sensitivities(&self) -> Result<Reached, WorkError> {
+    pub(crate) fn simulate_with_sensitivities(&self) -> Result<Reached, WorkError> {
         let signature = self.signature();
         self.verify_memory(signature.unknowns.len(), signature.directions.len())?;
         self.finish(simulate_with_sensitivities(&self.problem(), &self.times, &self.options))
@@ -198,7 +199,7 @@ impl Run {
 }
 
 /// Refuses a fit or search that needs more memory than is free, of so many threads.
-pub fn verify_memory_of_fit(
+pub(crate) fn verify_memory_of_fit(
     what: &str,
     signature: &Signature,
     recordings: &[dgd_identify::Recording],
@@ -242,7 +243,7 @@ fn conditions(model: &Model, sources: &Sources) -> Vec<String> {
 }
 
 /// A run as far as it went.
-pub struct Reached {
+pub(crate) struct Reached {
     pub solution: Solution,
     pub observations: Observations,
     /// Why it did not go to the end.
@@ -263,7 +264,7 @@ fn needs_data(signature: &Signature) -> WorkError {
 }
 
 /// A program as a system, with the engine that was asked for.
-pub fn executable(program: Program, args: &Solve) -> Result<dgd_execute::Loaded, WorkError> {
+pub(crate) fn executable(program: Program, args: &Solve) -> Result<dgd_execute::Loaded, WorkError> {
     let engine = args.engine;
     let system = dgd_execute::Loaded::with_engine(program, engine);
     if engine == Engine::Native {
@@ -273,7 +274,7 @@ pub fn executable(program: Program, args: &Solve) -> Result<dgd_execute::Loaded,
 }
 
 /// How to integrate.
-pub fn options(args: &Solve) -> Result<Options, WorkError> {
+pub(crate) fn options(args: &Solve) -> Result<Options, WorkError> {
     let mut options = Options {
         rtol: args.rtol,
         atol: args.atol.unwrap_or(args.rtol),
@@ -289,7 +290,7 @@ pub fn options(args: &Solve) -> Result<Options, WorkError> {
 }
 
 /// The same with the method that suits the model, where none was named.
-pub fn with_method(options: Options, args: &Solve, signature: &Signature) -> Options {
+pub(crate) fn with_method(options: Options, args: &Solve, signature: &Signature) -> Options {
     if args.method == AUTOMATIC {
         Options { method: automatic_method(signature), ..options }
     } else {
@@ -299,7 +300,7 @@ pub fn with_method(options: Options, args: &Solve, signature: &Signature) -> Opt
 
 /// The same with the method that suits steps per sample, where those are asked for and no method is
 /// named.
-pub fn with_method_per_sample(
+pub(crate) fn with_method_per_sample(
     options: Options,
     args: &Solve,
     problem: &Problem<'_, dgd_execute::Loaded>,
@@ -315,7 +316,7 @@ pub fn with_method_per_sample(
 
 /// The same with a method that can begin the runs of these problems, where none was named and the one that
 /// suits the model cannot. It is chosen before the first of them, for all.
-pub fn with_method_to_begin<'a>(
+pub(crate) fn with_method_to_begin<'a>(
     options: Options,
     args: &Solve,
     runs: impl IntoIterator<Item = (Problem<'a, dgd_execute::Loaded>, f64)>,
@@ -387,7 +388,7 @@ fn times(args: &RunRequest, recording: Option<&Recording>) -> Result<Vec<f64>, W
 ///
 /// Gauss–Newton on w(y₀) = w_measured(t₀), weighted by the outputs' noise, with the shortest
 /// correction (in units of each unknown's size) where the outputs determine less than the states.
-pub fn measured_start(
+pub(crate) fn measured_start(
     problem: &Problem<'_, dgd_execute::Loaded>,
     t: f64,
     measured: &Measured,

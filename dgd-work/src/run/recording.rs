@@ -7,7 +7,7 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
 use dgd_compiler::units::Unit;
 use dgd_data::select::{self, Gaps};
-use dgd_data::{self as data, Rename, Table};
+use dgd_data::{Reading, Rename, Table};
 use dgd_execute::Loaded;
 use dgd_identify::Recording as Experiment;
 use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System};
@@ -20,7 +20,7 @@ use crate::session::Session;
 
 /// What a data file may be without a time column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Clock {
+pub(crate) enum Clock {
     /// Nothing.
     Time,
     /// Independent rows, for a model whose outputs depend on nothing but the inputs at the same time. They
@@ -29,7 +29,7 @@ pub enum Clock {
 }
 
 /// A data file as far as the model knows it, SI.
-pub struct Recording {
+pub(crate) struct Recording {
     /// What the file has.
     pub clock: Clock,
     /// Digest of its bytes; none of a stream.
@@ -41,7 +41,7 @@ pub struct Recording {
 
 impl Recording {
     /// What drove the system, as functions of time.
-    pub fn inputs(&self, signature: &Signature) -> Result<Inputs, WorkError> {
+    pub(crate) fn inputs(&self, signature: &Signature) -> Result<Inputs, WorkError> {
         let columns: Vec<Column<'_>> = signature
             .inputs
             .iter()
@@ -57,18 +57,22 @@ impl Recording {
     }
 
     /// Reads a data file; `None` where it has mistakes, which are reported.
-    pub fn read(
-        (path, renames): (&Path, &[Rename]),
+    pub(crate) fn read(
+        path: &Path,
+        renames: &[Rename],
         dae: &Dae,
         clock: Clock,
         sources: &mut Sources,
         diagnostics: &mut Diagnostics,
         session: Session<'_>,
     ) -> Option<Recording> {
-        let table = data::read_renamed(path, renames, sources, diagnostics).ok()?;
+        let table = Reading::default()
+            .renamed(renames)
+            .read(session.files, path, sources, diagnostics)
+            .ok()?;
         let known = Known::of(dae);
         let read =
-            Self::select(&table, &known, (clock, Gaps::Refused), sources, diagnostics, session);
+            Self::select(&table, &known, clock, Gaps::Refused, sources, diagnostics, session);
         let mut recording = read?;
         let outputs = recording.measured.outputs.iter_mut().zip(known.outputs());
         for (samples, output) in outputs {
@@ -86,16 +90,17 @@ impl Recording {
     }
 
     /// Reads data files; mistakes in any of them end the command.
-    pub fn read_all(
-        (paths, renames): (&[PathBuf], &[Rename]),
+    pub(crate) fn read_all(
+        paths: &[PathBuf],
+        renames: &[Rename],
         dae: &Dae,
         clock: Clock,
-        compilation: &mut Compilation,
+        compilation: &mut Compilation<'_>,
         session: Session<'_>,
     ) -> Result<Vec<Recording>, WorkError> {
-        let Compilation { sources, diagnostics } = compilation;
+        let Compilation { sources, diagnostics, .. } = compilation;
         let read =
-            |path: &PathBuf| Self::read((path, renames), dae, clock, sources, diagnostics, session);
+            |path: &PathBuf| Self::read(path, renames, dae, clock, sources, diagnostics, session);
         let all: Vec<Recording> = paths.iter().filter_map(read).collect();
         if diagnostics.check().is_err() {
             return Err(WorkError::diagnosed(diagnostics, sources.clone()));
@@ -104,10 +109,11 @@ impl Recording {
     }
 
     /// What the model knows of a table; `None` where that has mistakes.
-    pub fn select(
+    pub(crate) fn select(
         table: &Table,
         known: &Known<'_>,
-        (clock, gaps): (Clock, Gaps),
+        clock: Clock,
+        gaps: Gaps,
         sources: &Sources,
         diagnostics: &mut Diagnostics,
         session: Session<'_>,
@@ -131,13 +137,13 @@ impl Recording {
     }
 
     /// Inputs in one row, SI.
-    pub fn inputs_at(&self, row: usize) -> Vec<f64> {
+    pub(crate) fn inputs_at(&self, row: usize) -> Vec<f64> {
         self.inputs.iter().map(|values| values[row]).collect()
     }
 
     /// The part between `--from` and `--until` for a fit, with start values from where `--start`
     /// says.
-    pub fn experiment(
+    pub(crate) fn experiment(
         &self,
         system: &Loaded,
         p: &[f64],
@@ -168,8 +174,8 @@ impl Recording {
 }
 
 /// What recordings are called in results: by their files' names; where two of these are the same, by
-/// the paths as they were given, and by numbers where these are, too.
-pub fn names(paths: &[PathBuf]) -> Vec<String> {
+/// the paths as they were given, and by numbers where even these are alike.
+pub(crate) fn names(paths: &[PathBuf]) -> Vec<String> {
     let file = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let files: Vec<String> = paths.iter().map(file).collect();
     let typed: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
@@ -188,25 +194,25 @@ pub fn names(paths: &[PathBuf]) -> Vec<String> {
 }
 
 /// Columns that a model knows.
-pub struct Known<'a> {
+pub(crate) struct Known<'a> {
     dae: &'a Dae,
     /// Names of outputs that are elements of arrays.
     elements: Vec<(String, &'a dgd_compiler::model::Declared)>,
 }
 
 impl<'a> Known<'a> {
-    pub fn of(dae: &'a Dae) -> Self {
+    pub(crate) fn of(dae: &'a Dae) -> Self {
         let arrays = dae.output_arrays.iter();
         let elements =
             arrays.flat_map(|array| array.names().map(|name| (name, &array.declared))).collect();
         Known { dae, elements }
     }
 
-    pub fn inputs(&self) -> Vec<select::Declared<'_>> {
+    pub(crate) fn inputs(&self) -> Vec<select::Declared<'_>> {
         self.dae.inputs.iter().map(|input| declared(&input.declared)).collect()
     }
 
-    pub fn outputs(&self) -> Vec<select::Declared<'_>> {
+    pub(crate) fn outputs(&self) -> Vec<select::Declared<'_>> {
         let single = self.dae.outputs.iter().map(|output| declared(&output.declared));
         let elements = self.elements.iter();
         let elements = elements.map(|(name, whole)| select::Declared { name, ..declared(whole) });

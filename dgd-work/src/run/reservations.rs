@@ -1,4 +1,4 @@
-//! What keeps recordings from saying what they are asked: they rest, are too short, or are there twice.
+//! Reasons why recordings cannot answer: they rest, are too short, or are there twice.
 
 use std::collections::BTreeSet;
 

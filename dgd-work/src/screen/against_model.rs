@@ -148,7 +148,7 @@ impl Model<'_> {
         Columns { inputs, outputs }
     }
 
-    /// What is held or constant is a fault of a sensor, and none of an input.
+    /// Held or constant values are a fault of a sensor, not of an input.
     fn of_roles(&self, one: &mut Screened) {
         let outputs: Vec<&str> =
             self.dae.outputs.iter().map(|output| output.declared.name.as_str()).collect();

@@ -17,7 +17,7 @@ use crate::output::quantity::of_differences;
 const TIMES: usize = 4000;
 /// An explanation explains if it leaves less than this of the imbalance.
 const EXPLAINS: f64 = 0.1;
-/// Where there is no drift on the whole, what is left comes and goes with noise.
+/// Without a drift on the whole, only noise is left.
 const EXPLAINS_SOME: f64 = 0.4;
 /// Other explanations are as good if they leave at most so many times as much.
 const AS_GOOD: f64 = 3.0;
@@ -160,7 +160,7 @@ fn balance(model: &Model<'_>, one: &Screened, found: &Reconstructed, row: usize)
     let drifts = hourly.p_value() < RARE;
     let good = good(&left.explanations, if drifts { EXPLAINS } else { EXPLAINS_SOME });
     let is_late = |e: &&Explanation| matches!(e.cause, Cause::Late(_) | Cause::UnknownLate);
-    // A drift may hide in what comes and goes: a cause that explains most of it shows it, too.
+    // A drift may hide in changes that come and go; a cause that explains most of them reveals it.
     let p_value = good.first().map_or(1.0, |best| best.size.p_value()).min(hourly.p_value());
     if drifts || good.first().is_some_and(|e| !is_late(e)) {
         let amount = Amount::of(&hourly, &format!("{}/h", unit.symbol));
@@ -228,7 +228,7 @@ impl Subject {
         let size = &explanation.size;
         match explanation.cause {
             Cause::Gain(share) => {
-                // What is true is the reading times 1 + size.
+                // The true value is the reading times 1 + size.
                 let gain = 1.0 + size.value;
                 let read = Estimate {
                     value: 1.0 / gain,

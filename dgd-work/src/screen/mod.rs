@@ -23,7 +23,7 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::pipeline::Directions;
 use dgd_compiler::source::Sources;
 use dgd_data::files::Files;
-use dgd_data::{Table, read_as_it_is};
+use dgd_data::{FileSystem, Reading, Table};
 use dgd_plot::{Figure, Text};
 use dgd_runtime::Options;
 use dgd_screen::redundant::Compared;
@@ -32,7 +32,7 @@ use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 use crate::error::{Ended, WorkError, meant};
-use crate::model::{Loaded, load};
+use crate::model::{LoadedModel, load};
 use crate::output::provenance::{DataFile, Provenance};
 use crate::request::ScreenRequest;
 use crate::session::Session;
@@ -60,7 +60,7 @@ pub struct Screenings {
 /// [`WorkError`]: a file cannot be read, or a name is not there.
 pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screenings, WorkError> {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let mut tables = read(request, &mut sources, &mut diagnostics);
+    let mut tables = read(request, session.files, &mut sources, &mut diagnostics);
     if diagnostics.check().is_err() {
         return Err(WorkError::diagnosed(&diagnostics, sources));
     }
@@ -71,8 +71,8 @@ pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screening
     let mut recordings = screen_all(tables, &wishes);
     let mut of_model = None;
     if let Some(model) = &request.model {
-        let Loaded { compiled, sources, digest, .. } =
-            load(model, &request.choices, |_| Directions::None)?;
+        let LoadedModel { compiled, sources, digest, .. } =
+            load(model, &request.choices, &Directions::None, session)?;
         of_model = Some(digest);
         session.spare(&sources)?;
         let system = dgd_execute::Loaded::new(compiled.program);
@@ -179,12 +179,14 @@ struct Wishes {
 /// All recordings, with the names that the user gives to columns; mistakes are reported.
 fn read(
     request: &ScreenRequest,
+    files: &dyn FileSystem,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Vec<(PathBuf, Table)> {
     let mut tables = Vec::with_capacity(request.data.len());
     for path in &request.data {
-        let Ok(table) = read_as_it_is(path, &request.rename, sources, diagnostics) else {
+        let reading = Reading::default().as_it_is().renamed(&request.rename);
+        let Ok(table) = reading.read(files, path, sources, diagnostics) else {
             continue;
         };
         // Rows without a time are not a recording.

@@ -53,9 +53,10 @@ impl Model<'_> {
     fn predicted(
         &self,
         columns: &Columns,
-        (first, last): (usize, usize),
+        samples: (usize, usize),
         output: usize,
     ) -> Option<Predicted> {
+        let (first, last) = samples;
         let known = self.known_outputs();
         let u: Vec<f64> = columns
             .inputs

@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
 use crate::error::{Ended, WorkError, meant};
-use crate::model::{Compilation, Loaded};
+use crate::model::{Compilation, LoadedModel};
 use crate::output::columns::quotient;
 use crate::output::figure::{self, Line, Subject};
 use crate::output::provenance::Provenance;
@@ -75,7 +75,7 @@ pub fn sensitivity(
     request: &SensitivityRequest,
     session: Session<'_>,
 ) -> Result<Sensitivities, WorkError> {
-    let (loaded, of) = load(request)?;
+    let (loaded, of) = load(request, session)?;
     let run = Run::prepare(&request.run, loaded, session)?;
     let Reached { solution, observations, stopped } = run.simulate_with_sensitivities()?;
     for undefined in &solution.undefined {
@@ -194,8 +194,11 @@ fn compared(request: &SensitivityRequest, run: &Run, of: &[Of]) -> Vec<verify::O
 }
 
 /// Compiles the model with sensitivities to `--to` and finds what `--of` names.
-fn load(request: &SensitivityRequest) -> Result<(Loaded, Vec<Of>), WorkError> {
-    let mut compilation = Compilation::default();
+fn load(
+    request: &SensitivityRequest,
+    session: Session<'_>,
+) -> Result<(LoadedModel, Vec<Of>), WorkError> {
+    let mut compilation = Compilation::new(session.files);
     let options = compilation.options(&request.run.choices)?;
     let directions = if request.to.is_empty() {
         Directions::All
@@ -244,7 +247,7 @@ fn load(request: &SensitivityRequest) -> Result<(Loaded, Vec<Of>), WorkError> {
         let is_new = |name: &str| unknown(name).is_none_or(|i| i >= single);
         of.extend(others.filter(|(_, x)| is_new(x)).map(|(i, _)| Of::Output(i)));
     }
-    Ok((Loaded::new(compiled, compilation.sources, changed), of))
+    Ok((LoadedModel::new(compiled, compilation.sources, changed), of))
 }
 
 impl Of {
@@ -348,8 +351,9 @@ mod tests {
         let mut run = RunRequest::new(model);
         run.data = Some(data.into());
         let request = SensitivityRequest::new(run);
-        let (loaded, of) = load(&request)?;
-        let run = Run::prepare(&request.run, loaded, Session::new(&Silent))?;
+        let session = Session::new(&Silent);
+        let (loaded, of) = load(&request, session)?;
+        let run = Run::prepare(&request.run, loaded, session)?;
         let mut reached = run.simulate_with_sensitivities()?;
         let s = &mut reached.solution.s;
         let largest = s.iter().fold(0.0, |largest: f64, s| largest.max(s.abs()));

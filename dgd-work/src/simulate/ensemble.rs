@@ -12,8 +12,9 @@ use serde_json::{Value, json};
 
 use crate::error::{Ended, WorkError};
 use crate::model::sets::{self, Set};
-use crate::model::{Loaded, load};
+use crate::model::{LoadedModel, load};
 use crate::output::columns::{in_unit, is_added, is_element};
+use crate::output::provenance::DataFile;
 use crate::request::{SimulateRequest, Start};
 use crate::run::Run;
 use crate::run::memory::{self, Needs};
@@ -107,17 +108,20 @@ impl Ensemble {
                 return Err(WorkError::Usage(format!("`{flag}` is for a single run")));
             }
         }
-        let mut loaded = load(&request.run.model, &request.run.choices, |_| Directions::None)?;
+        let mut loaded =
+            load(&request.run.model, &request.run.choices, &Directions::None, session)?;
         let mut diagnostics = Diagnostics::default();
-        let Loaded { compiled, sources, .. } = &mut loaded;
-        let Ok(sets) = sets::read(table, &compiled.dae, sources, &mut diagnostics) else {
+        let LoadedModel { compiled, sources, .. } = &mut loaded;
+        let Ok(sets) = sets::read(session.files, table, &compiled.dae, sources, &mut diagnostics)
+        else {
             return Err(WorkError::diagnosed(&diagnostics, loaded.sources));
         };
-        let run = Run::prepare(&request.run, loaded, session)?;
+        let mut run = Run::prepare(&request.run, loaded, session)?;
+        run.provenance.data.push(DataFile::new(table, sets.digest));
         let shown = shown(&run);
         Ok(Ensemble {
             run,
-            sets,
+            sets: sets.all,
             threads: session.threads,
             shown,
             statistics: Statistics::default(),

@@ -91,7 +91,7 @@ impl SolutionFacts {
 ///
 /// [`WorkError`]. A run that ends on its way is a result, which says so.
 pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simulated, WorkError> {
-    let loaded = load(&request.run.model, &request.run.choices, |_| Directions::None)?;
+    let loaded = load(&request.run.model, &request.run.choices, &Directions::None, session)?;
     let run = Run::prepare(&request.run, loaded, session)?;
     if let Some(name) = &request.over {
         over::verify(name, run.signature())?;

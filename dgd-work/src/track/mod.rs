@@ -88,7 +88,7 @@ pub fn track(
 ) -> Result<Tracked, WorkError> {
     let estimator = settings::estimator(request)?;
     settings::verify_deviations(request)?;
-    let mut compilation = Compilation::default();
+    let mut compilation = Compilation::new(session.files);
     let options_of_model = compilation.options(&request.choices)?;
     let (free, fixed) = compilation.sought(&request.sought);
     let directions = Directions::Tracked { free, fixed };
@@ -104,7 +104,7 @@ pub fn track(
     if compilation.diagnostics.check().is_err() {
         return Err(WorkError::diagnosed(&compilation.diagnostics, compilation.sources));
     }
-    let Compilation { sources, diagnostics } = &mut compilation;
+    let Compilation { sources, diagnostics, .. } = &mut compilation;
     let rows = Rows::open(&compiled.dae, sources, diagnostics, request, input, session);
     let Some(rows) = rows else {
         return Err(WorkError::diagnosed(&compilation.diagnostics, compilation.sources));
@@ -167,8 +167,8 @@ impl Tracking<'_> {
             kept: Vec::new(),
             tally: Tally::new(row.clone()),
         };
-        let ended = output.write(&settings, filter, row, rows, (out, format));
-        // What was learnt until then is worth being told.
+        let ended = output.write(&settings, filter, row, rows, out, format);
+        // The estimates so far are worth telling.
         let remarks = output.tally.said(problem);
         let Output { kept, tally, .. } = output;
         Ok(Tracked { rows: kept, count: tally.rows, remarks, stopped: ended.err(), report })
@@ -220,7 +220,8 @@ impl Output<'_> {
         mut filter: Filter<'_>,
         first: Row,
         mut rows: Rows<'_>,
-        (out, format): (&mut dyn Write, LineFormat),
+        out: &mut dyn Write,
+        format: LineFormat,
     ) -> Result<(), WorkError> {
         let Tracking { session, problem, .. } = self.tracking;
         let mut told = settings.json(problem);
@@ -404,7 +405,8 @@ fn failed(error: &FilterError) -> WorkError {
             WorkError::Usage(message)
         }
         FilterError::Inputs(_) | FilterError::FirstInput { .. } => WorkError::Found(message),
-        FilterError::NotFollowed { .. }
+        FilterError::Length(_)
+        | FilterError::NotFollowed { .. }
         | FilterError::NoDirection { .. }
         | FilterError::Free(_)
         | FilterError::Start(_)

@@ -139,7 +139,7 @@ impl Report {
                 let most = MOST_BAND * median(tracked.iter().map(|tracked| tracked.std));
                 let at = |t: &Tracked, k: f64| of.unit.from_si(t.value + k * t.std.min(most));
                 let edge = |k: f64| tracked.iter().map(|t| at(t, k)).collect();
-                panel(of, &times, edge(0.0), (edge(-2.0), edge(2.0)), Style::Line)
+                panel(of, &times, edge(0.0), edge(-2.0), edge(2.0), Style::Line)
             })
             .collect();
         for (i, of) in &self.outputs {
@@ -153,8 +153,8 @@ impl Report {
                 };
                 rows.iter().map(of_row).collect()
             };
-            let band = (edge(|_, std| -2.0 * std), edge(|_, std| 2.0 * std));
-            let mut panel = panel(of, &times, edge(|value, _| value), band, Style::Dots);
+            let (low, high) = (edge(|_, std| -2.0 * std), edge(|_, std| 2.0 * std));
+            let mut panel = panel(of, &times, edge(|value, _| value), low, high, Style::Dots);
             panel.title = Text::plain("innovation of ").then(Text::name(&of.name));
             panels.push(panel);
         }
@@ -176,7 +176,8 @@ fn panel(
     of: &Subject,
     times: &[f64],
     values: Vec<f64>,
-    (low, high): (Vec<f64>, Vec<f64>),
+    low: Vec<f64>,
+    high: Vec<f64>,
     style: Style,
 ) -> Panel {
     let name = Text::default();

@@ -1,17 +1,15 @@
 //! Where rows come from: a file, or a stream as it is written. They are read one by one, and those that
 //! cannot be read are left out; with `--strict` a file is read whole before anything is computed.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use dgd_compiler::dae::Dae;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
-use dgd_data as data;
-use dgd_data::open::open;
 use dgd_data::select::Gaps;
 use dgd_data::stream::Stream;
+use dgd_data::{self as data, FileSystem, Reading};
 
 use crate::error::WorkError;
 use crate::request::TrackRequest;
@@ -36,6 +34,7 @@ pub(super) struct LeftOut {
 /// Rows, one after the other.
 pub(super) struct Rows<'a> {
     source: From,
+    digest: Option<u128>,
     session: Session<'a>,
     is_strict: bool,
     /// Rows left out since this was asked for.
@@ -65,29 +64,21 @@ impl<'a> Rows<'a> {
         session: Session<'a>,
     ) -> Option<Rows<'a>> {
         let TrackRequest { data: path, solve, strict, .. } = request;
-        let known = Known::of(dae);
+        let (files, known) = (session.files, Known::of(dae));
         let select = |table: &data::Table, sources: &Sources, diagnostics: &mut Diagnostics| {
-            Recording::select(
-                table,
-                &known,
-                (Clock::Time, Gaps::Kept),
-                sources,
-                diagnostics,
-                session,
-            )
+            Recording::select(table, &known, Clock::Time, Gaps::Kept, sources, diagnostics, session)
         };
-        let (source, recording) = if input.is_some() || !(*strict || is_parquet(path)) {
+        let is_file = input.is_none();
+        let (source, recording) = if input.is_some() || !(*strict || is_parquet(files, path)) {
             let own = path.display().to_string();
             let name = if input.is_some() { "standard input" } else { &own };
-            let input: Box<dyn Read> =
-                match input.map_or_else(|| Ok(Box::new(open(path)?) as _), Ok) {
-                    Ok(input) => input,
-                    Err(why) => {
-                        let why: String = why;
-                        diagnostics.error(data::cannot_read(name, sources, &why));
-                        return None;
-                    }
-                };
+            let input: Box<dyn Read> = match input.map_or_else(|| files.open(path), Ok) {
+                Ok(input) => input,
+                Err(why) => {
+                    diagnostics.error(data::cannot_read(name, sources, &why));
+                    return None;
+                }
+            };
             let opened = Stream::open(name, &solve.rename, input, sources, diagnostics);
             let (mut stream, table) = opened.ok()?;
             let recording = select(&table, sources, diagnostics)?;
@@ -95,8 +86,17 @@ impl<'a> Rows<'a> {
             stream.want(&table, &wanted);
             (Some(stream), recording)
         } else {
-            let table = data::read_renamed(path, &solve.rename, sources, diagnostics).ok()?;
+            let table = Reading::default()
+                .renamed(&solve.rename)
+                .read(files, path, sources, diagnostics)
+                .ok()?;
             (None, select(&table, sources, diagnostics)?)
+        };
+        // A file is read once more for it: what is told of a run comes before its rows.
+        let whole = || files.open(path).ok().and_then(|file| data::digest(file).ok());
+        let digest = match source {
+            None => recording.digest,
+            Some(_) => (is_file && files.is_file(path)).then(whole).flatten(),
         };
         let measured = recording.measured.outputs.iter().map(Option::is_some).collect();
         let source = match source {
@@ -108,6 +108,7 @@ impl<'a> Rows<'a> {
         let until = until.unwrap_or(f64::INFINITY);
         Some(Rows {
             source,
+            digest,
             session,
             is_strict: *strict,
             left_out: Vec::new(),
@@ -121,10 +122,7 @@ impl<'a> Rows<'a> {
 
     /// Digest of the file; none of a stream.
     pub(super) fn digest(&self) -> Option<u128> {
-        match &self.source {
-            From::File { recording, .. } => recording.digest,
-            From::Stream { .. } => None,
-        }
+        self.digest
     }
 
     /// Rows left out since this was asked for.
@@ -174,9 +172,9 @@ impl<'a> Rows<'a> {
 }
 
 /// Whether a regular file begins as Parquet does, which is not read row by row.
-fn is_parquet(path: &Path) -> bool {
+fn is_parquet(files: &dyn FileSystem, path: &Path) -> bool {
     let mut magic = [0; 4];
-    path.is_file()
-        && File::open(path).is_ok_and(|mut file| file.read_exact(&mut magic).is_ok())
+    files.is_file(path)
+        && files.open(path).is_ok_and(|mut file| file.read_exact(&mut magic).is_ok())
         && magic == *b"PAR1"
 }

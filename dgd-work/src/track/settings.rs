@@ -58,7 +58,7 @@ impl Asked {
     /// Reads them; what is wrong is reported.
     pub(super) fn read(
         request: &TrackRequest,
-        compilation: &mut Compilation,
+        compilation: &mut Compilation<'_>,
         compiled: &Compiled,
     ) -> Self {
         let dae = &compiled.dae;
@@ -122,17 +122,17 @@ pub(super) fn verify_deviations(request: &TrackRequest) -> Result<(), WorkError>
 
 /// Reads `NAME=VALUE`, the value in the declared unit or in one that is given.
 fn given(
-    compilation: &mut Compilation,
+    compilation: &mut Compilation<'_>,
     flag: &str,
     text: &str,
     known: &[(String, Unit)],
 ) -> Option<Given> {
     let source = compilation.argument(flag, text);
-    let Compilation { sources, diagnostics } = compilation;
+    let Compilation { sources, diagnostics, .. } = compilation;
     let (name, value) = syntax::parse_setting(source, sources, diagnostics).ok()?;
     let what = if flag == "--noise" { "output" } else { "state and no parameter" };
     let unit = find(compilation, &name, known, what)?;
-    let Compilation { sources, diagnostics } = compilation;
+    let Compilation { sources, diagnostics, .. } = compilation;
     let Expr { kind: ExprKind::Number { value: number, unit: own, .. }, span } = &value else {
         let message = format!("`{flag}` takes a number, with a unit or without");
         diagnostics.error(Diagnostic::new(Code::E201, value.span, message));
@@ -162,7 +162,7 @@ fn given(
 
 /// The unit of a name, if there is one.
 fn find<'a>(
-    compilation: &mut Compilation,
+    compilation: &mut Compilation<'_>,
     name: &Name,
     known: &'a [(String, Unit)],
     what: &str,

@@ -15,7 +15,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     }
     let mut text = fs::read(&path).unwrap_or_default();
     match bytes.split_first() {
-        // Sometimes with another header, too.
+        // Sometimes with another header.
         Some((0, rest)) => text = rest.to_vec(),
         _ => text.extend(bytes),
     }
@@ -26,7 +26,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         };
         journal.leave();
         drop(journal);
-        // What was torn is dropped: the second time nothing is.
+        // A torn record is dropped: the second time nothing is.
         let kept = fs::read(&path).unwrap_or_default();
         let again = RunJournal::open(path.clone(), Digest::EMPTY, Opening::Resume).expect("a journal");
         again.0.leave();

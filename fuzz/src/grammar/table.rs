@@ -326,10 +326,10 @@ pub const TABLE: &[Row] = &[
         let (label, f, a) = (w.name("e"), rate(w, &x, d), w.scalar(1));
         format!("equation {label}: (1 + ({a})^2)*der({}) = ({f}){}", x.name, x.scale.rate_over("*"))
     }),
-    row(Equation, 2, "0 = f - der(x)", |w, d| {
+    row(Equation, 2, "0 = f - der(x) exact", |w, d| {
         let x = w.determined();
         let (label, f) = (w.name("e"), rate(w, &x, d));
-        format!("equation {label}: 0 = ({f}){} - 2*der({})", x.scale.rate_over("*"), x.name)
+        format!("equation {label}: 0 = ({f}){} - 2*der({}) exact", x.scale.rate_over("*"), x.name)
     }),
     row(Equation, 1, "der(x) + tanh(der(x)) = f", |w, d| {
         let x = w.determined();

@@ -1,7 +1,7 @@
 //! Interpreter and native code, bit by bit.
 
-use dgd_runtime::System;
 use dgd_runtime::taylor::MOST_ORDER;
+use dgd_runtime::{Solved, System};
 
 use super::Finding;
 use super::points::{At, places};
@@ -9,7 +9,7 @@ use crate::case::Case;
 use crate::prepared::Prepared;
 use crate::random::Random;
 
-/// Bits of a number; of all that are no number, the same. Which of them an operation gives is open.
+/// Bits of a number; all NaNs have the same. Which of them an operation gives is left open.
 fn bits_of(x: f64) -> u64 {
     if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() }
 }
@@ -41,7 +41,7 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
 }
 
 /// Bits of everything that a system computes at a place.
-pub(crate) fn bits(system: &impl System, at: &At) -> Vec<Vec<u64>> {
+pub(crate) fn bits(system: &impl Solved, at: &At) -> Vec<Vec<u64>> {
     let signature = system.signature();
     let (n, n_w) = (signature.unknowns.len(), signature.outputs.len());
     let (n_s, n_j) = (signature.directions.len(), signature.jacobian.len());
@@ -152,7 +152,7 @@ pub(crate) fn bits(system: &impl System, at: &At) -> Vec<Vec<u64>> {
 /// # Errors
 ///
 /// The place and the function.
-pub fn generated_agrees(case: &Case, generated: &impl System) -> Result<(), String> {
+pub fn generated_agrees(case: &Case, generated: &impl Solved) -> Result<(), String> {
     let prepared = Prepared::new(case).map_err(|finding| finding.detail)?;
     if generated.signature() != prepared.system.signature() {
         return Err("the signatures differ".to_owned());

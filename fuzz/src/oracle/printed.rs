@@ -1,4 +1,4 @@
-//! What is printed is what was read.
+//! A printed model reads back as the same model.
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::{Source, Sources};

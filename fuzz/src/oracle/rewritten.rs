@@ -194,11 +194,12 @@ fn rescaled(case: &Case) -> Option<Case> {
                 AttributeKind::Log
                 | AttributeKind::Fixed
                 | AttributeKind::Hold
-                | AttributeKind::Linear => {}
+                | AttributeKind::Linear
+                | AttributeKind::Exact => {}
             }
         }
     }
-    // What is given to an unknown, as a plain number, is in its unit.
+    // A plain number given to an unknown is in its unit.
     items_mut(&mut ast.items, &mut |item| match &mut item.kind {
         ItemKind::When(Reaction { resets, .. }) => rescale_resets(resets, &unknowns),
         ItemKind::Modes { transitions, .. } => {

@@ -9,7 +9,7 @@ mod sets;
 
 use dgd_compiler::pipeline::Directions;
 use dgd_runtime::{
-    Column, Inputs, Interpolation, Method, Options, PerSample, Problem, Solution, Steps, System,
+    Column, Inputs, Interpolation, Method, Options, PerSample, Problem, Solution, Solved, Steps,
     find_method, simulate, simulate_with_sensitivities,
 };
 use peers_problems::request::{Answer, Failure, Request};
@@ -64,7 +64,7 @@ pub fn solve(request: &Request) -> Result<(), Failure> {
 }
 
 /// The pump's speed jumps at 100 s; outputs at whole seconds.
-fn jump(request: &Request, system: &impl System) -> Result<(), Failure> {
+fn jump(request: &Request, system: &impl Solved) -> Result<(), Failure> {
     let (inputs, times) = jump_of_speed()?;
     run(request, system, &inputs, &times)
 }
@@ -112,13 +112,13 @@ fn options(request: &Request) -> Result<Options, Failure> {
 }
 
 /// Values of the parameters that the model declares.
-fn declared(system: &impl System) -> Vec<f64> {
+fn declared(system: &impl Solved) -> Vec<f64> {
     system.signature().parameters.iter().map(|x| x.value).collect()
 }
 
 fn run(
     request: &Request,
-    system: &impl System,
+    system: &impl Solved,
     inputs: &Inputs,
     times: &[f64],
 ) -> Result<(), Failure> {

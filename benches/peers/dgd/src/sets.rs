@@ -3,7 +3,7 @@
 use std::num::NonZero;
 use std::thread;
 
-use dgd_runtime::System;
+use dgd_runtime::Solved;
 use dgd_runtime::ensemble::{Ensemble, Member, Wanted, reduce};
 use peers_problems::request::{Answer, Failure, Request};
 use peers_problems::two_state::{SETS, ensemble};
@@ -14,7 +14,7 @@ use crate::{jump_of_speed, options};
 /// the model are M, c0, c1, c2, F, as those of the problem.
 pub(crate) fn solve(
     request: &Request,
-    system: &(impl System + Clone + Send + Sync),
+    system: &(impl Solved + Clone + Send + Sync),
 ) -> Result<(), Failure> {
     let n = request.size().unwrap_or(SETS);
     let threads = if request.case == "p4-threads" {

@@ -184,7 +184,7 @@ impl Replacing<'_> {
     fn output(&mut self, value: &mut ExprId, declared: &Declared) -> Option<usize> {
         let Replacing { graph, resolver, at_names, diagnostics, .. } = self;
         let at_once = resolver.output(graph, at_names[value]);
-        // What is read at several times is read now, of a past that the run keeps.
+        // A quantity read at several times is read now, and the run keeps its past.
         let read = at_once.or_else(|read| {
             let now = resolver.instantaneous(graph, at_names[value]);
             now.map(|now| (now, None)).map_err(|_| read)

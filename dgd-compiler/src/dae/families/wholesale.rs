@@ -1,6 +1,6 @@
 //! Families matched as wholes: each loop's equation determines one run of elements.
 //!
-//! What has one candidate left takes it. Where nothing is forced, a loop takes the elements that it
+//! An equation with one candidate left takes it. Where nothing is forced, a loop takes the elements that it
 //! names first. This finds what people write; what it does not find is left to [`super::elementwise`].
 
 use super::intervals::Intervals;
@@ -56,7 +56,7 @@ pub(super) fn assign(
         found.push(Assigned { equation: row.equation, from: 0, count: row.count, column });
     }
 
-    // What is left are single equations.
+    // Single equations are left.
     let columns: Vec<usize> = free.iter().collect();
     debug_assert!(columns.len() == open.len(), "as many columns as rows are left");
     let incidence: Vec<Vec<usize>> = open

@@ -117,7 +117,7 @@ fn together(all: &[Equation<'_>], holding: &[usize]) -> Vec<Vec<usize>> {
         }
     }
     groups.retain(|group| !group.is_empty());
-    // What is eliminated does not depend on the order of the file.
+    // The order of the file does not decide what is eliminated.
     for group in &mut groups {
         group.sort_by_key(|e| all[*e].label);
     }

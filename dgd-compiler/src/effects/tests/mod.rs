@@ -386,6 +386,20 @@ fn templates_are_bound_by_kind_and_dimension() {
     }
 }
 
+#[test]
+fn templates_leave_exact_equations_alone() {
+    let mut run = Run::new(
+        "model cart\ninput F [N]\nstate x [m] = 0\nstate v [m/s] = 0\n\
+         equation speed: der(x) = v exact\nequation force: 2 [kg]*der(v) = F\noutput x\n",
+    );
+    let asts = [run.model.clone()];
+    let model = run.resolve(&asts).expect("a sound model");
+    let text = "effect e(x: state, e: equation)\nkind plant\nadd x/1 [s] to e\n";
+    let effect = run.effect(text).unwrap_or_else(|| panic!("{}", run.shown()));
+    let lists: Vec<String> = bind(&effect, &model).iter().map(|list| list.join(",")).collect();
+    assert_eq!(lists, ["x,force", "v,force"]);
+}
+
 /// Values of the right-hand sides' graphs at some point, all parameters as declared.
 fn values(model: &Model) -> Vec<f64> {
     let at = |id: ExprId| {
@@ -456,7 +470,7 @@ fn what_does_not_fit_is_refused() {
         (plant("parameter k [1] = 1\nadd c to level"), &[], "E202"),
         (plant("replace root by 2"), &[], "E204"),
         (plant("import \"a.dgd\"\nadd c to level"), &[], "E208"),
-        // What is wrong with units is found in the effect.
+        // Mistakes of units are found in the effect.
         (plant("add k to level"), &[], "E301"),
         (plant("replace output h by 2*h^2"), &[], "E302"),
     ] {

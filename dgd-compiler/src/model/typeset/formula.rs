@@ -223,7 +223,7 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
             ]);
             push(Line::Equation { left, right: expression(body), label: None });
         }
-        ItemKind::Equation { label, left, right } => {
+        ItemKind::Equation { label, left, right, .. } => {
             let (left, right) = (expression(left), expression(right));
             push(Line::Equation { left, right, label: Some(label.text.clone()) });
         }
@@ -277,7 +277,7 @@ fn in_loop(index: &Name, item: &Item) -> Line {
             let left = Formula::Indexed(Box::new(name), Box::new(at));
             Line::Equation { left, right: expression(value), label: None }
         }
-        ItemKind::Equation { label, left, right } => {
+        ItemKind::Equation { label, left, right, .. } => {
             let (left, right) = (expression(left), expression(right));
             let label = Some(format!("{}[{}]", label.text, index.text));
             Line::Equation { left, right, label }

@@ -227,7 +227,13 @@ fn equation(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
         let message = "an equation has one `=`";
         return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message));
     }
-    Ok((rest, ItemKind::Equation { label, left, right }))
+    let is_attribute = ATTRIBUTES.iter().any(|(word, _)| rest.starts_with_word(word));
+    let (rest, attributes) = if is_attribute {
+        attributes(&["exact"], "an equation", rest)?
+    } else {
+        (rest, Vec::new())
+    };
+    Ok((rest, ItemKind::Equation { label, left, right, attributes }))
 }
 
 /// `saturate x >= e`
@@ -256,6 +262,7 @@ const ATTRIBUTES: &[(&str, AttributeRule)] = &[
     ("linear", |input| Ok((input, AttributeKind::Linear))),
     ("noise", |input| map(expression, AttributeKind::Noise).parse(input)),
     ("history", |input| map(expression, AttributeKind::History).parse(input)),
+    ("exact", |input| Ok((input, AttributeKind::Exact))),
 ];
 
 /// Attributes to the end of the item: the first without a comma, the others after one.

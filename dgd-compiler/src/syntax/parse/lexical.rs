@@ -450,7 +450,7 @@ pub(crate) fn item_ends(tokens: &[Token], source: &str) -> Vec<bool> {
             match token.kind {
                 TokenKind::Open => open += 1,
                 TokenKind::Close => open = open.saturating_sub(1),
-                // What is open within a block does not reach out of it.
+                // Brackets opened within a block do not reach out of it.
                 TokenKind::OpenBrace | TokenKind::CloseBrace => open = 0,
                 _ => {}
             }

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 use super::error::FilterError;
 use super::estimator::Innovated;
 use super::problem::{FilterProblem, Sample, Tuning, Walk, usual_tuning};
-use crate::error::{EstimateError, TrialFailed, TrialFailure};
+use crate::error::{EstimateError, TrialFailed, TrialFailure, WrongLength};
 use crate::minimise::levenberg_marquardt::NormalEquations;
 use crate::noise;
 use crate::output_error::Prior;
@@ -87,7 +87,7 @@ impl<'p> Search<'p> {
         let PredictionErrorProblem { system, p, free, recordings, .. } = problem;
         let (variables, first) = Variables::new(*system, p, recordings, free)?;
         let usual = usual(problem)?;
-        assert_eq!(problem.rates.len(), usual.states.len(), "number of states");
+        WrongLength::verify("rates of states", problem.rates.len(), usual.states.len())?;
         let mut rates = Vec::with_capacity(problem.rates.len());
         for (level, walk) in problem.rates.iter().zip(&usual.states) {
             rates.push(match level {
@@ -193,7 +193,7 @@ impl<'p> Search<'p> {
             let information: f64 = of_recordings.iter().map(|sums| sums[i]).sum();
             let usual = sought.unit / SMALL_RATE;
             let unit = sought.unit / information.sqrt().sqrt();
-            // What is not seen at all is not told from none at any rate.
+            // A state that no output shows cannot be told from one that does not stray.
             sought.unit = if unit.is_finite() { unit.min(MOST_RATE * usual) } else { usual };
         }
     }
@@ -310,7 +310,7 @@ impl<'p> Search<'p> {
 
     /// How derivatives are taken to the variables that concern a recording.
     fn differences(&self, r: usize, z: &[f64], bounds: &[(f64, f64)]) -> Differences {
-        // Start values of other recordings are no business of this one.
+        // Start values of other recordings do not concern this one.
         let own = |j: usize| match self.variables.all.get(j) {
             Some(variable) => variable.recording.is_none_or(|of| of == r),
             None => true,
@@ -318,7 +318,8 @@ impl<'p> Search<'p> {
         let mut differences = Differences::none(z);
         for j in (0..z.len()).filter(|j| own(*j)) {
             let h = if j < self.variables.len() { STEP * z[j].abs().max(1.0) } else { LEVEL_STEP };
-            differences.push(j, h, bounds[j]);
+            let (low, high) = bounds[j];
+            differences.push(j, h, low, high);
         }
         differences
     }
@@ -386,7 +387,7 @@ impl Differences {
     /// ```text
     ///   f′ = (f(z + h) − f(z − h))/2h      f′ = (−3 f(z) + 4 f(z + h) − f(z + 2h))/2h
     /// ```
-    fn push(&mut self, j: usize, h: f64, (low, high): (f64, f64)) {
+    fn push(&mut self, j: usize, h: f64, low: f64, high: f64) {
         let (z, first) = (self.points[0][j], self.points.len());
         let fits = |z: f64| low <= z && z <= high;
         let side = if fits(z + 2.0 * h) { h } else { -h };

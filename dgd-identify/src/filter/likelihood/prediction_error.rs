@@ -29,7 +29,7 @@ use nalgebra::DMatrix;
 use super::levels::Sought;
 use super::secant::Secant;
 use super::{Failed, Search, counting_rows};
-use crate::error::EstimateError;
+use crate::error::{EstimateError, verify_lengths};
 use crate::filter::estimator::{Filter, Row};
 use crate::filter::problem::{FilterProblem, Tuning, Walk, states_of};
 use crate::minimise::levenberg_marquardt::{
@@ -169,17 +169,12 @@ impl PredictionError {
 ///
 /// [`EstimateError`]: nothing to estimate or to estimate from, the model cannot be filtered, or not where the
 /// search begins.
-///
-/// # Panics
-///
-/// When lengths are not those of the model's signature.
 pub fn prediction_error(
     problem: &PredictionErrorProblem<'_>,
 ) -> Result<PredictionError, EstimateError> {
     let signature = problem.system.signature();
-    assert_eq!(problem.p.len(), signature.parameters.len(), "number of parameters");
-    assert_eq!(problem.free.len(), signature.directions.len(), "number of directions");
-    assert_eq!(problem.noise.len(), signature.outputs.len(), "number of outputs");
+    let PredictionErrorProblem { p, free, recordings, noise, .. } = problem;
+    verify_lengths(signature, p, free, recordings, noise.len())?;
     let search = Search::new(problem)?;
     let mut z = search.first.clone();
     if z.is_empty() {
@@ -196,7 +191,7 @@ pub fn prediction_error(
     for (z, (low, high)) in z.iter_mut().zip(&bounds) {
         *z = z.clamp(*low, *high);
     }
-    let minimum = minimised(&search, problem, z, (&bounds, &problem.stopping), |done| {
+    let minimum = minimised(&search, problem, z, &bounds, &problem.stopping, |done| {
         let of = Of::AtMost(problem.stopping.evaluations + 1);
         problem.watch.advanced(Progress { what: "evaluations", done, of });
     });
@@ -219,7 +214,8 @@ pub(in crate::filter) fn minimised(
     search: &Search<'_>,
     problem: &PredictionErrorProblem<'_>,
     z: Vec<f64>,
-    (bounds, stopping): (&[(f64, f64)], &StoppingRule),
+    bounds: &[(f64, f64)],
+    stopping: &StoppingRule,
     told: impl Fn(usize),
 ) -> Result<Minimum<Evaluated, Failed>, Failed> {
     let (mut done, mut least) = (0, f64::INFINITY);
@@ -302,7 +298,7 @@ pub fn predictions(
             let (t, inputs) = (recording.times[k], &recording.inputs);
             let row = match &mut under_way {
                 None => {
-                    let begun = Filter::begin_recorded(&filter, &tuning, inputs, (t, &measured));
+                    let begun = Filter::begin_recorded(&filter, &tuning, inputs, t, &measured);
                     let (begun, row) = begun.map_err(failed)?;
                     under_way = Some(begun);
                     row

@@ -68,11 +68,11 @@ impl Along<'_, '_> {
             },
             std: found.estimates[j].std.map(|std| std / sizes[j]),
             centre,
-            place: &|held, from, before| self.place(j, held, (from, before), &evaluations),
+            place: &|held, from, before| self.place(j, held, from, before, &evaluations),
             is_stopped: &|| problem.watch.is_stopped(),
         };
         let mut profile = Profile::along(&way, of_variable, &sizes, &evaluations);
-        // Levels of noise are no estimates with names.
+        // Levels of noise have no names of their own.
         let n = found.estimates.len();
         for terms in [&mut profile.with_lower, &mut profile.with_upper] {
             terms.retain(|term| term.estimate < n);
@@ -87,7 +87,8 @@ impl Along<'_, '_> {
         &self,
         j: usize,
         held: f64,
-        (from, before): (&HeldMinimum, Option<&HeldMinimum>),
+        from: &HeldMinimum,
+        before: Option<&HeldMinimum>,
         evaluations: &Cell<usize>,
     ) -> Option<HeldMinimum> {
         let Self { problem, search, least, .. } = self;
@@ -108,7 +109,7 @@ impl Along<'_, '_> {
             flat: 0.0,
             ..problem.stopping
         };
-        let minimum = minimised(search, problem, z, (&bounds, &stopping), |_| ()).ok()?;
+        let minimum = minimised(search, problem, z, &bounds, &stopping, |_| ()).ok()?;
         evaluations.set(evaluations.get() + minimum.evaluations + 1);
         Some(HeldMinimum { deviance: minimum.at.cost() - least, z: minimum.x })
     }

@@ -57,7 +57,7 @@ pub(in crate::filter) fn filter_side_by_side(
     let share = all.len().div_ceil(threads_for(threads, all.len()));
     if share >= all.len() {
         let mut outcome = Ok(());
-        filter_some(system, along, (0, all), |stretch| {
+        filter_some(system, along, 0, all, |stretch| {
             outcome = look(vec![stretch], &mut take);
             outcome.is_ok()
         });
@@ -70,7 +70,7 @@ pub(in crate::filter) fn filter_side_by_side(
                 let (send, receive) = sync_channel(1);
                 let system = system.copied();
                 scope.spawn(move || {
-                    filter_some(system.as_ref(), along, (k * share, some), |stretch| {
+                    filter_some(system.as_ref(), along, k * share, some, |stretch| {
                         send.send(stretch).is_ok()
                     });
                 });
@@ -113,7 +113,8 @@ fn look(stretches: Vec<Stretch>, take: &mut impl FnMut(&[&Innovated])) -> Result
 fn filter_some(
     system: &dyn Model,
     along: Along<'_>,
-    (first, some): (usize, &[Numbers]),
+    first: usize,
+    some: &[Numbers],
     mut tell: impl FnMut(Stretch) -> bool,
 ) {
     let Along { recording, position, options } = along;
@@ -139,7 +140,7 @@ fn filter_some(
         }
         let mut told = Stretch { innovated: Vec::with_capacity(some.len()), failed: None };
         for (i, filter) in filters.iter_mut().enumerate() {
-            // What comes after a failure is not looked at.
+            // Rows after a failure are not looked at.
             let until = told.failed.as_ref().map_or(stretch.len(), |(row, _, _)| *row);
             let mut innovated = Vec::with_capacity(until);
             for (row, (k, measured)) in stretch[..until].iter().enumerate() {
@@ -148,7 +149,7 @@ fn filter_some(
                     filter.advance(inputs, t, measured)
                 } else {
                     let (problem, tuning) = (&problems[i], &some[i].tuning);
-                    let begun = Filter::begin_recorded(problem, tuning, inputs, (t, measured));
+                    let begun = Filter::begin_recorded(problem, tuning, inputs, t, measured);
                     begun.map(|(begun, row)| {
                         *filter = Some(begun);
                         row

@@ -228,7 +228,7 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
         widen(&mut scale, &normal.information);
         let lower = DVector::from_fn(n, |i, _| bounds[i].0 - minimum.x[i]);
         let upper = DVector::from_fn(n, |i, _| bounds[i].1 - minimum.x[i]);
-        let is_flat = is_flat((normal, rule.flat), region, &minimum.x, &first);
+        let is_flat = is_flat(normal, rule.flat, region, &minimum.x, &first);
         let or_flat = |found: Termination| if is_flat { Termination::Flat } else { found };
         if is_stationary(normal, &lower, &upper, rule.gradient) {
             minimum.termination = or_flat(Termination::Gradient);
@@ -252,7 +252,7 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
         loop {
             let normal = minimum.at.as_ref();
             let step = step(normal, &scale, damping, &lower, &upper);
-            // A small step that is small because of its damping is no convergence.
+            // A step that is small because of its damping does not mean convergence.
             if step.as_ref().is_some_and(|step| is_small(step, &minimum.x, rule.step))
                 || damping > MOST_DAMPING
             {
@@ -315,7 +315,8 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
 /// Whether the point lies on a plain: what is not at a bound has no influence, nor what has come to its bound
 /// from elsewhere. What never had any is not meant: that is not determined.
 pub(crate) fn is_flat(
-    (normal, part): (&NormalEquations, f64),
+    normal: &NormalEquations,
+    part: f64,
     region: Region<'_>,
     x: &[f64],
     first: &[f64],

@@ -87,15 +87,15 @@ pub(crate) struct Known {
 impl Known {
     /// Where the rows of sample k are evaluated.
     pub(crate) fn point<'a>(&'a self, k: usize, p: &'a [f64]) -> Point<'a> {
-        self.at(k, (&self.u, &self.z), p)
+        self.at(k, &self.u, &self.z, p)
     }
 
     /// The same just before the inputs take their values at sample k.
     pub(crate) fn point_before<'a>(&'a self, k: usize, p: &'a [f64]) -> Point<'a> {
-        self.at(k, (&self.u_before, &self.z_before), p)
+        self.at(k, &self.u_before, &self.z_before, p)
     }
 
-    fn at<'a>(&'a self, k: usize, (u, z): (&'a [f64], &'a [f64]), p: &'a [f64]) -> Point<'a> {
+    fn at<'a>(&'a self, k: usize, u: &'a [f64], z: &'a [f64], p: &'a [f64]) -> Point<'a> {
         let Self { n, n_u, n_z, .. } = *self;
         Point {
             t: self.times[k],
@@ -184,7 +184,8 @@ impl Known {
     pub(crate) fn new(
         system: &dyn Model,
         p: &[f64],
-        (position, recording): (usize, &Recording),
+        position: usize,
+        recording: &Recording,
         sensors: &Sensors,
         half_width: Option<f64>,
     ) -> Result<Self, RegressionError> {
@@ -215,12 +216,12 @@ impl Known {
         };
         known.write_inputs(&inputs);
         if n > 0 {
-            known.reconstruct(system, p, (position, recording), sensors)?;
+            known.reconstruct(system, p, position, recording, sensors)?;
             known.write_slopes(half_width);
             let reads_late = !signature.delayed_unknowns.is_empty();
             for _ in 1..if reads_late { MOST_PASSES } else { 1 } {
                 let count = known.count();
-                known.reconstruct(system, p, (position, recording), sensors)?;
+                known.reconstruct(system, p, position, recording, sensors)?;
                 known.write_slopes(half_width);
                 if known.count() == count {
                     break;
@@ -269,7 +270,8 @@ impl Known {
         &mut self,
         system: &dyn Model,
         p: &[f64],
-        (position, recording): (usize, &Recording),
+        position: usize,
+        recording: &Recording,
         sensors: &Sensors,
     ) -> Result<(), RegressionError> {
         let Self { n, n_u, n_z, .. } = *self;
@@ -309,7 +311,7 @@ impl Known {
             } else if n_z > 0 {
                 z = discrete_numbers(&system, p, t);
                 select_states(&system, Point { t, y: &guess, u: &u, p, z: &[] }, &mut z, &mut e);
-                choose_sides(&system, (t, &guess, &u, p), &mut e, &mut z);
+                choose_sides(&system, Point { t, y: &guess, u: &u, p, z: &[] }, &mut e, &mut z);
                 self.z_before[k * n_z..(k + 1) * n_z].copy_from_slice(&z);
             }
             self.z[k * n_z..(k + 1) * n_z].copy_from_slice(&z);

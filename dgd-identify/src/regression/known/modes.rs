@@ -6,9 +6,9 @@
 //! own equations, and is as good as known where these have no parameter to be estimated and read nothing
 //! else.
 
-use dgd_runtime::integrate::{Before, Memory, Wanted};
+use dgd_runtime::integrate::Memory;
 use dgd_runtime::model::Model;
-use dgd_runtime::{Discrete, Options, Pattern, Point, Problem, Solution};
+use dgd_runtime::{Before, Discrete, Options, Pattern, Point, Problem, Solution, Wanted};
 
 use crate::recording::Recording;
 
@@ -146,7 +146,7 @@ impl<'a> Carrier<'a> {
         let problem = Problem { system: &system, p, inputs: &self.recording.inputs, start };
         let before = Before { memory: self.memory.as_ref(), ..Before::default() };
         let wanted = Wanted::Resumed(before);
-        dgd_runtime::System::integrate(&problem, times, &self.options, wanted).ok()
+        dgd_runtime::Solved::integrate(&problem, times, &self.options, wanted).ok()
     }
 }
 

@@ -94,7 +94,7 @@ pub(crate) fn solve_bounded(
             continue;
         }
         delta = towards;
-        match most_wrongly_held(r, zeta, (&delta, &free), lower, upper) {
+        match most_wrongly_held(r, zeta, &delta, &free, lower, upper) {
             Some(j) => free[j] = true,
             None => break,
         }
@@ -150,7 +150,8 @@ fn first_bound(
 fn most_wrongly_held(
     r: &DMatrix<f64>,
     zeta: &DVector<f64>,
-    (delta, free): (&DVector<f64>, &[bool]),
+    delta: &DVector<f64>,
+    free: &[bool],
     lower: &DVector<f64>,
     upper: &DVector<f64>,
 ) -> Option<usize> {

@@ -5,7 +5,8 @@ use crate::discrete::state_selection::selecting;
 use crate::integrate::events::saltation::Saltation;
 use crate::integrate::events::simultaneous::Simultaneous;
 use crate::integrate::events::watch::Samples;
-use crate::system::{Crossing, Point, System, Trigger};
+use crate::solved::Solved;
+use crate::system::{Crossing, Point, Trigger};
 
 /// Intervals that have shrunk so often in sequence are expected to go on so.
 const SHRINKING: usize = 4;
@@ -15,7 +16,7 @@ const SHRINKING: usize = 4;
 pub(in crate::integrate) struct Hybrid {
     pub(in crate::integrate) schedule: Schedule,
     pub(super) n_automata: usize,
-    /// Whether each automaton chooses states, so that its transitions are no events.
+    /// Whether each automaton chooses states, so that its transitions are not events.
     selecting: Vec<bool>,
     /// Whether the condition of a transition has been false since its mode was entered.
     pub(in crate::integrate) armed: Vec<bool>,
@@ -50,7 +51,7 @@ pub(in crate::integrate) struct Hybrid {
 }
 
 impl Hybrid {
-    pub(in crate::integrate) fn new<S: System>(
+    pub(in crate::integrate) fn new<S: Solved>(
         system: &S,
         p: &[f64],
         from: f64,

@@ -15,7 +15,8 @@ use crate::integrate::methods::stepper::Failed;
 use crate::integrate::simulation::{Simulation, Stop, Variables};
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::system::{Crossing, Point, System};
+use crate::solved::Solved;
+use crate::system::{Crossing, Point};
 
 /// The interval is narrowed to this part of the step.
 const NARROW: f64 = 1e-13;
@@ -24,7 +25,7 @@ const NO_NEARER: f64 = 1e-9;
 /// Halving alone narrows any interval to rounding in as many trials.
 const MOST_TRIALS: usize = 120;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Shortens the step tried last to the first transition that is due in it, and makes it.
     pub(in crate::integrate) fn step_to_event(
         &mut self,
@@ -46,7 +47,7 @@ impl<S: System> Simulation<'_, S> {
             solution.statistics.rejected += 1;
             return Ok(());
         }
-        let again = self.end_at_event((h, cut), t_new, times, solution)?;
+        let again = self.end_at_event(h, cut, t_new, times, solution)?;
         // It may happen again as soon as the last time, whatever the error allows.
         controller.h = controller.h.min(again);
         Ok(())
@@ -73,7 +74,8 @@ impl<S: System> Simulation<'_, S> {
     /// Accepts the step that was cut at an event, and makes that; how soon it may happen again.
     pub(in crate::integrate) fn end_at_event(
         &mut self,
-        (h, cut): (f64, f64),
+        h: f64,
+        cut: f64,
         t_new: f64,
         times: &[f64],
         solution: &mut Solution,
@@ -112,8 +114,7 @@ impl<S: System> Simulation<'_, S> {
             system.event_functions(at, &mut self.discrete.low);
         }
         let narrow = (4.0 * f64::EPSILON * self.t.abs()).max(NARROW * h);
-        // Which end stayed in the last trials, and how often.
-        let mut stayed = (Side::None, 0);
+        let mut stayed = Stayed { side: Side::None, times: 0 };
         let mut trials = 0;
         while high - low > narrow && trials < MOST_TRIALS {
             trials += 1;
@@ -128,15 +129,15 @@ impl<S: System> Simulation<'_, S> {
             if self.due().is_some() {
                 high = trial;
                 self.discrete.high.copy_from_slice(&self.discrete.e);
-                stayed = stayed_again(stayed, Side::Low);
-                if stayed.1 > 1 {
+                stayed.again(Side::Low);
+                if stayed.times > 1 {
                     self.discrete.low.iter_mut().for_each(|e| *e *= 0.5);
                 }
             } else {
                 low = trial;
                 self.discrete.low.copy_from_slice(&self.discrete.e);
-                stayed = stayed_again(stayed, Side::High);
-                if stayed.1 > 1 {
+                stayed.again(Side::High);
+                if stayed.times > 1 {
                     self.discrete.high.iter_mut().for_each(|e| *e *= 0.5);
                 }
             }
@@ -176,7 +177,7 @@ impl<S: System> Simulation<'_, S> {
         let transitions = self.problem.system.signature().discrete.transitions().enumerate();
         let mut earliest = high;
         for (k, (automaton, transition)) in transitions {
-            // What is past its threshold by no more than its slack is not due.
+            // An event function past its threshold by no more than its slack is not due.
             let slack = match transition.crossing {
                 Crossing::Rises => self.discrete.slack[k],
                 Crossing::Falls => -self.discrete.slack[k],
@@ -201,6 +202,15 @@ enum Side {
     High,
 }
 
-fn stayed_again((side, times): (Side, u32), now: Side) -> (Side, u32) {
-    if side == now { (now, times + 1) } else { (now, 1) }
+/// The end that stayed in the last trials, and in how many.
+struct Stayed {
+    side: Side,
+    times: u32,
+}
+
+impl Stayed {
+    fn again(&mut self, now: Side) {
+        self.times = if self.side == now { self.times + 1 } else { 1 };
+        self.side = now;
+    }
 }

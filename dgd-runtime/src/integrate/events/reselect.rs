@@ -5,9 +5,10 @@ use crate::error::IntegrateError;
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::system::{Point, System};
+use crate::solved::Solved;
+use crate::system::Point;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Chooses the states that suit (t, y); whether others are chosen now. The mass matrix and what
     /// follows from it are still those of before.
     #[inline]

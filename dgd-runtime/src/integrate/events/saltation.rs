@@ -30,7 +30,8 @@ use crate::integrate::simulation::Simulation;
 use crate::linalg::{Factorisation, Singular};
 use crate::problem::Problem;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
-use crate::system::{Point, Signature, System};
+use crate::solved::Solved;
+use crate::system::{Point, Signature};
 
 /// Work space of an instant; matrices by columns, one for each direction.
 pub(in crate::integrate) struct Saltation {
@@ -85,7 +86,7 @@ impl Saltation {
     }
 }
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Begins the instant of a sample, at which inputs may jump.
     #[inline]
     pub(in crate::integrate) fn begin_sample(&mut self) {
@@ -319,7 +320,7 @@ impl<S: System> Simulation<'_, S> {
         }
     }
 
-    /// What is differential now has been kept: later transitions of the instant keep that.
+    /// Differential unknowns have been kept; later transitions of the instant keep them.
     fn remember_differential(&mut self) {
         let n = self.y.as_ref().len();
         let saltation = &mut self.discrete.saltation;

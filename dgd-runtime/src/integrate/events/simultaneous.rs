@@ -9,7 +9,8 @@ use crate::error::IntegrateError;
 use crate::integrate::events::hybrid::Occurrences;
 use crate::integrate::simulation::Simulation;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
-use crate::system::{Signature, System};
+use crate::solved::Solved;
+use crate::system::Signature;
 
 /// Event functions that pass zero within this part of the simulated time do so at one time.
 const AT_ONCE: f64 = 1e-10;
@@ -61,7 +62,7 @@ impl Simultaneous {
     }
 }
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Makes the transition that the step was cut at, those that are due at the same time, and what
     /// follows from them.
     pub(in crate::integrate) fn make_events(

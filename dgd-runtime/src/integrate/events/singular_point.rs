@@ -9,14 +9,15 @@
 //! - S is no longer determined ([`UndefinedSensitivity`]), and close to there no longer to tolerance
 //!   ([`Simulation::unresolved_equation`]).
 
-use crate::initial::AlgebraicPoint;
+use crate::algebraic::AlgebraicPoint;
 use crate::integrate::methods::stepper::{At, Base};
 use crate::integrate::simulation::{Simulation, multiply};
 use crate::linalg::Factorisation;
 use crate::linalg::norm::larger;
 use crate::problem::Problem;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
-use crate::system::{Point, System};
+use crate::solved::Solved;
+use crate::system::Point;
 
 /// How little an equation determines its unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +28,7 @@ pub(in crate::integrate) enum Weak {
     Vanishing,
 }
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Makes algebraic unknowns consistent again after a rejection; takes the step off a singular
     /// point, and gives its size, if that is where the solution stands.
     ///
@@ -219,12 +220,14 @@ impl<S: System> Simulation<'_, S> {
         let u = self.drive.at(t, self.y.as_ref());
         let at = Point { t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let work = self.projection.as_mut()?.jacobian.as_mut();
-        let jacobians = (self.stepper.jacobian.as_ref(), work);
+        let jacobian = self.stepper.jacobian.as_ref();
         let (sizes, atol) = (self.sizes.as_ref(), self.tolerances.atol);
         match how {
-            Weak::Singular => self.algebraic.singular_equation(system, at, jacobians, sizes, atol),
+            Weak::Singular => {
+                self.algebraic.singular_equation(system, at, jacobian, work, sizes, atol)
+            }
             Weak::Vanishing => {
-                self.algebraic.vanishing_equation(system, at, jacobians, sizes, atol)
+                self.algebraic.vanishing_equation(system, at, jacobian, work, sizes, atol)
             }
         }
     }

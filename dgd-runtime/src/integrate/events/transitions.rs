@@ -6,7 +6,8 @@ use crate::integrate::events::hybrid::Hybrid;
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::solution::{Event, Solution};
-use crate::system::{Crossing, Point, System, Trigger};
+use crate::solved::Solved;
+use crate::system::{Crossing, Point, Trigger};
 
 /// Transitions within this part of the simulated time happen at one time.
 const ONE_TIME: f64 = 1e-9;
@@ -23,7 +24,7 @@ const OF_ROUNDING: f64 = f64::NEG_INFINITY;
 /// Rounding of an unknown that a step has added up, in units of its last place.
 const ROUNDINGS: f64 = 8.0;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Switches the conditions on time that switch now.
     #[inline]
     pub(in crate::integrate) fn switch_conditions(
@@ -96,7 +97,7 @@ impl<S: System> Simulation<'_, S> {
         let Hybrid { slack, e, high, .. } = &mut self.discrete;
         for ((slack, error), e) in slack.iter_mut().zip(high.iter()).zip(e.iter()) {
             if *slack == mark {
-                // What has passed a threshold by more than rounding has passed it.
+                // A value beyond the threshold by more than rounding has passed it.
                 let own = if mark == OF_ROUNDING { 0.0 } else { 2.0 * e.abs() };
                 *slack = error.max(own);
             }
@@ -221,7 +222,12 @@ impl<S: System> Simulation<'_, S> {
         let u = self.drive.at(self.t, self.y.as_ref());
         let Hybrid { e, schedule, .. } = &mut self.discrete;
         let before = schedule.z.clone();
-        choose_start_modes(system, (self.t, self.y.as_ref(), u, p), e, &mut schedule.z);
+        choose_start_modes(
+            system,
+            Point { t: self.t, y: self.y.as_ref(), u, p, z: &[] },
+            e,
+            &mut schedule.z,
+        );
         if schedule.z != before {
             let mut mass = self.algebraic.mass.clone();
             let at = Point { t: self.t, y: &[], u, p, z: &schedule.z };
@@ -236,8 +242,9 @@ impl<S: System> Simulation<'_, S> {
             return;
         }
         let Problem { system, p, .. } = *self.problem;
-        let place = (self.t, self.y.as_ref(), self.drive.at(self.t, self.y.as_ref()), p);
-        choose_sides(system, place, &mut self.discrete.e, &mut self.discrete.schedule.z);
+        let u = self.drive.at(self.t, self.y.as_ref());
+        let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &[] };
+        choose_sides(system, at, &mut self.discrete.e, &mut self.discrete.schedule.z);
         let discrete = &system.signature().discrete;
         for (slack, (automaton, _)) in self.discrete.slack.iter_mut().zip(discrete.transitions()) {
             if discrete.automata[automaton].kind.has_surface() {

@@ -16,7 +16,8 @@ use crate::integrate::events::hybrid::Hybrid;
 use crate::integrate::simulation::{Simulation, Stop, Variables};
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::system::{Crossing, Point, System};
+use crate::solved::Solved;
+use crate::system::{Crossing, Point};
 
 /// Intervals between samples.
 const INTERVALS: usize = 4;
@@ -44,7 +45,7 @@ fn part_of(sample: usize) -> f64 {
     sample as f64 / INTERVALS as f64
 }
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// The part of the step tried last at whose end something happens: a transition is due or can be
     /// armed. Where nothing does, arms what can be armed at the end.
     pub(in crate::integrate) fn watch(&mut self, h: f64, t_new: f64) -> Option<f64> {
@@ -133,7 +134,8 @@ impl<S: System> Simulation<'_, S> {
     /// the error small enough; whether it did.
     pub(in crate::integrate) fn step_to_corner(
         &mut self,
-        (h, t_new): (f64, f64),
+        h: f64,
+        t_new: f64,
         times: &[f64],
         solution: &mut Solution,
     ) -> Result<bool, IntegrateError> {
@@ -145,7 +147,7 @@ impl<S: System> Simulation<'_, S> {
                 return Ok(true);
             }
             self.discrete.uncut = f64::INFINITY;
-            self.end_at_event((h, cut), t_new, times, solution)?;
+            self.end_at_event(h, cut, t_new, times, solution)?;
             return Ok(true);
         }
         Ok(false)
@@ -229,7 +231,8 @@ impl<S: System> Simulation<'_, S> {
     pub(in crate::integrate) fn step_to_threshold(
         &mut self,
         controller: &mut Controller,
-        (h, part): (f64, f64),
+        h: f64,
+        part: f64,
         t_new: f64,
         times: &[f64],
         solution: &mut Solution,

@@ -6,10 +6,11 @@
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::norm::larger;
-use crate::system::{Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
 
 /// Numbers that obey ẋ = F(t, x, u): y, or y and S as one system.
-pub(crate) trait Carried<S: System>: Clone {
+pub(crate) trait Carried<S: Solved>: Clone {
     /// Whether S is among them.
     const HAS_SENSITIVITIES: bool;
 
@@ -53,29 +54,29 @@ pub(crate) trait Carried<S: System>: Clone {
 }
 
 /// y alone.
-pub(crate) struct Unknowns<S: System> {
+pub(crate) struct Unknowns<S: Solved> {
     pub(crate) y: S::Vector,
 }
 
 /// y and S.
-pub(crate) struct WithSensitivities<S: System> {
+pub(crate) struct WithSensitivities<S: Solved> {
     pub(crate) y: S::Vector,
     pub(crate) s: S::Sensitivity,
 }
 
-impl<S: System> Clone for Unknowns<S> {
+impl<S: Solved> Clone for Unknowns<S> {
     fn clone(&self) -> Self {
         Self { y: self.y.clone() }
     }
 }
 
-impl<S: System> Clone for WithSensitivities<S> {
+impl<S: Solved> Clone for WithSensitivities<S> {
     fn clone(&self) -> Self {
         Self { y: self.y.clone(), s: self.s.clone() }
     }
 }
 
-impl<S: System> Carried<S> for Unknowns<S> {
+impl<S: Solved> Carried<S> for Unknowns<S> {
     const HAS_SENSITIVITIES: bool = false;
 
     fn zeros(system: &S) -> Self {
@@ -135,7 +136,7 @@ impl<S: System> Carried<S> for Unknowns<S> {
     }
 }
 
-impl<S: System> Carried<S> for WithSensitivities<S> {
+impl<S: Solved> Carried<S> for WithSensitivities<S> {
     const HAS_SENSITIVITIES: bool = true;
 
     fn zeros(system: &S) -> Self {

@@ -26,7 +26,7 @@ use crate::integrate::simulation::Simulation;
 use crate::linalg::norm::larger;
 use crate::problem::{Options, Problem};
 use crate::solution::Solution;
-use crate::system::System;
+use crate::solved::Solved;
 
 /// The beginning of a run is this part of it, and no less than so many rows.
 const PART: usize = 16;
@@ -91,7 +91,7 @@ impl PerSampleChoice {
 ///
 /// [`IntegrateError::PerSample`] where no method makes equal steps for this model, or none is accurate
 /// enough with as many as are tried; the other variants where the run cannot begin.
-pub fn choose_per_sample<S: System>(
+pub fn choose_per_sample<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -127,7 +127,7 @@ pub fn choose_per_sample<S: System>(
 }
 
 /// What a method needs in the beginning of a run.
-fn candidate<S: System>(
+fn candidate<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -148,7 +148,7 @@ fn candidate<S: System>(
 /// The Taylor series of lowest order with which one step per sample keeps errors within the tolerance in
 /// the beginning of a run; up to twice the order that suits the tolerance, which costs as much as two
 /// steps.
-pub(super) fn lowest_order<S: System, C: Carried<S>>(
+pub(super) fn lowest_order<S: Solved, C: Carried<S>>(
     simulation: &Simulation<'_, S>,
     times: &[f64],
 ) -> Option<&'static Method> {
@@ -168,7 +168,7 @@ pub(super) fn head(times: &[f64]) -> usize {
 }
 
 /// How many steps per sample the beginning of a run needs for the unknowns to have the tolerance.
-pub(crate) fn per_sample_of_head<S: System>(
+pub(crate) fn per_sample_of_head<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -178,7 +178,7 @@ pub(crate) fn per_sample_of_head<S: System>(
 
 /// How many steps per sample of a run to `times` keep the unknowns' errors within the tolerance up to
 /// the last time of `part`.
-fn per_sample_within<S: System>(
+fn per_sample_within<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     part: &[f64],
@@ -202,7 +202,7 @@ fn per_sample_within<S: System>(
 }
 
 /// The unknowns' errors in a run with so many steps per sample.
-pub(crate) fn measure<S: System>(
+pub(crate) fn measure<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     per_sample: u32,
@@ -213,7 +213,7 @@ pub(crate) fn measure<S: System>(
     measure_on(problem, times, Grid::new(interval, per_sample), options)
 }
 
-fn measure_on<S: System>(
+fn measure_on<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     grid: Grid,
@@ -229,11 +229,11 @@ fn measure_on<S: System>(
     }
     simulation.start(&mut solution)?;
     let task = MeasuredRun::<S, Unknowns<S>>::new(&simulation, times, grid);
-    dispatch(problem.system, (options.method.kind, options.rtol), task)
+    dispatch(problem.system, options.method.kind, options.rtol, task)
 }
 
 /// A run for its errors.
-struct MeasuredRun<'a, S: System, C> {
+struct MeasuredRun<'a, S: Solved, C> {
     problem: Problem<'a, S>,
     times: &'a [f64],
     max_steps: usize,
@@ -243,7 +243,7 @@ struct MeasuredRun<'a, S: System, C> {
     method: &'static Method,
 }
 
-impl<'a, S: System, C: Carried<S>> MeasuredRun<'a, S, C> {
+impl<'a, S: Solved, C: Carried<S>> MeasuredRun<'a, S, C> {
     fn new(simulation: &Simulation<'a, S>, times: &'a [f64], grid: Grid) -> Self {
         let (start, sizes) = started(simulation);
         let gauge = Gauge::new(simulation.tolerances, sizes);
@@ -252,7 +252,7 @@ impl<'a, S: System, C: Carried<S>> MeasuredRun<'a, S, C> {
     }
 }
 
-impl<S: System, C: Carried<S>> Task<S, C> for MeasuredRun<'_, S, C> {
+impl<S: Solved, C: Carried<S>> Task<S, C> for MeasuredRun<'_, S, C> {
     type Done = Result<Measured, IntegrateError>;
 
     fn with<M: FixedStep<S, C>>(self, mut stepper: M) -> Self::Done {
@@ -270,7 +270,7 @@ impl<S: System, C: Carried<S>> Task<S, C> for MeasuredRun<'_, S, C> {
 }
 
 /// Whether inputs change in most sample intervals of a recording.
-pub fn inputs_change_by_sample<S: System>(problem: &Problem<'_, S>, times: &[f64]) -> bool {
+pub fn inputs_change_by_sample<S: Solved>(problem: &Problem<'_, S>, times: &[f64]) -> bool {
     match (times.first(), times.last()) {
         (Some(from), Some(until)) if from < until => {
             2 * segments(problem.inputs, *from, *until) >= times.len()

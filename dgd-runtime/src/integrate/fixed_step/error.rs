@@ -6,7 +6,8 @@ use crate::integrate::methods::catalogue::{Method, MethodKind};
 use crate::integrate::methods::tableaux::RungeKuttaTableau;
 use crate::integrate::methods::taylor;
 use crate::problem::Problem;
-use crate::system::{Signature, System};
+use crate::solved::Solved;
+use crate::system::Signature;
 
 /// Why a run with equal steps per sample is not possible, or not as accurate as it should be.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,7 +62,7 @@ pub enum PerSampleError {
 }
 
 /// Whether a model can be run with equal steps per sample by a method.
-pub(crate) fn verify<S: System>(
+pub(crate) fn verify<S: Solved>(
     problem: &Problem<'_, S>,
     method: &Method,
 ) -> Result<(), PerSampleError> {

@@ -2,7 +2,7 @@
 
 use super::carried::Carried;
 use super::segment_inputs::SegmentInputs;
-use crate::system::System;
+use crate::solved::Solved;
 
 /// A model with its parameters, and its inputs along a segment.
 pub(crate) struct Equations<'a, S> {
@@ -23,7 +23,7 @@ impl<S> Copy for Equations<'_, S> {}
 ///
 /// A step that follows another begins where that ended, with the same inputs, unless
 /// [`FixedStep::enter`] is called in between.
-pub(crate) trait FixedStep<S: System, C: Carried<S>> {
+pub(crate) trait FixedStep<S: Solved, C: Carried<S>> {
     /// Evaluations of F in a step.
     const EVALUATIONS: usize;
 

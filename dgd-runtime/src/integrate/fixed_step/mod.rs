@@ -46,7 +46,7 @@ use crate::integrate::simulation::Simulation;
 use crate::problem::{Options, Problem};
 use crate::signal::Segment;
 use crate::solution::Solution;
-use crate::system::System;
+use crate::solved::Solved;
 use carried::{Carried, Unknowns, WithSensitivities};
 use choice::head;
 pub(crate) use choice::{Measured, measure, per_sample_of_head};
@@ -88,7 +88,7 @@ pub enum PerSample {
 }
 
 /// Runs with equal steps per sample.
-pub(super) fn run<S: System>(
+pub(super) fn run<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -115,7 +115,7 @@ pub(super) fn run<S: System>(
     }
 }
 
-fn whole_run<S: System, C: Carried<S>>(
+fn whole_run<S: Solved, C: Carried<S>>(
     simulation: &Simulation<'_, S>,
     times: &[f64],
     options: &Options,
@@ -131,18 +131,18 @@ fn whole_run<S: System, C: Carried<S>>(
         kind => kind,
     };
     let task = WholeRun::<S, C>::new(simulation, times, count, solution);
-    dispatch(simulation.problem.system, (kind, options.rtol), task)
+    dispatch(simulation.problem.system, kind, options.rtol, task)
 }
 
 /// Whether [`stream`](crate::model::stream) can run with these options.
-pub fn can_stream<S: System>(problem: &Problem<'_, S>, options: &Options) -> bool {
+pub fn can_stream<S: Solved>(problem: &Problem<'_, S>, options: &Options) -> bool {
     let is_fixed = matches!(options.steps, Steps::PerSample(PerSample::Exactly(_)));
     is_fixed && is_swept(options.method.kind) && verify(problem, options.method).is_ok()
 }
 
 /// Runs with sensitivities and with so many steps per sample, and keeps nothing: every asked time goes
 /// to the sink as it is reached.
-pub(crate) fn stream<S: System>(
+pub(crate) fn stream<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -159,11 +159,11 @@ pub(crate) fn stream<S: System>(
     simulation.start(&mut solution)?;
     let count = Count::new(per_sample, options.method.name);
     let task = Streamed::<S, WithSensitivities<S>, _>::new(&simulation, times, count, sink);
-    dispatch(problem.system, (options.method.kind, options.rtol), task)
+    dispatch(problem.system, options.method.kind, options.rtol, task)
 }
 
 /// What is to be done with a method that makes steps of given size.
-trait Task<S: System, C: Carried<S>> {
+trait Task<S: Solved, C: Carried<S>> {
     type Done;
 
     fn with<M: FixedStep<S, C>>(self, method: M) -> Self::Done;
@@ -171,9 +171,10 @@ trait Task<S: System, C: Carried<S>> {
 
 /// Does it with the method of this kind; [`verify`] has found that there is one.
 #[inline(always)]
-fn dispatch<S: System, C: Carried<S>, T: Task<S, C>>(
+fn dispatch<S: Solved, C: Carried<S>, T: Task<S, C>>(
     system: &S,
-    (kind, rtol): (MethodKind, f64),
+    kind: MethodKind,
+    rtol: f64,
     task: T,
 ) -> T::Done {
     match kind {
@@ -194,7 +195,7 @@ fn is_swept(kind: MethodKind) -> bool {
 }
 
 /// A run with a given number of steps, into a sink.
-struct Streamed<'a, S: System, C, K> {
+struct Streamed<'a, S: Solved, C, K> {
     problem: Problem<'a, S>,
     times: &'a [f64],
     max_steps: usize,
@@ -203,7 +204,7 @@ struct Streamed<'a, S: System, C, K> {
     sink: &'a mut K,
 }
 
-impl<'a, S: System, C: Carried<S>, K: Sink> Streamed<'a, S, C, K> {
+impl<'a, S: Solved, C: Carried<S>, K: Sink> Streamed<'a, S, C, K> {
     fn new(
         simulation: &Simulation<'a, S>,
         times: &'a [f64],
@@ -216,7 +217,7 @@ impl<'a, S: System, C: Carried<S>, K: Sink> Streamed<'a, S, C, K> {
     }
 }
 
-impl<S: System, C: Carried<S>, K: Sink> Task<S, C> for Streamed<'_, S, C, K> {
+impl<S: Solved, C: Carried<S>, K: Sink> Task<S, C> for Streamed<'_, S, C, K> {
     type Done = Result<(), IntegrateError>;
 
     fn with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
@@ -233,7 +234,7 @@ impl<S: System, C: Carried<S>, K: Sink> Task<S, C> for Streamed<'_, S, C, K> {
 
 /// A run to all asked times into a solution; where the number of steps is sought, over its beginning
 /// first.
-struct WholeRun<'a, S: System, C> {
+struct WholeRun<'a, S: Solved, C> {
     problem: Problem<'a, S>,
     times: &'a [f64],
     max_steps: usize,
@@ -243,7 +244,7 @@ struct WholeRun<'a, S: System, C> {
     solution: &'a mut Solution,
 }
 
-impl<'a, S: System, C: Carried<S>> WholeRun<'a, S, C> {
+impl<'a, S: Solved, C: Carried<S>> WholeRun<'a, S, C> {
     fn new(
         simulation: &Simulation<'a, S>,
         times: &'a [f64],
@@ -257,7 +258,7 @@ impl<'a, S: System, C: Carried<S>> WholeRun<'a, S, C> {
     }
 }
 
-impl<S: System, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
+impl<S: Solved, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
     type Done = Result<(), IntegrateError>;
 
     fn with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
@@ -292,7 +293,7 @@ impl<S: System, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
 }
 
 /// What a run carries on where it starts, and the sizes of that.
-fn started<S: System, C: Carried<S>>(simulation: &Simulation<'_, S>) -> (C, C) {
+fn started<S: Solved, C: Carried<S>>(simulation: &Simulation<'_, S>) -> (C, C) {
     let system = simulation.problem.system;
     let (mut start, mut sizes) = (C::zeros(system), C::zeros(system));
     let directions = simulation.directions.as_ref();

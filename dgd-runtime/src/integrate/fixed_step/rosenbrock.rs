@@ -11,11 +11,11 @@ use crate::integrate::simulation::{Simulation, Stop, Variables};
 use crate::linalg::norm::larger;
 use crate::problem::{Options, Problem};
 use crate::solution::Solution;
-use crate::system::System;
+use crate::solved::Solved;
 
 /// Runs to all `times`; where a number of steps turns out to be too small, it is made larger and the
 /// run made again.
-pub(super) fn run<S: System>(
+pub(super) fn run<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
     options: &Options,
@@ -48,7 +48,7 @@ pub(super) fn run<S: System>(
 }
 
 /// One run over the grid, for its errors too.
-pub(super) fn measure<S: System>(
+pub(super) fn measure<S: Solved>(
     simulation: &mut Simulation<'_, S>,
     times: &[f64],
     grid: Grid,
@@ -62,7 +62,7 @@ pub(super) fn measure<S: System>(
     Ok(Measured { largest: outcome?, stiffness: 0.0 })
 }
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// One run over the grid; gives the square of its largest local error.
     fn step_equally(
         &mut self,

@@ -21,7 +21,7 @@ use crate::error::IntegrateError;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::norm::larger;
 use crate::signal::{Inputs, Segment, Side};
-use crate::system::System;
+use crate::solved::Solved;
 
 /// What is run.
 pub(crate) struct Course<'a, S> {
@@ -74,7 +74,7 @@ impl<C: Clone> Gauge<C> {
     }
 
     #[inline(always)]
-    fn measure<S: System, M: FixedStep<S, C>>(
+    fn measure<S: Solved, M: FixedStep<S, C>>(
         &mut self,
         method: &mut M,
         equations: Equations<'_, S>,
@@ -116,7 +116,7 @@ impl Stopped {
 ///
 /// Where the run stops, `now` is what was reached.
 #[inline(always)]
-pub(crate) fn sweep<S: System, C: Carried<S>, M: FixedStep<S, C>>(
+pub(crate) fn sweep<S: Solved, C: Carried<S>, M: FixedStep<S, C>>(
     course: &Course<'_, S>,
     method: &mut M,
     now: &mut C,

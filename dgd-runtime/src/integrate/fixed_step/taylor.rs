@@ -5,11 +5,12 @@
 
 use super::carried::Carried;
 use super::method::{Equations, FixedStep, Made};
-use crate::integrate::methods::taylor::Expansion;
-use crate::system::{Point, Storage, System};
+use crate::integrate::methods::taylor::{Expansion, YAndS};
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
 
 /// Work space of the method.
-pub(crate) struct Taylor<S: System> {
+pub(crate) struct Taylor<S: Solved> {
     /// Inputs where the step begins or ends, where they change.
     u: S::Inputs,
     /// Slopes where the step made last ends.
@@ -18,7 +19,7 @@ pub(crate) struct Taylor<S: System> {
     expansion: Expansion,
 }
 
-impl<S: System> Taylor<S> {
+impl<S: Solved> Taylor<S> {
     /// Work space for a model and so many directions.
     pub(crate) fn new(system: &S, order: usize, n_s: usize) -> Self {
         Self {
@@ -30,7 +31,7 @@ impl<S: System> Taylor<S> {
     }
 }
 
-impl<S: System, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
+impl<S: Solved, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
     const EVALUATIONS: usize = 1;
 
     fn exponent(&self) -> u32 {
@@ -63,8 +64,8 @@ impl<S: System, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
         let t = made.t + made.h;
         let Equations { system, p, inputs } = equations;
         let at = Point { t, y: made.to.y(), u: inputs.at(t, self.u.as_mut()), p, z: &[] };
-        let slopes = (self.f.as_mut(), &mut self.g[..]);
-        self.expansion.add_defects((system, at), 1.0, made.to.s(), slopes, (y, s));
+        let slopes = YAndS { y: self.f.as_mut(), s: &mut self.g };
+        self.expansion.add_defects(system, at, 1.0, made.to.s(), slopes, YAndS { y, s });
         0.0
     }
 

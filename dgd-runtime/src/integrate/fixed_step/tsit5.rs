@@ -12,7 +12,8 @@ use super::method::{Equations, FixedStep, Made};
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::integrate::methods::tableaux::RungeKuttaTableau;
 use crate::integrate::methods::tableaux::TSIT5;
-use crate::system::{Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
 
 const TABLEAU: &RungeKuttaTableau = &TSIT5;
 
@@ -31,7 +32,7 @@ const ERROR: [f64; MAX_STAGES] = {
 const ROUNDING: f64 = 1e-9;
 
 /// Work space of the method.
-pub(crate) struct Tsit5<S: System, C> {
+pub(crate) struct Tsit5<S: Solved, C> {
     /// Inputs of a stage, where they change.
     u: S::Inputs,
     k: [C; 7],
@@ -40,7 +41,7 @@ pub(crate) struct Tsit5<S: System, C> {
     has_end: bool,
 }
 
-impl<S: System, C: Carried<S>> Tsit5<S, C> {
+impl<S: Solved, C: Carried<S>> Tsit5<S, C> {
     /// Work space for a model.
     pub(crate) fn new(system: &S) -> Self {
         Self {
@@ -79,7 +80,7 @@ impl<S: System, C: Carried<S>> Tsit5<S, C> {
     }
 }
 
-impl<S: System, C: Carried<S>> FixedStep<S, C> for Tsit5<S, C> {
+impl<S: Solved, C: Carried<S>> FixedStep<S, C> for Tsit5<S, C> {
     const EVALUATIONS: usize = TABLEAU.stages() - 1;
 
     fn exponent(&self) -> u32 {

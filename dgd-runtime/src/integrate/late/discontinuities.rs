@@ -12,7 +12,8 @@ use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::signal::Segment;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
-use crate::system::{Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
 
 /// Marks from this level on leave the slope of what is read late as it was.
 const SMOOTH: u32 = 2;
@@ -21,21 +22,21 @@ const SMOOTH: u32 = 2;
 const NARROW: f64 = 1e-13;
 
 /// Work space at discontinuities.
-pub(in crate::integrate) struct Discontinuities<S: System> {
+pub(in crate::integrate) struct Discontinuities<S: Solved> {
     pub(in crate::integrate) before: S::Vector,
     after: S::Vector,
     /// Of steps that read themselves; `None` without sensitivities.
     pub(in crate::integrate) s: Option<S::Sensitivity>,
 }
 
-impl<S: System> Discontinuities<S> {
+impl<S: Solved> Discontinuities<S> {
     pub(in crate::integrate) fn new(n: usize, s: Option<S::Sensitivity>) -> Self {
         Self { before: S::Vector::zeros(n), after: S::Vector::zeros(n), s }
     }
 }
 
-impl<S: System> Simulation<'_, S> {
-    /// What is read late is known from now on.
+impl<S: Solved> Simulation<'_, S> {
+    /// Late values are known from now on.
     pub(in crate::integrate) fn begin_history(&mut self) {
         if S::FEATURES.past && self.discontinuities.is_some() {
             let s = self.directions.as_ref().map(|d| d.s.as_ref());
@@ -161,7 +162,8 @@ impl<S: System> Simulation<'_, S> {
         if self.drive.history.as_ref().is_none_or(|history| history.stops_by(t_new)) {
             return false;
         }
-        let Some(mut first) = self.drive.passed_mark(t_new, self.stepper.y_new.as_ref()) else {
+        let Some((mut lag, mut back)) = self.drive.passed_mark(t_new, self.stepper.y_new.as_ref())
+        else {
             return false;
         };
         self.stepper.prepare_dense(self.y.as_ref(), None);
@@ -172,13 +174,14 @@ impl<S: System> Simulation<'_, S> {
             self.stepper.interpolate(middle, self.y.as_ref(), self.row.as_mut());
             let t = self.t + middle * h;
             if let Some(passed) = self.drive.passed_mark(t, self.row.as_ref()) {
-                (high, first) = (middle, passed);
+                high = middle;
+                (lag, back) = passed;
             } else {
                 low = middle;
             }
         }
         if let Some(history) = &mut self.drive.history {
-            history.stop_at((self.t + high * h).min(t_new), first);
+            history.stop_at((self.t + high * h).min(t_new), lag, back);
         }
         true
     }

@@ -10,7 +10,7 @@ use crate::integrate::methods::stepper::Failed;
 use crate::integrate::simulation::{Simulation, Variables};
 use crate::linalg::norm::{larger, largest_block};
 use crate::solution::Solution;
-use crate::system::System;
+use crate::solved::Solved;
 
 /// So often a step is made again that reads itself.
 const MOST_PASSES: usize = 12;
@@ -19,7 +19,7 @@ const SETTLED: f64 = 1e-2;
 /// A delay may fall below zero by this part of a step: the error of the solution that it depends on.
 const AHEAD: f64 = 1e-2;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Before a step is tried: what another one left is gone.
     #[inline]
     pub(in crate::integrate) fn forget_trial(&mut self) {

@@ -6,7 +6,8 @@
 
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
-use crate::system::{Discrete, Point, System};
+use crate::solved::Solved;
+use crate::system::{Discrete, Point};
 
 /// What a run that has ended remembers beside its unknowns.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,7 +41,7 @@ pub fn held_by_bounds(discrete: &Discrete, z: &[f64]) -> Vec<usize> {
     bounded
 }
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// What another run would go on from.
     pub(in crate::integrate) fn memory(&self) -> Memory {
         Memory {

@@ -1,4 +1,4 @@
-//! What is read late, and what another run goes on from: the history of a run, and where it is not smooth.
+//! Late values and memory: the history of a run, where it is not smooth, and what another run goes on from.
 
 pub(in crate::integrate) mod discontinuities;
 pub(in crate::integrate) mod history;

@@ -17,14 +17,15 @@ use crate::observe::delay::delay_sensitivities;
 use crate::problem::Problem;
 use crate::signal::Segment;
 use crate::solution::Solution;
-use crate::system::{Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
 
 /// Inputs on the two sides of a jump may differ by this without one, relative to their size: the
 /// rounding of a product and a sum.
 pub(in crate::integrate) const NO_JUMP: f64 = 16.0 * f64::EPSILON;
 
 /// What is needed at jumps that move.
-pub(in crate::integrate) struct MovingJumps<S: System> {
+pub(in crate::integrate) struct MovingJumps<S: Solved> {
     /// ∂τ/∂θ, delays × n_s by columns.
     dtau: Vec<f64>,
     /// Of one delay.
@@ -35,7 +36,7 @@ pub(in crate::integrate) struct MovingJumps<S: System> {
     after: S::Vector,
 }
 
-impl<S: System> MovingJumps<S> {
+impl<S: Solved> MovingJumps<S> {
     /// `None` where no delay of an input depends on a direction.
     pub(in crate::integrate) fn new(problem: &Problem<'_, S>) -> Option<Self> {
         let signature = problem.system.signature();
@@ -60,7 +61,7 @@ impl<S: System> MovingJumps<S> {
     }
 }
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Enters a segment whose start may depend on parameters.
     pub(in crate::integrate) fn enter_with_moving_jumps(
         &mut self,

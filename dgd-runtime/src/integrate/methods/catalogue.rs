@@ -13,7 +13,8 @@ use crate::integrate::methods::tableaux::{KENCARP4, RODAS5P, TSIT5};
 use crate::integrate::methods::taylor;
 use crate::linalg::AutoLu;
 use crate::problem::Problem;
-use crate::system::{Signature, System};
+use crate::solved::Solved;
+use crate::system::Signature;
 
 /// An integration method.
 #[derive(Debug)]
@@ -68,7 +69,7 @@ impl MethodKind {
     }
 
     /// Whether a problem can be solved by the method of this name.
-    pub(crate) fn verify<S: System>(
+    pub(crate) fn verify<S: Solved>(
         self,
         problem: &Problem<'_, S>,
         name: &'static str,

@@ -15,7 +15,7 @@ use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::integrate::methods::tableaux::{RungeKuttaTableau, extrapolate};
 use crate::solution::Statistics;
-use crate::system::System;
+use crate::solved::Solved;
 
 /// Iterations of Newton's method for a stage.
 const MOST_ITERATIONS: i32 = 7;
@@ -34,7 +34,7 @@ impl Family for Esdirk {
     }
 
     #[inline]
-    fn attempt<S: System>(
+    fn attempt<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         trial: Trial<'_, S>,
@@ -46,7 +46,7 @@ impl Family for Esdirk {
     }
 
     #[inline]
-    fn advance<S: System>(
+    fn advance<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         _h: f64,
@@ -57,12 +57,12 @@ impl Family for Esdirk {
     }
 
     #[inline]
-    fn interpolate<S: System>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+    fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
         self.0.interpolate(theta, stepper.h, y, &stepper.k, out);
     }
 
     #[inline]
-    fn interpolate_sensitivities<S: System>(
+    fn interpolate_sensitivities<S: Solved>(
         self,
         stepper: &Stepper<S>,
         theta: f64,
@@ -73,7 +73,7 @@ impl Family for Esdirk {
     }
 }
 
-impl<S: System> Stepper<S> {
+impl<S: Solved> Stepper<S> {
     /// Tries a step; J is known where it starts.
     fn attempt_esdirk(
         &mut self,

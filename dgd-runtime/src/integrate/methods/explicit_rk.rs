@@ -22,7 +22,8 @@ use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Trial};
 use crate::integrate::methods::tableaux::{RungeKuttaTableau, extrapolate};
 use crate::solution::Statistics;
-use crate::system::{Point, System};
+use crate::solved::Solved;
+use crate::system::Point;
 
 /// So many steps at the limit of stability make a model stiff for the method.
 const STIFF: u32 = 15;
@@ -43,7 +44,7 @@ impl Family for ExplicitRungeKutta {
     }
 
     #[inline]
-    fn attempt<S: System>(
+    fn attempt<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         trial: Trial<'_, S>,
@@ -56,7 +57,7 @@ impl Family for ExplicitRungeKutta {
     }
 
     #[inline]
-    fn advance<S: System>(
+    fn advance<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         h: f64,
@@ -67,7 +68,7 @@ impl Family for ExplicitRungeKutta {
         stepper.advance_slopes(self.0, mass, directions);
     }
 
-    fn non_finite<S: System>(
+    fn non_finite<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         trial: Trial<'_, S>,
@@ -78,12 +79,12 @@ impl Family for ExplicitRungeKutta {
     }
 
     #[inline]
-    fn interpolate<S: System>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+    fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
         self.0.interpolate(theta, stepper.h, y, &stepper.k, out);
     }
 
     #[inline]
-    fn interpolate_sensitivities<S: System>(
+    fn interpolate_sensitivities<S: Solved>(
         self,
         stepper: &Stepper<S>,
         theta: f64,
@@ -94,7 +95,7 @@ impl Family for ExplicitRungeKutta {
     }
 }
 
-impl<S: System> Stepper<S> {
+impl<S: Solved> Stepper<S> {
     /// Tries a step.
     fn attempt_explicit(
         &mut self,

@@ -19,7 +19,7 @@ use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
 use crate::linalg::norm::{Tolerances, larger, largest_block};
 use crate::problem::Problem;
 use crate::solution::Statistics;
-use crate::system::System;
+use crate::solved::Solved;
 
 /// What is to be known where a step starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,14 +117,14 @@ pub(crate) struct Judged {
 }
 
 /// What errors are measured against: values where the step ends, and tolerances.
-pub(crate) struct Scale<'a, S: System> {
+pub(crate) struct Scale<'a, S: Solved> {
     pub(crate) tolerances: Tolerances,
     pub(crate) y: &'a [f64],
     pub(crate) sizes: &'a [f64],
     pub(crate) directions: Option<&'a Directions<S>>,
 }
 
-impl<S: System> Scale<'_, S> {
+impl<S: Solved> Scale<'_, S> {
     /// The square of an error of y, and of S for each block of it, in units of the tolerance.
     pub(super) fn square(&self, e: &[f64], of_s: impl Fn(&Directions<S>) -> &[f64]) -> f64 {
         let error = self.tolerances.mean_square(e, self.y, self.y, self.sizes);
@@ -145,7 +145,7 @@ pub(crate) trait Family: Copy {
     fn estimate_order(self, rtol: f64) -> u32;
 
     /// Whether a problem can be solved.
-    fn verify<S: System>(
+    fn verify<S: Solved>(
         self,
         _problem: &Problem<'_, S>,
         _name: &'static str,
@@ -154,10 +154,10 @@ pub(crate) trait Family: Copy {
     }
 
     /// Lays out work space that not every family has.
-    fn lay_out<S: System>(self, _stepper: &mut Stepper<S>, _system: &S, _rtol: f64, _n_s: usize) {}
+    fn lay_out<S: Solved>(self, _stepper: &mut Stepper<S>, _system: &S, _rtol: f64, _n_s: usize) {}
 
     /// Tries a step; gives y⁺ in `y_new` and S⁺ in `s_new`.
-    fn attempt<S: System>(
+    fn attempt<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         trial: Trial<'_, S>,
@@ -168,7 +168,7 @@ pub(crate) trait Family: Copy {
 
     /// Takes note that the step tried last is accepted, of size h.
     #[inline]
-    fn advance<S: System>(
+    fn advance<S: Solved>(
         self,
         _stepper: &mut Stepper<S>,
         _h: f64,
@@ -179,19 +179,19 @@ pub(crate) trait Family: Copy {
 
     /// Local error of the step tried last.
     #[inline]
-    fn local_error<S: System>(self, stepper: &Stepper<S>) -> &[f64] {
+    fn local_error<S: Solved>(self, stepper: &Stepper<S>) -> &[f64] {
         stepper.error.as_ref()
     }
 
     /// Local error of the sensitivities of the step tried last.
     #[inline]
-    fn sensitivity_error<S: System>(self, directions: &Directions<S>) -> &[f64] {
+    fn sensitivity_error<S: Solved>(self, directions: &Directions<S>) -> &[f64] {
         directions.error.as_ref()
     }
 
     /// The first evaluation of the step tried last that is not finite, and its time; `None` where the
     /// family says so itself.
-    fn non_finite<S: System>(
+    fn non_finite<S: Solved>(
         self,
         _stepper: &mut Stepper<S>,
         _trial: Trial<'_, S>,
@@ -203,7 +203,7 @@ pub(crate) trait Family: Copy {
 
     /// Chooses the next step after an accepted one.
     #[inline]
-    fn adapt_to_acceptance<S: System>(
+    fn adapt_to_acceptance<S: Solved>(
         self,
         _stepper: &mut Stepper<S>,
         judged: Judged,
@@ -215,7 +215,7 @@ pub(crate) trait Family: Copy {
 
     /// Chooses the next step after a rejected one; whether (t, y) itself may be to blame, and not the
     /// size of the step or what is remembered.
-    fn adapt_to_rejection<S: System>(
+    fn adapt_to_rejection<S: Solved>(
         self,
         _stepper: &mut Stepper<S>,
         judged: Judged,
@@ -231,7 +231,7 @@ pub(crate) trait Family: Copy {
 
     /// Prepares [`Family::interpolate`] for the step tried last.
     #[inline]
-    fn prepare_dense<S: System>(
+    fn prepare_dense<S: Solved>(
         self,
         _stepper: &mut Stepper<S>,
         _y: &[f64],
@@ -240,10 +240,10 @@ pub(crate) trait Family: Copy {
     }
 
     /// y at the fraction θ of the step tried last.
-    fn interpolate<S: System>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]);
+    fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]);
 
     /// S at the fraction θ of the step tried last.
-    fn interpolate_sensitivities<S: System>(
+    fn interpolate_sensitivities<S: Solved>(
         self,
         stepper: &Stepper<S>,
         theta: f64,
@@ -253,7 +253,7 @@ pub(crate) trait Family: Copy {
 
     /// Appends y at each of the asked times within the step tried last.
     #[inline]
-    fn interpolate_all<S: System>(
+    fn interpolate_all<S: Solved>(
         self,
         stepper: &Stepper<S>,
         asked: Asked<'_>,
@@ -269,7 +269,7 @@ pub(crate) trait Family: Copy {
 
     /// Appends S at each of the asked times within the step tried last.
     #[inline]
-    fn interpolate_all_sensitivities<S: System>(
+    fn interpolate_all_sensitivities<S: Solved>(
         self,
         stepper: &Stepper<S>,
         asked: Asked<'_>,
@@ -284,7 +284,7 @@ pub(crate) trait Family: Copy {
     }
 
     /// Appends y at the fraction θ of the step tried last, of `chosen` unknowns only.
-    fn interpolate_chosen<S: System>(
+    fn interpolate_chosen<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         theta: f64,
@@ -309,7 +309,7 @@ pub(crate) struct Asked<'a> {
 }
 
 impl<'a> Asked<'a> {
-    pub(crate) fn new((from, to): (f64, f64), times: &'a [f64]) -> Self {
+    pub(crate) fn new(from: f64, to: f64, times: &'a [f64]) -> Self {
         Self { from, per_h: 1.0 / (to - from), times }
     }
 

@@ -18,7 +18,7 @@
 //! Hairer and Wanner, Solving Ordinary Differential Equations II, 2nd ed. (1996), §IV.8. Sensitivities
 //! after the unknowns: Caracotsios and Stewart, Computers & Chemical Engineering 9 (1985) 359–365.
 
-use crate::initial::{self, add_terms};
+use crate::algebraic::{self, add_terms};
 use crate::integrate::drive::Drive;
 use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
@@ -26,7 +26,8 @@ use crate::linalg::norm::Tolerances;
 use crate::linalg::norm::largest_block;
 use crate::linalg::{Factorisation, Singular};
 use crate::solution::Statistics;
-use crate::system::{Pattern, Point, System};
+use crate::solved::Solved;
+use crate::system::{Pattern, Point};
 
 /// For equations that are linear, and a matrix that may be from an earlier step.
 const MOST_LINEAR_ITERATIONS: i32 = 10;
@@ -91,7 +92,7 @@ impl Convergence {
     }
 }
 
-impl<S: System> Stepper<S> {
+impl<S: Solved> Stepper<S> {
     /// Factorises W = c M − J with J as it is.
     pub(in crate::integrate) fn factorise_iteration(
         &mut self,
@@ -198,7 +199,7 @@ impl<S: System> Stepper<S> {
             *terms = mass * c * (y.abs() + known.abs());
         }
         add_terms(terms, &base.system.signature().jacobian, self.jacobian.as_ref(), y);
-        left.iter().zip(terms).all(|(left, terms)| left.abs() <= initial::ROUNDING * *terms)
+        left.iter().zip(terms).all(|(left, terms)| left.abs() <= algebraic::ROUNDING * *terms)
     }
 
     /// Solves for S in `s_new`, which holds a guess, with S̄ in `stage` and Y in `y_new`.

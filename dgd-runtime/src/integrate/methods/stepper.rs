@@ -16,10 +16,11 @@ use crate::integrate::methods::taylor::Expansion;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::{Factorisation, Singular};
 use crate::solution::Statistics;
-use crate::system::{Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
 
 /// Work space of the unknowns.
-pub(crate) struct Stepper<S: System> {
+pub(crate) struct Stepper<S: Solved> {
     kind: MethodKind,
     pub(crate) traits: Traits,
     pub(in crate::integrate) factorisation: S::Factorisation,
@@ -55,7 +56,7 @@ pub(crate) struct Stepper<S: System> {
 }
 
 /// Work space of the sensitivities.
-pub(crate) struct Directions<S: System> {
+pub(crate) struct Directions<S: Solved> {
     /// S at the start of the step.
     pub(crate) s: S::Sensitivity,
     pub(crate) s_new: S::Sensitivity,
@@ -73,7 +74,7 @@ pub(crate) struct Directions<S: System> {
     pub(super) dense: [S::Sensitivity; 4],
 }
 
-impl<S: System> Directions<S> {
+impl<S: Solved> Directions<S> {
     pub(crate) fn new(system: &S) -> Self {
         let signature = system.signature();
         let len = signature.unknowns.len() * signature.directions.len();
@@ -95,7 +96,7 @@ impl<S: System> Directions<S> {
 }
 
 /// Where a step starts.
-pub(crate) struct Base<'a, S: System> {
+pub(crate) struct Base<'a, S: Solved> {
     pub(crate) system: &'a S,
     pub(crate) p: &'a [f64],
     pub(crate) z: &'a [f64],
@@ -104,16 +105,16 @@ pub(crate) struct Base<'a, S: System> {
     pub(crate) t: f64,
 }
 
-impl<S: System> Clone for Base<'_, S> {
+impl<S: Solved> Clone for Base<'_, S> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<S: System> Copy for Base<'_, S> {}
+impl<S: Solved> Copy for Base<'_, S> {}
 
 /// A step to try: from (t, y) by h, with what equations are solved to.
-pub(crate) struct Trial<'a, S: System> {
+pub(crate) struct Trial<'a, S: Solved> {
     pub(crate) base: Base<'a, S>,
     pub(crate) y: &'a S::Vector,
     pub(crate) h: f64,
@@ -121,13 +122,13 @@ pub(crate) struct Trial<'a, S: System> {
     pub(crate) tolerances: Tolerances,
 }
 
-impl<S: System> Clone for Trial<'_, S> {
+impl<S: Solved> Clone for Trial<'_, S> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<S: System> Copy for Trial<'_, S> {}
+impl<S: Solved> Copy for Trial<'_, S> {}
 
 /// Why a step could not be tried to its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -155,7 +156,7 @@ pub(crate) enum At {
     End,
 }
 
-impl<S: System> Stepper<S> {
+impl<S: Solved> Stepper<S> {
     pub(crate) fn new(system: &S, kind: MethodKind) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();

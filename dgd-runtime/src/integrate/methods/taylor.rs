@@ -37,7 +37,8 @@ use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Tria
 use crate::linalg::norm::larger;
 use crate::problem::Problem;
 use crate::solution::Statistics;
-use crate::system::{Interpolation, Point, System};
+use crate::solved::Solved;
+use crate::system::{Interpolation, Point};
 
 /// The lowest order that is taken for a tolerance.
 pub(crate) const LEAST_ORDER: usize = 2;
@@ -68,9 +69,15 @@ pub(crate) struct Expansion {
     rows: Vec<f64>,
 }
 
+/// A quantity of the unknowns, and of their sensitivities where these are wanted.
+pub(in crate::integrate) struct YAndS<'a> {
+    pub(in crate::integrate) y: &'a mut [f64],
+    pub(in crate::integrate) s: &'a mut [f64],
+}
+
 impl Expansion {
     /// Work space for a system that has series, and for so many directions.
-    pub(crate) fn new<S: System>(system: &S, order: usize, n_s: usize) -> Self {
+    pub(crate) fn new<S: Solved>(system: &S, order: usize, n_s: usize) -> Self {
         let Ok(kept) = system.taylor_series() else { return Self::default() };
         let n = system.signature().unknowns.len();
         Self {
@@ -105,14 +112,16 @@ impl Expansion {
     }
 
     /// Adds the defects of y⁺ and S⁺, at the end of a step by h₀θ, to their errors.
-    pub(in crate::integrate) fn add_defects<S: System>(
+    pub(in crate::integrate) fn add_defects<S: Solved>(
         &mut self,
-        (system, at): (&S, Point<'_>),
+        system: &S,
+        at: Point<'_>,
         theta: f64,
         s: &[f64],
-        (f, g): (&mut [f64], &mut [f64]),
-        (error, error_of_s): (&mut [f64], &mut [f64]),
+        slopes: YAndS<'_>,
+        errors: YAndS<'_>,
     ) {
+        let (YAndS { y: f, s: g }, YAndS { y: error, s: error_of_s }) = (slopes, errors);
         if !self.has_branches {
             return;
         }
@@ -139,7 +148,7 @@ impl Expansion {
     /// Computes the series at a point, for steps of about the size h; S is given for the beginning, or
     /// nothing where it is not wanted.
     #[inline(always)]
-    pub(in crate::integrate) fn compute<S: System>(
+    pub(in crate::integrate) fn compute<S: Solved>(
         &mut self,
         system: &S,
         at: Point<'_>,
@@ -163,7 +172,7 @@ impl Expansion {
     #[inline(always)]
     pub(in crate::integrate) fn sum(&self, theta: f64, y: &[f64], out: &mut [f64]) {
         add_terms(&self.y, self.order, theta, out);
-        // What is added to y is small against it: only this sum rounds.
+        // The increment is small against y: only this sum rounds.
         for (out, y) in out.iter_mut().zip(y) {
             *out += y;
         }
@@ -269,7 +278,7 @@ impl Family for Taylor {
         order(self.order, rtol) as u32 - 1
     }
 
-    fn verify<S: System>(
+    fn verify<S: Solved>(
         self,
         problem: &Problem<'_, S>,
         name: &'static str,
@@ -277,12 +286,12 @@ impl Family for Taylor {
         verify(problem, name)
     }
 
-    fn lay_out<S: System>(self, stepper: &mut Stepper<S>, system: &S, rtol: f64, n_s: usize) {
+    fn lay_out<S: Solved>(self, stepper: &mut Stepper<S>, system: &S, rtol: f64, n_s: usize) {
         stepper.expansion = Expansion::new(system, order(self.order, rtol), n_s);
     }
 
     #[inline]
-    fn attempt<S: System>(
+    fn attempt<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         trial: Trial<'_, S>,
@@ -294,7 +303,7 @@ impl Family for Taylor {
         Ok(())
     }
 
-    fn non_finite<S: System>(
+    fn non_finite<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         trial: Trial<'_, S>,
@@ -305,12 +314,12 @@ impl Family for Taylor {
     }
 
     #[inline]
-    fn interpolate<S: System>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+    fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
         stepper.series_at(theta * stepper.h, y, out);
     }
 
     #[inline]
-    fn interpolate_sensitivities<S: System>(
+    fn interpolate_sensitivities<S: Solved>(
         self,
         stepper: &Stepper<S>,
         theta: f64,
@@ -321,7 +330,7 @@ impl Family for Taylor {
     }
 }
 
-impl<S: System> Stepper<S> {
+impl<S: Solved> Stepper<S> {
     /// Computes the series at (t, y).
     #[inline]
     pub(in crate::integrate) fn expand(
@@ -355,13 +364,14 @@ impl<S: System> Stepper<S> {
             expansion.sum_sensitivities(theta, d.s.as_ref(), n, d.s_new.as_mut());
             expansion.sensitivity_error(theta, n, d.error.as_mut());
             let at = end(trial, drive, y_new.as_ref());
-            let slopes = (rhs.as_mut(), d.rhs.as_mut());
-            let errors = (error.as_mut(), d.error.as_mut());
-            expansion.add_defects((trial.base.system, at), theta, d.s_new.as_ref(), slopes, errors);
+            let slopes = YAndS { y: rhs.as_mut(), s: d.rhs.as_mut() };
+            let errors = YAndS { y: error.as_mut(), s: d.error.as_mut() };
+            expansion.add_defects(trial.base.system, at, theta, d.s_new.as_ref(), slopes, errors);
         } else {
             let at = end(trial, drive, y_new.as_ref());
-            let (slopes, errors) = ((rhs.as_mut(), &mut [][..]), (error.as_mut(), &mut [][..]));
-            expansion.add_defects((trial.base.system, at), theta, &[], slopes, errors);
+            let slopes = YAndS { y: rhs.as_mut(), s: &mut [] };
+            let errors = YAndS { y: error.as_mut(), s: &mut [] };
+            expansion.add_defects(trial.base.system, at, theta, &[], slopes, errors);
         }
     }
 
@@ -411,14 +421,14 @@ impl<S: System> Stepper<S> {
 }
 
 /// Where a step ends.
-fn end<'a, S: System>(trial: Trial<'a, S>, drive: &'a mut Drive<S>, y: &'a [f64]) -> Point<'a> {
+fn end<'a, S: Solved>(trial: Trial<'a, S>, drive: &'a mut Drive<S>, y: &'a [f64]) -> Point<'a> {
     let Base { p, z, t, .. } = trial.base;
     let t = t + trial.h;
     Point { t, y, u: drive.at(t, y), p, z }
 }
 
 /// Whether a problem can be solved along Taylor series.
-pub(crate) fn verify<S: System>(
+pub(crate) fn verify<S: Solved>(
     problem: &Problem<'_, S>,
     method: &'static str,
 ) -> Result<(), IntegrateError> {

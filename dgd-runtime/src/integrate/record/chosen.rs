@@ -3,9 +3,10 @@
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::system::{Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Records `chosen` unknowns at times within the step to `t_new`, and `at_end` times at its end.
     pub(in crate::integrate) fn record_chosen(
         &mut self,

@@ -5,13 +5,13 @@ pub(crate) mod projection;
 
 use crate::integrate::drive::Drive;
 use crate::integrate::methods::family::Asked;
-use crate::integrate::record::projection::Rows;
+use crate::integrate::record::projection::{Rows, SensitivityRow};
 use crate::integrate::simulation::{Simulation, Stop};
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::system::System;
+use crate::solved::Solved;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Records asked times in (t, t_new].
     #[inline]
     pub(in crate::integrate) fn record_step(
@@ -38,12 +38,12 @@ impl<S: System> Simulation<'_, S> {
             self.record_inside(t_new, &asked[..inside], solution);
         }
         for _ in 0..at_end {
-            let recorded = (solution.y.len(), solution.s.len());
+            let (first, first_s) = (solution.y.len(), solution.s.len());
             solution.y.extend_from_slice(self.stepper.y_new.as_ref());
             if let Some(d) = &self.directions {
                 solution.s.extend_from_slice(d.s_new.as_ref());
             }
-            self.project_recorded(&[t_new], recorded, solution);
+            self.project_recorded(&[t_new], first, first_s, solution);
             record_past(&mut self.drive, t_new, self.stepper.y_new.as_ref(), solution);
         }
         if S::FEATURES.events {
@@ -59,12 +59,12 @@ impl<S: System> Simulation<'_, S> {
     fn record_inside(&mut self, t_new: f64, asked: &[f64], solution: &mut Solution) {
         self.stepper.prepare_dense(self.y.as_ref(), self.directions.as_mut());
         let (recorded, recorded_s) = (solution.y.len(), solution.s.len());
-        let within = Asked::new((self.t, t_new), asked);
+        let within = Asked::new(self.t, t_new, asked);
         self.stepper.interpolate_all(within, &self.y, &mut self.row, &mut solution.y);
         if let (Some(d), Some(row)) = (&self.directions, &mut self.sensitivity_row) {
             self.stepper.interpolate_all_sensitivities(within, d, row, &mut solution.s);
         }
-        self.project_recorded(asked, (recorded, recorded_s), solution);
+        self.project_recorded(asked, recorded, recorded_s, solution);
         if S::FEATURES.past && solution.n_past > 0 {
             for (k, t) in asked.iter().enumerate() {
                 let row = recorded + k * solution.n..recorded + (k + 1) * solution.n;
@@ -87,13 +87,13 @@ impl<S: System> Simulation<'_, S> {
                 solution.z.extend_from_slice(self.discrete.z());
             }
             record_past(&mut self.drive, self.t, self.y.as_ref(), solution);
-            let recorded = (solution.y.len(), solution.s.len());
+            let (first, first_s) = (solution.y.len(), solution.s.len());
             solution.y.extend_from_slice(self.y.as_ref());
             if let Some(d) = &self.directions {
                 solution.s.extend_from_slice(d.s.as_ref());
             }
             self.begin_projection_anew();
-            self.project_recorded(&[self.t], recorded, solution);
+            self.project_recorded(&[self.t], first, first_s, solution);
         }
         fill_undefined(solution);
     }
@@ -118,7 +118,8 @@ impl<S: System> Simulation<'_, S> {
     fn project_recorded(
         &mut self,
         times: &[f64],
-        (first, first_s): (usize, usize),
+        first: usize,
+        first_s: usize,
         solution: &mut Solution,
     ) {
         if self.algebraic.is_empty() {
@@ -141,15 +142,9 @@ impl<S: System> Simulation<'_, S> {
         let rows = Rows { system, p, z, sizes, tolerances: self.tolerances };
         projection.project(&mut self.algebraic, &rows, &mut self.drive, t, y);
         if let (Some(s), Some(d)) = (s, &mut self.directions) {
-            let (s, g) = ((s, d.sizes.as_ref()), d.rhs.as_mut());
-            projection.project_sensitivities(
-                &mut self.algebraic,
-                &rows,
-                &mut self.drive,
-                (t, y),
-                s,
-                g,
-            );
+            let s = SensitivityRow { s, sizes: d.sizes.as_ref(), work: d.rhs.as_mut() };
+            let algebraic = &mut self.algebraic;
+            projection.project_sensitivities(algebraic, &rows, &mut self.drive, t, y, s);
         }
     }
 }
@@ -170,7 +165,7 @@ fn due(asked: &[f64], t_new: f64, stop: Stop) -> (usize, usize) {
 }
 
 /// Records what is known of delayed unknowns at `t`, where outputs read it.
-fn record_past<S: System>(drive: &mut Drive<'_, S>, t: f64, y: &[f64], solution: &mut Solution) {
+fn record_past<S: Solved>(drive: &mut Drive<'_, S>, t: f64, y: &[f64], solution: &mut Solution) {
     if S::FEATURES.past && solution.n_past > 0 {
         let u = drive.at(t, y);
         solution.past.extend_from_slice(&u[u.len() - solution.n_past..]);

@@ -12,11 +12,12 @@
 //! and the same for the sensitivities. Where that matrix does not lead there, because the row is on another
 //! branch, Newton's method does from the row itself.
 
-use crate::initial::{Algebraic, AlgebraicPoint};
+use crate::algebraic::{Algebraic, AlgebraicPoint};
 use crate::integrate::drive::Drive;
 use crate::linalg::Factorisation;
 use crate::linalg::norm::{Tolerances, larger};
-use crate::system::{Pattern, Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Pattern, Point, Storage};
 
 /// What may be left of a correction, in units of the tolerance; a correction of this size leaves less.
 const LEFT: f64 = 1e-2;
@@ -28,7 +29,7 @@ const MOST_CORRECTIONS: usize = 6;
 const FURTHER: f64 = 16.0;
 
 /// Moves rows of a solution onto the algebraic equations.
-pub(crate) struct Projection<S: System> {
+pub(crate) struct Projection<S: Solved> {
     /// Where that of the step does not do; work space to others.
     pub(crate) jacobian: S::Jacobian,
     f: S::Vector,
@@ -42,7 +43,7 @@ pub(crate) struct Projection<S: System> {
 }
 
 /// What is the same for all rows of a step.
-pub(crate) struct Rows<'a, S: System> {
+pub(crate) struct Rows<'a, S: Solved> {
     pub(crate) system: &'a S,
     pub(crate) p: &'a [f64],
     pub(crate) z: &'a [f64],
@@ -96,7 +97,17 @@ impl Corrections {
     }
 }
 
-impl<S: System> Projection<S> {
+/// Sensitivities at one time.
+pub(crate) struct SensitivityRow<'a> {
+    /// S, column by column.
+    pub(crate) s: &'a mut [f64],
+    /// Their sizes.
+    pub(crate) sizes: &'a [f64],
+    /// As many numbers to write on.
+    pub(crate) work: &'a mut [f64],
+}
+
+impl<S: Solved> Projection<S> {
     pub(crate) fn new(system: &S, n_s: usize) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();
@@ -192,33 +203,33 @@ impl<S: System> Projection<S> {
         }
     }
 
-    /// Moves the sensitivities of algebraic unknowns at (t, y), which [`Projection::project`] has moved; `g` is
-    /// work space.
+    /// Moves the sensitivities of algebraic unknowns at (t, y), which [`Projection::project`] has moved.
     pub(crate) fn project_sensitivities(
         &mut self,
         algebraic: &mut Algebraic<S>,
         rows: &Rows<'_, S>,
         drive: &mut Drive<'_, S>,
-        (t, y): (f64, &[f64]),
-        (s, s_sizes): (&mut [f64], &[f64]),
-        g: &mut [f64],
+        t: f64,
+        y: &[f64],
+        mut row: SensitivityRow<'_>,
     ) {
         let Rows { system, p, z, tolerances, .. } = *rows;
         let (u, udot) = drive.with_slope(t, y);
         let at = Point { t, y, u, p, z };
-        self.kept_s.copy_from_slice(s);
+        self.kept_s.copy_from_slice(row.s);
         if self.is_factorised
-            && self.correct_sensitivities(algebraic, system, tolerances, at, (s, s_sizes), g)
+            && self.correct_sensitivities(algebraic, system, tolerances, at, &mut row)
         {
             return;
         }
+        let SensitivityRow { s, work, .. } = row;
         s.copy_from_slice(&self.kept_s);
         // They are linear, and their matrix is that of this very row.
         let jacobian = self.jacobian.as_mut();
         system.linearize(at, udot, self.f.as_mut(), jacobian, self.kept.as_mut());
         self.is_factorised = algebraic.factorise(&system.signature().jacobian, jacobian).is_ok();
         if self.is_factorised {
-            algebraic.make_sensitivities_consistent(system, at, s, g);
+            algebraic.make_sensitivities_consistent(system, at, s, work);
         }
         if !self.is_factorised || s.iter().any(|s| !s.is_finite()) {
             self.is_factorised = false;
@@ -233,19 +244,20 @@ impl<S: System> Projection<S> {
         system: &S,
         tolerances: Tolerances,
         at: Point<'_>,
-        (s, s_sizes): (&mut [f64], &[f64]),
-        g: &mut [f64],
+        row: &mut SensitivityRow<'_>,
     ) -> bool {
+        let SensitivityRow { s, sizes, work } = row;
         let n = at.y.len();
         let mut corrections = Corrections::new(self.rate);
         loop {
-            algebraic.correct_sensitivities(system, at, s, g);
+            algebraic.correct_sensitivities(system, at, s, work);
             let mut norm = 0.0;
-            let directions = g.chunks_exact(n).zip(s.chunks_exact(n)).zip(s_sizes.chunks_exact(n));
-            for ((g, s), sizes) in directions {
+            let directions = work.chunks_exact(n).zip(s.chunks_exact(n)).zip(sizes.chunks_exact(n));
+            for ((correction, s), sizes) in directions {
                 for (i, mass) in algebraic.mass.as_ref().iter().enumerate() {
                     if *mass == 0.0 {
-                        norm = larger(norm, g[i].abs() / tolerances.weight(s[i], sizes[i]));
+                        norm =
+                            larger(norm, correction[i].abs() / tolerances.weight(s[i], sizes[i]));
                     }
                 }
             }

@@ -7,7 +7,7 @@ use crate::integrate::methods::stepper::Failed;
 use crate::integrate::simulation::Simulation;
 use crate::integrate::step::judge::Tried;
 use crate::solution::Solution;
-use crate::system::System;
+use crate::solved::Solved;
 
 /// So far before the point at which it can go on no more a run may end, in its span.
 const NEAR: f64 = 1e-9;
@@ -15,7 +15,7 @@ const NEAR: f64 = 1e-9;
 /// An error this large, in units of the tolerance, says little of the step that would have been right.
 const FAR_OFF: f64 = 10.0;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Chooses the next step after one that has been accepted.
     #[inline]
     pub(super) fn adapt_to_acceptance(&mut self, tried: &Tried, controller: &mut Controller) {

@@ -1,14 +1,15 @@
 //! What to say when no step is small enough.
 
+use crate::algebraic::readings::readings;
 use crate::error::{Evaluation, IntegrateError};
 use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::stepper::Trial;
 use crate::integrate::simulation::{Simulation, base};
-use crate::observe::readings::readings;
 use crate::problem::Problem;
-use crate::system::{Point, System};
+use crate::solved::Solved;
+use crate::system::Point;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     pub(in crate::integrate) fn singular_iteration(&self, h: f64, row: usize) -> IntegrateError {
         let equation = self.problem.system.signature().equations.at(row).to_string();
         IntegrateError::SingularIteration { t: self.t, h, equation }

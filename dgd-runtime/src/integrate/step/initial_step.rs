@@ -6,12 +6,13 @@ use crate::integrate::simulation::{Simulation, multiply};
 use crate::linalg::norm::{larger, largest_block};
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::system::{Point, System};
+use crate::solved::Solved;
+use crate::system::Point;
 
 /// C of an error estimate, as those of fifth-order methods have it. What comes out is tried, not trusted.
 const ESTIMATE: f64 = 1e-3;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// A step from (t, y), where the stepper is linearised, over which a transient that starts with the
     /// present slope has an error near the tolerance; infinity where nothing is known of it.
     ///

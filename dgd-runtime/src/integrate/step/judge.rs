@@ -5,7 +5,7 @@ use crate::integrate::methods::family::Judged;
 use crate::integrate::methods::stepper::Failed;
 use crate::integrate::simulation::Simulation;
 use crate::linalg::norm::{larger, largest_block};
-use crate::system::System;
+use crate::solved::Solved;
 
 /// A step that has been tried.
 pub(super) struct Tried {
@@ -43,7 +43,7 @@ pub(super) enum Verdict {
     Fail,
 }
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Takes the error of the step of size h towards `end` that was tried last.
     #[inline]
     pub(super) fn tried(&mut self, h: f64, end: f64, outcome: Result<(), Failed>) -> Tried {

@@ -11,10 +11,10 @@ use crate::integrate::controller::Controller;
 use crate::integrate::methods::stepper::{Failed, Trial};
 use crate::integrate::simulation::{Simulation, Stop, Variables, base};
 use crate::solution::Solution;
-use crate::system::System;
+use crate::solved::Solved;
 use judge::Verdict;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Tries one step towards `end`, and records what was asked for if it is accepted.
     #[inline]
     pub(in crate::integrate) fn step(
@@ -34,13 +34,13 @@ impl<S: System> Simulation<'_, S> {
                 self.reselect_states(solution)
             }
             Verdict::Threshold { part } => {
-                self.step_to_threshold(controller, (h, part), tried.t_new, times, solution)
+                self.step_to_threshold(controller, h, part, tried.t_new, times, solution)
             }
             // The next step ends there.
             Verdict::Mark => Ok(()),
             Verdict::ReadsAhead(error) => self.step_less_far(&tried, *error, controller, solution),
             Verdict::Corner => {
-                if self.step_to_corner((h, tried.t_new), times, solution)? {
+                if self.step_to_corner(h, tried.t_new, times, solution)? {
                     return Ok(());
                 }
                 self.reject(&tried, controller, times, solution)

@@ -8,9 +8,9 @@ use crate::integrate::simulation::{Simulation, base};
 use crate::linalg::Factorisation;
 use crate::problem::Problem;
 use crate::solution::Solution;
-use crate::system::System;
+use crate::solved::Solved;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Makes ready for a step towards `end`, and proposes its size.
     #[inline]
     pub(super) fn prepare(

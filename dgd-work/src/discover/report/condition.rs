@@ -1,4 +1,4 @@
-//! The condition that windows go together with, in words and for programs.
+//! The condition that coincides with windows, in words and for programs.
 
 use dgd_discover::{Condition, ConditionKind};
 use dgd_runtime::Unit;

@@ -1,14 +1,12 @@
 //! The equations of a model's text.
 
-use std::path::Path;
-
 use dgd_compiler::model::typeset::formula::{Line, lines};
 use dgd_compiler::model::typeset::mathml;
 
+use super::Subject;
 use super::diff::{Changed, merged};
 use crate::error::WorkError;
 use crate::model::Compilation;
-use crate::request::Choices;
 
 /// A line of equations, typeset.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,21 +17,19 @@ pub(super) struct Equation {
     pub(super) label: String,
 }
 
-/// The equations of two texts of a model, with the variants of the command line, in one list.
+/// The equations of a model before and after, with the variants of the command line, in one list.
 pub(super) fn changed(
-    path: &Path,
-    before: &str,
+    subject: &Subject<'_>,
     after: &str,
-    choices: &Choices,
 ) -> Result<Vec<Changed<Equation>>, WorkError> {
-    let (before, after) = (typeset(path, before, choices)?, typeset(path, after, choices)?);
+    let (before, after) = (typeset(subject, subject.base)?, typeset(subject, after)?);
     Ok(merged(&before, &after, |equation| format!("{} {}", equation.label, equation.formula)))
 }
 
-fn typeset(path: &Path, text: &str, choices: &Choices) -> Result<Vec<Equation>, WorkError> {
-    let mut compilation = Compilation::default();
-    let options = compilation.options(choices)?;
-    let (asts, model) = match compilation.resolve(path, text.to_owned(), &options) {
+fn typeset(subject: &Subject<'_>, text: &str) -> Result<Vec<Equation>, WorkError> {
+    let mut compilation = Compilation::new(subject.files);
+    let options = compilation.options(subject.choices)?;
+    let (asts, model) = match compilation.resolve(subject.model, text.to_owned(), &options) {
         Ok(resolved) => resolved,
         Err(reported) => return Err(compilation.fail(reported)),
     };

@@ -24,6 +24,7 @@ mod verdict;
 
 use std::path::{Path, PathBuf};
 
+use dgd_data::FileSystem;
 use dgd_data::files::Files;
 use dgd_discover::Discovery;
 use dgd_plot::{Figure, Text};
@@ -47,6 +48,8 @@ pub(crate) struct Subject<'a> {
     pub(crate) model: &'a Path,
     /// Its text.
     pub(crate) base: &'a str,
+    /// What it was read from, with all that it imports.
+    pub(crate) files: &'a dyn FileSystem,
     /// Variants and settings of the run.
     pub(crate) choices: &'a Choices,
     /// Recordings that the fits saw.

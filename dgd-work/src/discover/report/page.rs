@@ -128,12 +128,7 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
             .into_iter()
             .map(|[names, why]| [names, prose(&why)])
             .collect(),
-        equations: equations::changed(
-            subject.model,
-            subject.base,
-            &discovery.corrected,
-            subject.choices,
-        )?,
+        equations: equations::changed(subject, &discovery.corrected)?,
         changes: diff::lines(patch),
         parameters: parameters(&discovery.base_parameters, &discovery.corrected_parameters),
         recordings: recordings(subject),

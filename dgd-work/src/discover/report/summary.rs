@@ -125,7 +125,7 @@ fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
     rows
 }
 
-/// The row of what windows go together with.
+/// The row of the condition that coincides with windows.
 fn goes_with(condition: &Condition) -> [String; 2] {
     ["happens".to_owned(), condition::words(condition)]
 }

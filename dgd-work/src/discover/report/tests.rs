@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::pipeline::Directions;
+use dgd_data::Disk;
 use dgd_data::files::write_folder;
 use dgd_discover::{
     Alternative, Condition, ConditionKind, Discovery, Evidence, FoundEffect, Gap, Guess,
@@ -47,7 +48,7 @@ struct Simulated {
 
 fn simulated(set: &[&str]) -> Simulated {
     let request = request(set);
-    let loaded = load(&request.model, &request.choices, |_| Directions::None);
+    let loaded = load(&request.model, &request.choices, &Directions::None, Session::new(&Silent));
     let loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
     let run = Run::prepare(&request, loaded, Session::new(&Silent));
     let run = run.unwrap_or_else(|error| panic!("{error}"));
@@ -275,6 +276,7 @@ fn written(folder: &Path, discovery: &Discovery) -> Vec<String> {
         discovery,
         model: Path::new(MODEL),
         base: &base_text(),
+        files: &Disk,
         choices: &choices,
         training: &[PathBuf::from("monday.csv")],
         held_out: &[PathBuf::from("friday.csv")],

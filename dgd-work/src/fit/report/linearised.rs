@@ -39,7 +39,8 @@ impl Linearised {
         signature: &Signature,
         place: LinearizeAt,
         points: Vec<Option<OperatingPoint>>,
-        (recordings, linear): (&[Recording], &Evaluation),
+        recordings: &[Recording],
+        linear: &Evaluation,
         fit: &Fit,
         model: Result<Nonlinear, String>,
     ) -> Self {

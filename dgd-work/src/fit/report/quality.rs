@@ -56,7 +56,7 @@ impl Quality {
             recordings.iter().map(|recording| input_values(signature, recording)).collect();
         let of = |(i, output): (usize, &dgd_runtime::Output)| {
             let weight = |e: f64| fit.weight(i, e);
-            output_quality(recordings, evaluation, &inputs, (i, &output.unit), weight)
+            output_quality(recordings, evaluation, &inputs, i, &output.unit, weight)
         };
         let outputs: Vec<_> = signature.outputs.iter().enumerate().map(of).collect();
         let input_tests = outputs.iter().flatten().flat_map(|q| q.inputs.iter().flatten()).count();
@@ -184,7 +184,8 @@ fn output_quality(
     recordings: &[Recording],
     evaluation: &Evaluation,
     inputs: &[Vec<Vec<f64>>],
-    (output, unit): (usize, &Unit),
+    output: usize,
+    unit: &Unit,
     weight: impl Fn(f64) -> f64,
 ) -> Option<OutputQuality> {
     // Σe², Σe, and w e for the tests.

@@ -122,7 +122,7 @@ pub(crate) fn against_differences(
         let size = direction_size(run, &given, j, *direction);
         let moved = moved(run, &given, *direction, size, &options)?;
         for of in all {
-            rows.push(compare(run, &given, &moved, *of, (j, size)));
+            rows.push(compare(run, &given, &moved, *of, j, size));
         }
     }
     Ok(Report { rows, allowed: ALLOWED })
@@ -149,7 +149,7 @@ fn direction_size(run: &Run, given: &Trajectory, j: usize, direction: Direction)
 }
 
 /// Compares one thing's sensitivity to one parameter at all times.
-fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, (j, size): (usize, f64)) -> Row {
+fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, j: usize, size: f64) -> Row {
     let signature = run.signature();
     let times = &given.solution.times;
     let noise = TIGHT * of.size(signature, given);
@@ -160,7 +160,7 @@ fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, (j, size): (usi
         })
         .collect();
     let largest = found.iter().fold(0.0, |largest: f64, (s, difference)| {
-        // NaN is no maximum.
+        // NaN is never the maximum.
         largest.max(s.abs()).max(difference.map_or(0.0, |difference| difference.value.abs()))
     });
     let scale = largest.max(of.range(run, given) / size);
@@ -200,7 +200,7 @@ fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, (j, size): (usi
         }
         if ratio > ALLOWED
             && let Some(sides) = moved.one_sided(k, noise, |trajectory| of.value(trajectory, k))
-            && is_one_side(s, &sides, (tolerance, UNCERTAIN * largest))
+            && is_one_side(s, &sides, tolerance, UNCERTAIN * largest)
         {
             row.kinks += 1;
             continue;
@@ -215,7 +215,7 @@ fn compare(run: &Run, given: &Trajectory, moved: &Moved, of: Of, (j, size): (usi
 }
 
 /// Whether the two sides of a kink have differences of their own, and a sensitivity is that of one of them.
-fn is_one_side(s: f64, sides: &[Vec<Quotient>; 2], (tolerance, uncertain): (f64, f64)) -> bool {
+fn is_one_side(s: f64, sides: &[Vec<Quotient>; 2], tolerance: f64, uncertain: f64) -> bool {
     let [Some(lower), Some(higher)] = sides.each_ref().map(|side| extrapolated(side, 1)) else {
         return false;
     };
@@ -253,11 +253,11 @@ mod tests {
     fn at_a_kink_the_slope_of_either_side_is_right_and_no_other() {
         let kink = sides(|x| x.sin() + x.abs());
         for (slope, is_right) in [(0.0, true), (2.0, true), (1.0, false), (3.0, false)] {
-            assert_eq!(is_one_side(slope, &kink, (1e-8, 1e-2)), is_right, "{slope}");
+            assert_eq!(is_one_side(slope, &kink, 1e-8, 1e-2), is_right, "{slope}");
         }
         // Where there is none, no other slope is that of a side.
         let smooth = sides(f64::sin);
-        assert!(!is_one_side(0.9, &smooth, (1e-8, 1e-2)));
-        assert!(!is_one_side(1.1, &smooth, (1e-8, 1e-2)));
+        assert!(!is_one_side(0.9, &smooth, 1e-8, 1e-2));
+        assert!(!is_one_side(1.1, &smooth, 1e-8, 1e-2));
     }
 }

@@ -311,7 +311,6 @@ pub mod tank {
         type Inputs = [f64; 1];
         type Jacobian = [f64; 2];
         type SensitivityJacobian = [f64; 0];
-        type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
         const FEATURES: ::dgd::__runtime::signature::Features = ::dgd::__runtime::signature::Features {
             events: true,
             past: false,
@@ -641,6 +640,21 @@ pub mod tank {
             ::dgd::__runtime::taylor::NoTaylor,
         > {
             ::core::result::Result::Err(::dgd::__runtime::taylor::NoTaylor::Algebraic)
+        }
+    }
+    #[automatically_derived]
+    impl ::dgd::__runtime::Solved for Model {
+        type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
+        fn integrate(
+            problem: &::dgd::__runtime::Problem<'_, Self>,
+            times: &[f64],
+            options: &::dgd::__runtime::Options,
+            wanted: ::dgd::__runtime::Wanted<'_>,
+        ) -> ::core::result::Result<
+            ::dgd::__runtime::Solution,
+            ::dgd::__runtime::Failure,
+        > {
+            ::dgd::__runtime::integrate::integrate(problem, times, options, wanted)
         }
     }
 }

@@ -271,7 +271,6 @@ pub mod spring {
         type Inputs = [f64; 1];
         type Jacobian = [f64; 3];
         type SensitivityJacobian = [f64; 2];
-        type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
         const FEATURES: ::dgd::__runtime::signature::Features = ::dgd::__runtime::signature::Features {
             events: false,
             past: false,
@@ -617,6 +616,21 @@ pub mod spring {
                 _row[0] += _d16;
                 _row[1] += _d15;
             }
+        }
+    }
+    #[automatically_derived]
+    impl ::dgd::__runtime::Solved for Model {
+        type Factorisation = ::dgd::__runtime::linalg::FixedLu<2>;
+        fn integrate(
+            problem: &::dgd::__runtime::Problem<'_, Self>,
+            times: &[f64],
+            options: &::dgd::__runtime::Options,
+            wanted: ::dgd::__runtime::Wanted<'_>,
+        ) -> ::core::result::Result<
+            ::dgd::__runtime::Solution,
+            ::dgd::__runtime::Failure,
+        > {
+            ::dgd::__runtime::integrate::integrate(problem, times, options, wanted)
         }
         #[inline(always)]
         fn rhs_lanes(

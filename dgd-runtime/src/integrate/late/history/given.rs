@@ -120,7 +120,7 @@ impl Past {
         self.marks.iter().map(|kink| kink.t)
     }
 
-    /// What comes next does not go on smoothly: its derivative of this order jumps.
+    /// The solution does not go on smoothly: its derivative of this order jumps.
     pub fn mark(&mut self, level: u32) {
         self.marks.push(Kink { t: self.until(), piece: self.ends.len(), level });
     }

@@ -3,14 +3,15 @@
 use super::polynomial::Basis;
 use super::{Before, Begun, History, NODES, ONE_TIME, Read, Tau};
 use crate::problem::Problem;
-use crate::system::{PastLayout, Point, System};
+use crate::solved::Solved;
+use crate::system::{PastLayout, Point};
 
 /// A piece shorter than this part of the one beside it has no slope of its own.
 const SHORT: f64 = 1e-8;
 
 impl History {
     /// Writes what is known of delayed unknowns at (t, y) behind the inputs.
-    pub(in crate::integrate) fn write<S: System>(
+    pub(in crate::integrate) fn write<S: Solved>(
         &mut self,
         problem: &Problem<'_, S>,
         t: f64,
@@ -32,7 +33,7 @@ impl History {
     }
 
     /// The delays that vary at (t, y).
-    pub(super) fn look_up<S: System>(
+    pub(super) fn look_up<S: Solved>(
         &mut self,
         problem: &Problem<'_, S>,
         t: f64,
@@ -54,7 +55,7 @@ impl History {
     }
 
     /// Before the start.
-    fn write_origin<S: System>(
+    fn write_origin<S: Solved>(
         &mut self,
         problem: &Problem<'_, S>,
         lag: usize,

@@ -23,7 +23,8 @@ use crate::error::{BadRequest, IntegrateError};
 use crate::linalg::norm::Tolerances;
 use crate::observe::delay::{delay_sensitivities, delays};
 use crate::problem::Problem;
-use crate::system::{PastLayout, Point, System};
+use crate::solved::Solved;
+use crate::system::{PastLayout, Point};
 use polynomial::divide;
 
 pub use given::{Hat, Past, Seed};
@@ -155,7 +156,7 @@ pub(in crate::integrate) struct Discontinuity {
 }
 
 /// Whether delays of unknowns can be followed.
-pub(in crate::integrate) fn verify<S: System>(
+pub(in crate::integrate) fn verify<S: Solved>(
     problem: &Problem<'_, S>,
     with_sensitivities: bool,
 ) -> Result<(), IntegrateError> {
@@ -196,7 +197,7 @@ impl Lag {
 
 impl History {
     /// `None` where no unknown is read late, with delays that are not zero.
-    pub(in crate::integrate) fn new<S: System>(
+    pub(in crate::integrate) fn new<S: Solved>(
         problem: &Problem<'_, S>,
         from: f64,
         n_s: usize,
@@ -237,7 +238,7 @@ impl History {
             mark: 0,
             piece: 0,
         });
-        // What is not late, and will not be for other parameters, is what it is.
+        // An unknown that is never late, whatever the parameters, has its present value.
         let is_late = |lag: &Lag| match lag.tau {
             Tau::Constant(tau) => tau > 0.0 || lag.dtau.iter().any(|dtau| *dtau != 0.0),
             Tau::Varying(_) => true,
@@ -289,10 +290,12 @@ impl History {
     }
 
     /// Begins with consistent start values.
-    pub(in crate::integrate) fn begin<S: System>(
+    pub(in crate::integrate) fn begin<S: Solved>(
         &mut self,
         problem: &Problem<'_, S>,
-        (t, y, s): (f64, &[f64], Option<&[f64]>),
+        t: f64,
+        y: &[f64],
+        s: Option<&[f64]>,
         sizes: &[f64],
         u: &[f64],
     ) {
@@ -304,7 +307,7 @@ impl History {
             return;
         }
         gather(&self.watched, self.n_s, y, s, &mut self.origin);
-        // What was just before is in the place of what is now.
+        // The values just before take the place of the present ones.
         self.now.copy_from_slice(&self.origin);
         let at = Point { t: self.from, y: &[], u: &[], p: problem.p, z: &[] };
         let Before { values, rates, curvatures, .. } = &mut self.before;

@@ -5,7 +5,7 @@
 
 use super::{Discontinuity, History, Lag, Mark, ONE_TIME, Tau};
 use crate::problem::Problem;
-use crate::system::System;
+use crate::solved::Solved;
 
 impl History {
     /// When the next discontinuity is; infinity where none is known yet.
@@ -44,7 +44,7 @@ impl History {
         Some(Discontinuity { lag, back: false, level: mark.level, dt, varying: None })
     }
 
-    /// What is read late goes on behind the mark.
+    /// Late values are from behind the mark now.
     pub(in crate::integrate) fn pass(&mut self, at: &Discontinuity) {
         let mark = &mut self.lags[at.lag].mark;
         *mark = if at.back { *mark - 1 } else { *mark + 1 };
@@ -52,10 +52,11 @@ impl History {
     }
 
     /// The first delay that varies and has passed a mark at (t, y), and whether backwards.
-    pub(in crate::integrate) fn passed<S: System>(
+    pub(in crate::integrate) fn passed<S: Solved>(
         &mut self,
         problem: &Problem<'_, S>,
-        (t, y): (f64, &[f64]),
+        t: f64,
+        y: &[f64],
         u: &[f64],
     ) -> Option<(usize, bool)> {
         self.look_up(problem, t, y, u);
@@ -83,15 +84,16 @@ impl History {
     }
 
     /// A step is to end at `t`, where a delay that varies reaches a mark.
-    pub(in crate::integrate) fn stop_at(&mut self, t: f64, (lag, back): (usize, bool)) {
+    pub(in crate::integrate) fn stop_at(&mut self, t: f64, lag: usize, back: bool) {
         self.crossing = Some((lag, t, back));
     }
 
     /// The delay that varies and would be furthest below zero, and its value.
-    pub(in crate::integrate) fn earliest<S: System>(
+    pub(in crate::integrate) fn earliest<S: Solved>(
         &mut self,
         problem: &Problem<'_, S>,
-        (t, y): (f64, &[f64]),
+        t: f64,
+        y: &[f64],
         u: &[f64],
     ) -> Option<(usize, f64)> {
         self.look_up(problem, t, y, u);

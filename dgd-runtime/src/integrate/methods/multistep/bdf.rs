@@ -31,7 +31,8 @@ use crate::integrate::methods::family::{Family, Judged, Needs, Remembers, Scale,
 use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::solution::Statistics;
-use crate::system::{Storage, System};
+use crate::solved::Solved;
+use crate::system::Storage;
 
 /// The highest order there is.
 pub(in crate::integrate) const MAX_ORDER: usize = 5;
@@ -130,7 +131,7 @@ impl Family for Bdf {
     }
 
     #[inline]
-    fn attempt<S: System>(
+    fn attempt<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         trial: Trial<'_, S>,
@@ -142,7 +143,7 @@ impl Family for Bdf {
     }
 
     #[inline]
-    fn advance<S: System>(
+    fn advance<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         _h: f64,
@@ -157,7 +158,7 @@ impl Family for Bdf {
         }
     }
 
-    fn adapt_to_acceptance<S: System>(
+    fn adapt_to_acceptance<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         judged: Judged,
@@ -167,7 +168,7 @@ impl Family for Bdf {
         stepper.choose_order(judged, scale, self.most_order, controller);
     }
 
-    fn adapt_to_rejection<S: System>(
+    fn adapt_to_rejection<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         judged: Judged,
@@ -179,13 +180,13 @@ impl Family for Bdf {
     }
 
     #[inline]
-    fn interpolate<S: System>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+    fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
         let Stepper { history, h, k, stage, .. } = stepper;
         history.interpolate(theta * h, y, k, stage.as_ref(), out);
     }
 
     #[inline]
-    fn interpolate_sensitivities<S: System>(
+    fn interpolate_sensitivities<S: Solved>(
         self,
         stepper: &Stepper<S>,
         theta: f64,
@@ -197,7 +198,7 @@ impl Family for Bdf {
     }
 }
 
-impl<S: System> Stepper<S> {
+impl<S: Solved> Stepper<S> {
     /// Tries a step.
     fn attempt_bdf(
         &mut self,

@@ -21,7 +21,7 @@ use crate::integrate::controller::Controller;
 use crate::integrate::methods::family::{Judged, Scale};
 use crate::integrate::methods::multistep::bdf::{History, MAX_ORDER, error_constant};
 use crate::integrate::methods::stepper::Stepper;
-use crate::system::System;
+use crate::solved::Solved;
 
 /// b, and that of a higher order.
 const BIAS: f64 = 6.0;
@@ -45,7 +45,7 @@ fn growth(order: usize, bias: f64, error: f64) -> f64 {
 const WORTH_GROWING: f64 = 1.2;
 const WORTH_SHRINKING: f64 = 0.7;
 
-impl<S: System> Stepper<S> {
+impl<S: Solved> Stepper<S> {
     /// Chooses order and size of the steps after an accepted one, of orders up to `most`.
     pub(super) fn choose_order(
         &mut self,

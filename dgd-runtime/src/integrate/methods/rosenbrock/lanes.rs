@@ -7,7 +7,8 @@
 #![allow(clippy::inline_always)]
 
 use crate::integrate::methods::tableaux::MAX_STAGES;
-use crate::system::{Storage, System};
+use crate::solved::Solved;
+use crate::system::Storage;
 
 /// Does something with each block of numbers from `$first` on, `$len` of them as a constant: what is
 /// summed up over a block is in registers, and what is read cannot be what is written. Where all lengths
@@ -120,7 +121,7 @@ pub(super) fn combine_any<V: Storage>(
 
 /// b ← f + M/h b + slope · df/dt.
 #[inline(always)]
-pub(super) fn add_rates<S: System>(
+pub(super) fn add_rates<S: Solved>(
     b: &mut [f64],
     f: &[f64],
     dfdt: &[f64],

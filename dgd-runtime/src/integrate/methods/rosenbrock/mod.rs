@@ -26,7 +26,8 @@ use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Tria
 use crate::integrate::methods::tableaux::RosenbrockTableau;
 use crate::linalg::Factorisation;
 use crate::solution::Statistics;
-use crate::system::{Pattern, Point, Storage, System};
+use crate::solved::Solved;
+use crate::system::{Pattern, Point, Storage};
 use dense::{dense_vectors, interpolate, interpolate_all};
 use lanes::{add_rates, combine, combine_any, sum};
 
@@ -47,7 +48,7 @@ impl Family for Rosenbrock {
     }
 
     #[inline]
-    fn attempt<S: System>(
+    fn attempt<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         trial: Trial<'_, S>,
@@ -63,16 +64,16 @@ impl Family for Rosenbrock {
     }
 
     #[inline]
-    fn local_error<S: System>(self, stepper: &Stepper<S>) -> &[f64] {
+    fn local_error<S: Solved>(self, stepper: &Stepper<S>) -> &[f64] {
         stepper.k[self.0.stages() - 1].as_ref()
     }
 
     #[inline]
-    fn sensitivity_error<S: System>(self, directions: &Directions<S>) -> &[f64] {
+    fn sensitivity_error<S: Solved>(self, directions: &Directions<S>) -> &[f64] {
         directions.v[self.0.stages() - 1].as_ref()
     }
 
-    fn non_finite<S: System>(
+    fn non_finite<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         trial: Trial<'_, S>,
@@ -83,7 +84,7 @@ impl Family for Rosenbrock {
     }
 
     #[inline]
-    fn prepare_dense<S: System>(
+    fn prepare_dense<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         y: &[f64],
@@ -99,12 +100,12 @@ impl Family for Rosenbrock {
     }
 
     #[inline]
-    fn interpolate<S: System>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
+    fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
         interpolate(theta, y, &stepper.dense, out);
     }
 
     #[inline]
-    fn interpolate_sensitivities<S: System>(
+    fn interpolate_sensitivities<S: Solved>(
         self,
         _stepper: &Stepper<S>,
         theta: f64,
@@ -115,7 +116,7 @@ impl Family for Rosenbrock {
     }
 
     #[inline]
-    fn interpolate_all<S: System>(
+    fn interpolate_all<S: Solved>(
         self,
         stepper: &Stepper<S>,
         asked: Asked<'_>,
@@ -127,7 +128,7 @@ impl Family for Rosenbrock {
     }
 
     #[inline]
-    fn interpolate_all_sensitivities<S: System>(
+    fn interpolate_all_sensitivities<S: Solved>(
         self,
         _stepper: &Stepper<S>,
         asked: Asked<'_>,
@@ -138,7 +139,7 @@ impl Family for Rosenbrock {
         interpolate_all(asked, &directions.s, &directions.dense, out);
     }
 
-    fn interpolate_chosen<S: System>(
+    fn interpolate_chosen<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
         theta: f64,
@@ -159,7 +160,7 @@ impl Family for Rosenbrock {
     }
 }
 
-impl<S: System> Stepper<S> {
+impl<S: Solved> Stepper<S> {
     /// Tries a step; the stepper is linearised where it starts.
     #[inline]
     fn attempt_rosenbrock(

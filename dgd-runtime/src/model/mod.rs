@@ -4,21 +4,24 @@
 //! is a pointer: whoever runs a model many times and does little between the runs asks for a whole run, or
 //! for functions at single points, by one virtual call each. Within a run there is none.
 //!
-//! `&dyn Model` is a [`System`], too, so that functions which are generic over systems take it. What would
+//! `&dyn Model` is [`Solved`], too, so that functions which are generic over systems take it. What would
 //! take long that way has a namesake here, by which the model's own code does the work: [`observe`],
 //! [`stream`], [`measure`], [`per_sample_of_head`] and [`choose_per_sample`].
+
+#[doc(hidden)]
+pub mod for_identify;
 
 use std::fmt;
 
 use crate::codegen::taylor::{KeptSeries, NoTaylor, Terms};
 use crate::error::{Failure, IntegrateError};
-use crate::integrate::Wanted;
 use crate::integrate::fixed_step::{self, Measured, PerSampleChoice};
 use crate::linalg::AutoLu;
 use crate::observe::{self, Observations};
-use crate::problem::{Options, Problem};
+use crate::problem::{Options, Problem, Wanted};
 use crate::signal::{Inputs, Segment};
 use crate::solution::Solution;
+use crate::solved::Solved;
 use crate::system::{Point, Signature, Storage, System};
 
 /// What a model is run with: a [`Problem`] without its system.
@@ -103,7 +106,7 @@ macro_rules! for_point_functions {
 
 macro_rules! declare {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
-        /// A compiled model that can be copied for another thread. Implemented for every [`System`] that
+        /// A compiled model that can be copied for another thread. Implemented for every [`Solved`] that
         /// can.
         ///
         /// Functions at a point are those of their names in [`System`].
@@ -120,7 +123,7 @@ macro_rules! declare {
             #[doc(hidden)]
             fn taylor_series(&self) -> Result<KeptSeries, NoTaylor>;
 
-            /// Integrates, as [`System::integrate`].
+            /// Integrates, as [`Solved::integrate`].
             ///
             /// # Errors
             ///
@@ -177,7 +180,7 @@ for_point_functions!(declare);
 
 macro_rules! implement {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
-        impl<S: System + Clone + Send + 'static> Model for S {
+        impl<S: Solved + Clone + Send + 'static> Model for S {
             fn signature(&self) -> &Signature {
                 System::signature(self)
             }
@@ -201,7 +204,7 @@ macro_rules! implement {
                 options: &Options,
                 wanted: Wanted<'_>,
             ) -> Result<Solution, Failure> {
-                <S as System>::integrate(&given.to(self), times, options, wanted)
+                <S as Solved>::integrate(&given.to(self), times, options, wanted)
             }
 
             fn observe(&self, given: Given<'_>, solution: &Solution) -> Observations {
@@ -254,7 +257,6 @@ macro_rules! implement {
             type Inputs = Vec<f64>;
             type Jacobian = Vec<f64>;
             type SensitivityJacobian = Vec<f64>;
-            type Factorisation = AutoLu;
 
             fn signature(&self) -> &Signature {
                 Model::signature(*self)
@@ -267,6 +269,10 @@ macro_rules! implement {
             fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
                 Model::taylor_series(*self)
             }
+        }
+
+        impl Solved for &dyn Model {
+            type Factorisation = AutoLu;
 
             fn integrate(
                 problem: &Problem<'_, Self>,
@@ -352,7 +358,7 @@ pub fn choose_per_sample(
 }
 
 /// Evaluates outputs for [`Samples`] by the code of the model itself.
-struct Sampling<'a, S: System> {
+struct Sampling<'a, S: Solved> {
     problem: Problem<'a, S>,
     samples: &'a mut dyn Samples,
     /// Position of the next time.
@@ -362,7 +368,7 @@ struct Sampling<'a, S: System> {
     dw: Vec<f64>,
 }
 
-impl<'a, S: System> Sampling<'a, S> {
+impl<'a, S: Solved> Sampling<'a, S> {
     fn new(problem: Problem<'a, S>, samples: &'a mut dyn Samples) -> Self {
         let signature = problem.system.signature();
         let n_w = signature.outputs.len();
@@ -372,7 +378,7 @@ impl<'a, S: System> Sampling<'a, S> {
     }
 }
 
-impl<S: System> fixed_step::Sink for Sampling<'_, S> {
+impl<S: Solved> fixed_step::Sink for Sampling<'_, S> {
     #[inline]
     fn take(&mut self, t: f64, segment: Segment<'_>, y: &[f64], s: &[f64]) {
         let k = self.k;

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use crate::system::{Pattern, Point, Storage, System, Unit};
+use crate::solved::Solved;
+use crate::system::{Pattern, Point, Storage, Unit};
 
 /// Messages name at most this many values.
 const MOST_SHOWN: usize = 5;
@@ -54,7 +55,7 @@ impl fmt::Display for With<'_> {
 
 /// What row `row` of f reads at a point: unknowns, inputs and parameters. Where derivatives to some
 /// of them are not finite, it is these that are to blame, and only they are told.
-pub(crate) fn readings<S: System>(system: &S, at: Point<'_>, row: usize) -> Vec<Reading> {
+pub(crate) fn readings<S: Solved>(system: &S, at: Point<'_>, row: usize) -> Vec<Reading> {
     let signature = system.signature();
     let n = signature.unknowns.len();
     let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));

@@ -25,77 +25,16 @@
 //! All numbers are in SI units. Matrices with a [`Pattern`] are given by their non-zeros in its
 //! order; dense ones are stored column by column: `s[j * n + i]` is ∂yᵢ/∂θⱼ.
 
+pub mod storage;
+
 use crate::codegen::taylor::{KeptSeries, NoTaylor, Terms};
-use crate::ensemble::lanes::{self, LanePoint, LaneStorage, Lanes};
-use crate::error::Failure;
-use crate::integrate::{self, Wanted};
-use crate::linalg::Factorisation;
-use crate::problem::{Options, Problem};
-use crate::solution::Solution;
 
 pub use dgd_signature::{
     Automaton, AutomatonKind, Crossing, DelayedInput, DelayedUnknown, DifferentiatedInput,
     Direction, Discrete, Features, Input, Interpolation, Labels, List, Output, Parameter,
     PastLayout, Pattern, Signature, Text, Transition, Trigger, Unit, Unknown, Unknowns, arrays,
 };
-
-/// Numbers of a size that is known when the program is compiled, `[f64; N]`, or when it runs,
-/// `Vec<f64>`.
-pub trait Storage: AsRef<[f64]> + AsMut<[f64]> + Clone {
-    /// As many numbers for each of several members of an ensemble.
-    type Lanes: LaneStorage;
-    /// The square of as many.
-    type LaneSquare: LaneStorage;
-
-    /// Whether their number is known when the program is compiled.
-    const FIXED: bool;
-
-    /// `len` zeros.
-    ///
-    /// # Panics
-    ///
-    /// If the size is fixed and is not `len`.
-    fn zeros(len: usize) -> Self;
-
-    /// The numbers, to be put back: an array is copied, so that it can be in registers for a while, and
-    /// a vector is moved.
-    #[must_use]
-    fn take(&mut self) -> Self;
-}
-
-impl<const N: usize> Storage for [f64; N] {
-    type Lanes = [Lanes; N];
-    type LaneSquare = [[Lanes; N]; N];
-
-    const FIXED: bool = true;
-
-    #[inline]
-    fn zeros(len: usize) -> Self {
-        assert_eq!(len, N, "storage of fixed size");
-        [0.0; N]
-    }
-
-    #[inline]
-    fn take(&mut self) -> Self {
-        *self
-    }
-}
-
-impl Storage for Vec<f64> {
-    type Lanes = Vec<Lanes>;
-    type LaneSquare = Vec<Lanes>;
-
-    const FIXED: bool = false;
-
-    fn zeros(len: usize) -> Self {
-        vec![0.0; len]
-    }
-
-    #[inline]
-    fn take(&mut self) -> Self {
-        std::mem::take(self)
-    }
-}
+pub use storage::Storage;
 
 /// Where a model is evaluated. Lengths are those of [`Signature`].
 #[derive(Debug, Clone, Copy)]
@@ -139,8 +78,6 @@ pub trait System {
     type Jacobian: Storage;
     /// Non-zeros of ∂g/∂y.
     type SensitivityJacobian: Storage;
-    /// How W = M c − ∂f/∂y is factorised.
-    type Factorisation: Factorisation;
 
     /// What the signature may have; it never has what is not here.
     const FEATURES: Features = Features::ANY;
@@ -357,53 +294,6 @@ pub trait System {
         s: &mut [f64],
     ) {
         let _ = (at, udot, h, order, kept, y, s);
-    }
-
-    /// Integrates the system, for [`simulate`](crate::simulate) and
-    /// [`simulate_with_sensitivities`](crate::simulate_with_sensitivities).
-    ///
-    /// A system whose sizes are known at run time only may hand the problem to one that is the same
-    /// with its sizes as constants.
-    ///
-    /// # Errors
-    ///
-    /// [`Failure`], with what was reached.
-    fn integrate(
-        problem: &Problem<'_, Self>,
-        times: &[f64],
-        options: &Options,
-        wanted: Wanted<'_>,
-    ) -> Result<Solution, Failure>
-    where
-        Self: Sized,
-    {
-        integrate::integrate(problem, times, options, wanted)
-    }
-
-    /// [`System::rhs`] for several members of an ensemble: the same bits. Only models without discrete
-    /// numbers, small enough for lanes, are asked.
-    #[inline]
-    fn rhs_lanes(&self, at: LanePoint<'_>, f: &mut [Lanes]) {
-        lanes::rhs_of_any(self, at, f);
-    }
-
-    /// [`System::linearize`] for several members of an ensemble.
-    #[inline]
-    fn linearize_lanes(
-        &self,
-        at: LanePoint<'_>,
-        udot: &[Lanes],
-        f: &mut [Lanes],
-        jacobian: &mut [Lanes],
-        dfdt: &mut [Lanes],
-    ) {
-        lanes::linearize_any(self, at, udot, f, jacobian, dfdt);
-    }
-
-    /// [`System::outputs`] for several members of an ensemble, or several times of one.
-    #[inline]
-    fn outputs_lanes(&self, at: LanePoint<'_>, w: &mut [Lanes]) {
-        lanes::outputs_of_any(self, at, w);
     }
 
     /// F = M ẏ − f. ∂F/∂ẏ = M, and the other derivatives of F are those of −f.

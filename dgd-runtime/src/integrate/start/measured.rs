@@ -5,12 +5,13 @@ use std::fmt;
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::IntegrateError;
-use crate::initial::{ConsistentStart, consistent_start};
 use crate::integrate::drive::Drive;
+use crate::integrate::start::consistent::{ConsistentStart, consistent_start};
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
 use crate::signal::Side;
-use crate::system::{Point, System};
+use crate::solved::Solved;
+use crate::system::Point;
 
 /// Most corrections.
 const MOST_ITERATIONS: usize = 50;
@@ -35,7 +36,7 @@ const UNSEEN: f64 = 1e-8;
 /// # Errors
 ///
 /// [`MeasuredStartError`]: no consistent values on the way, or no convergence.
-pub fn start_from_outputs<S: System>(
+pub fn start_from_outputs<S: Solved>(
     problem: &Problem<'_, S>,
     t: f64,
     measured: &[Option<f64>],
@@ -106,7 +107,7 @@ pub fn start_from_outputs<S: System>(
 
 /// dw/dy_d = ∂w/∂y_d − ∂w/∂y_a (∂f_a/∂y_a)⁻¹ ∂f_a/∂y_d, n_w × number of differential unknowns;
 /// `None` where the algebraic unknowns are not determined.
-fn output_slopes<S: System>(
+fn output_slopes<S: Solved>(
     system: &S,
     at: Point<'_>,
     differential: &[usize],

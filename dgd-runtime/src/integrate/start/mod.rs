@@ -1,20 +1,25 @@
 //! Consistent values: where a run begins, and where inputs or modes have changed.
 
+pub(crate) mod consistent;
+pub(crate) mod measured;
+
+use crate::algebraic::AlgebraicPoint;
 use crate::error::IntegrateError;
-use crate::initial::{AlgebraicPoint, start_values};
 use crate::integrate::events::singular_point::Weak;
 use crate::integrate::methods::stepper::Base;
 use crate::integrate::simulation::Simulation;
+use crate::integrate::start::consistent::start_values;
 use crate::linalg::Singular;
 use crate::problem::{Problem, parameter_size, unknown_sizes};
 use crate::solution::Solution;
-use crate::system::{Direction, Point, System};
+use crate::solved::Solved;
+use crate::system::{Direction, Point};
 
 /// Corrections of sensitivities at the start of a history, and the part of the tolerance that is none.
 const MOST_CORRECTIONS: usize = 8;
 const CORRECTED: f64 = 1e-6;
 
-impl<S: System> Simulation<'_, S> {
+impl<S: Solved> Simulation<'_, S> {
     /// Consistent start values and sensitivities.
     pub(super) fn start(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
         let Problem { system, p, start, .. } = *self.problem;
@@ -56,7 +61,7 @@ impl<S: System> Simulation<'_, S> {
         }
         self.make_consistent(solution)?;
         self.reselect_states(solution)?;
-        // What is beyond its bound at the start; other conditions that are true from the start act
+        // Unknowns beyond their bounds at the start act at once; other conditions that are true from the start act
         // once they have been false.
         self.begin_sample();
         self.settle(solution)?;

@@ -1,0 +1,186 @@
+//! Known quantities compared with thresholds, and the threshold that tells some cells from the rest best.
+
+use super::condition::ConditionKind;
+use super::grid::{Grid, SHORTEST_SLOPE};
+use super::known::{KnownKind, KnownQuantity};
+
+/// Lengths of slopes, of the usual length of a window.
+const SLOPE_LENGTHS: [f64; 3] = [0.2, 0.6, 1.8];
+/// Thresholds that are compared with every shift.
+const THRESHOLDS: usize = 256;
+
+/// What a condition costs in balanced accuracy that is about something else than the level of an input:
+/// of conditions that are about equally good, the simplest is said.
+fn handicap(of: &KnownKind, kind: &ConditionKind) -> f64 {
+    let quantity = match of {
+        KnownKind::Input => 0.0,
+        KnownKind::Output | KnownKind::Mode(_) => 0.02,
+        KnownKind::Unknown => 0.04,
+    };
+    let comparison = match kind {
+        ConditionKind::Above | ConditionKind::Below | ConditionKind::Mode(_) => 0.0,
+        ConditionKind::Rising | ConditionKind::Falling => 0.01,
+        ConditionKind::Changing => 0.02,
+    };
+    quantity + comparison
+}
+
+/// All comparisons that are made of known quantities.
+pub(super) fn comparisons(grid: &Grid, known: &[KnownQuantity], usual: f64) -> Vec<Comparison> {
+    let shortest = grid.begin.windows(2).map(|ends| ends[1] - ends[0]).min().unwrap_or(0);
+    let mut lengths: Vec<usize> = SLOPE_LENGTHS
+        .iter()
+        .map(|share| {
+            ((share * usual).round() as usize).clamp(SHORTEST_SLOPE, shortest / 4 + SHORTEST_SLOPE)
+        })
+        .collect();
+    lengths.dedup();
+    let mut all = Vec::new();
+    for (i, quantity) in known.iter().enumerate() {
+        let values = grid.gathered(quantity);
+        let mut add = |kind: ConditionKind, over: Option<usize>, values: &[f64]| {
+            let handicap = handicap(&quantity.kind, &kind);
+            all.extend(Comparison::new(i, kind, over, values, handicap));
+        };
+        if let KnownKind::Mode(modes) = &quantity.kind {
+            for (m, mode) in modes.iter().enumerate() {
+                let is_in = |value: &f64| f64::from(u8::from(value.round() == m as f64));
+                let is_in: Vec<f64> = values.iter().map(is_in).collect();
+                add(ConditionKind::Mode(mode.clone()), None, &is_in);
+            }
+            continue;
+        }
+        add(ConditionKind::Above, None, &values);
+        add(ConditionKind::Below, None, &values);
+        for &length in &lengths {
+            let slopes = grid.slopes(&values, length);
+            add(ConditionKind::Rising, Some(length), &slopes);
+            add(ConditionKind::Falling, Some(length), &slopes);
+            let sizes: Vec<f64> = slopes.iter().map(|slope| slope.abs()).collect();
+            add(ConditionKind::Changing, Some(length), &sizes);
+        }
+    }
+    all
+}
+
+/// One quantity that is compared with thresholds in one way.
+pub(super) struct Comparison {
+    /// Position of the quantity.
+    pub(super) quantity: usize,
+    pub(super) kind: ConditionKind,
+    /// Cells that a slope is taken over.
+    pub(super) over: Option<usize>,
+    pub(super) handicap: f64,
+    pub(super) values: Vec<f64>,
+    /// Whether it holds below a threshold.
+    pub(super) is_below: bool,
+    /// Thresholds, ascending.
+    pub(super) thresholds: Vec<f64>,
+    /// Number of thresholds below each value; behind the last where there is none.
+    pub(super) level: Vec<usize>,
+    /// Cells between any two thresholds.
+    pub(super) count: Vec<u32>,
+}
+
+/// Where a comparison splits time best.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Split {
+    pub(super) threshold: f64,
+    /// Balanced accuracy.
+    pub(super) accuracy: f64,
+}
+
+impl Comparison {
+    /// `None` where the values are all alike.
+    pub(super) fn new(
+        quantity: usize,
+        kind: ConditionKind,
+        over: Option<usize>,
+        values: &[f64],
+        handicap: f64,
+    ) -> Option<Comparison> {
+        let mut sorted: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let is_below = matches!(kind, ConditionKind::Below | ConditionKind::Falling);
+        let is_allowed = |threshold: f64| match kind {
+            ConditionKind::Rising | ConditionKind::Changing => threshold >= 0.0,
+            ConditionKind::Falling => threshold <= 0.0,
+            ConditionKind::Above | ConditionKind::Below | ConditionKind::Mode(_) => true,
+        };
+        // Between neighbours that differ, at equal shares of the time.
+        let mut thresholds: Vec<f64> = Vec::new();
+        for k in 1..THRESHOLDS {
+            let at = k * sorted.len() / THRESHOLDS;
+            let Some(&x) = sorted.get(at) else { continue };
+            let below = sorted.partition_point(|other| *other < x);
+            if below > 0 {
+                let threshold = f64::midpoint(sorted[below - 1], x);
+                if is_allowed(threshold) && thresholds.last() != Some(&threshold) {
+                    thresholds.push(threshold);
+                }
+            }
+        }
+        if thresholds.is_empty() {
+            return None;
+        }
+        let below = |x: &f64| thresholds.partition_point(|threshold| threshold < x);
+        let level = |x: &f64| if x.is_finite() { below(x) } else { thresholds.len() + 1 };
+        let level: Vec<usize> = values.iter().map(level).collect();
+        let mut count = vec![0; thresholds.len() + 2];
+        for level in &level {
+            count[*level] += 1;
+        }
+        let values = values.to_vec();
+        Some(Comparison {
+            quantity,
+            kind,
+            over,
+            handicap,
+            values,
+            is_below,
+            thresholds,
+            level,
+            count,
+        })
+    }
+
+    /// The split that goes together best with windows of these cells.
+    pub(super) fn best(&self, cells: &[usize]) -> Option<Split> {
+        let mut within = vec![0_u32; self.count.len()];
+        for cell in cells {
+            within[self.level[*cell]] += 1;
+        }
+        let all_inside = cells.len() as f64;
+        let all_outside = self.level.len() as f64 - all_inside;
+        // Cells below the threshold; those without a value are neither below nor above.
+        let (mut inside, mut outside) = (0_u32, 0_u32);
+        let known_inside = cells.len() as u32 - within[within.len() - 1];
+        let known: u32 = self.count[..self.count.len() - 1].iter().sum();
+        let known_outside = known - known_inside;
+        let mut best: Option<Split> = None;
+        for (i, threshold) in self.thresholds.iter().enumerate() {
+            inside += within[i];
+            outside += self.count[i] - within[i];
+            let (held_inside, held_outside) = if self.is_below {
+                (inside, outside)
+            } else {
+                (known_inside - inside, known_outside - outside)
+            };
+            let sensitivity = f64::from(held_inside) / all_inside;
+            let specificity = 1.0 - f64::from(held_outside) / all_outside;
+            let accuracy = 0.5 * (sensitivity + specificity);
+            if best.is_none_or(|best| accuracy > best.accuracy) {
+                best = Some(Split { threshold: *threshold, accuracy });
+            }
+        }
+        best
+    }
+
+    /// Where it holds.
+    pub(super) fn holds(&self, split: &Split) -> Vec<bool> {
+        let holds = |x: &f64| {
+            if self.is_below { *x < split.threshold } else { *x > split.threshold }
+        };
+        self.values.iter().map(holds).collect()
+    }
+}

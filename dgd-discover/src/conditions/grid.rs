@@ -1,0 +1,152 @@
+//! Time in equal cells: in which of them windows are, and quantities as means and slopes over them.
+
+use dgd_screen::noise::median;
+
+use super::known::{KnownKind, KnownQuantity};
+
+/// Cells of time that recordings are cut into, together.
+const CELLS: f64 = 2000.0;
+/// Cells that a slope needs to be one.
+pub(super) const SHORTEST_SLOPE: usize = 4;
+
+/// Equal cells of time, those of one recording after those of the other.
+pub(super) struct Grid {
+    /// Length of a cell, s.
+    pub(super) width: f64,
+    /// Middle of each cell, s.
+    pub(super) middles: Vec<f64>,
+    /// First cell of each recording; one more than recordings.
+    pub(super) begin: Vec<usize>,
+    /// Cell of each sample of each recording.
+    pub(super) cell_of: Vec<Vec<usize>>,
+}
+
+/// Windows that are neighbouring cells.
+pub(super) struct Episode {
+    pub(super) from: usize,
+    pub(super) until: usize,
+    /// Whether it begins and ends within its recording.
+    pub(super) is_closed: bool,
+}
+
+impl Grid {
+    pub(super) fn new(times: &[Vec<f64>]) -> Option<Grid> {
+        let duration = |times: &Vec<f64>| Some(times.last()? - times.first()?);
+        let all: f64 = times.iter().filter_map(duration).sum();
+        let mut spacings: Vec<f64> = (times.iter().flat_map(|times| times.windows(2)))
+            .map(|pair| pair[1] - pair[0])
+            .filter(|h| *h > 0.0)
+            .collect();
+        let width = median(&mut spacings)?.max(all / CELLS);
+        let (mut middles, mut begin, mut cell_of) = (Vec::new(), vec![0], Vec::new());
+        for times in times {
+            let first = *times.first()?;
+            let start = middles.len();
+            let cell = |t: &f64| start + ((t - first) / width).round() as usize;
+            cell_of.push(times.iter().map(cell).collect::<Vec<_>>());
+            let end = cell(times.last()?) + 1;
+            middles.extend((0..end - start).map(|cell| first + cell as f64 * width));
+            begin.push(end);
+        }
+        Some(Grid { width, middles, begin, cell_of })
+    }
+
+    pub(super) fn recording(&self, cell: usize) -> usize {
+        self.begin.partition_point(|begin| *begin <= cell) - 1
+    }
+
+    pub(super) fn inside(&self, windows: &[Vec<[f64; 2]>]) -> Vec<bool> {
+        let within = |(cell, t): (usize, &f64)| {
+            let windows = &windows[self.recording(cell)];
+            // A window shorter than a cell has its middle in one.
+            let half = 0.5 * self.width;
+            windows.iter().any(|[from, until]| (from - half..until + half).contains(t))
+        };
+        self.middles.iter().enumerate().map(within).collect()
+    }
+
+    pub(super) fn episodes(&self, inside: &[bool]) -> Vec<Episode> {
+        let of_recording = |ends: &[usize]| {
+            let (first, end) = (ends[0], ends[1]);
+            let mut all: Vec<Episode> = Vec::new();
+            for cell in (first..end).filter(|cell| inside[*cell]) {
+                let is_closed = |from: usize, until: usize| from > first && until < end;
+                match all.last_mut() {
+                    Some(last) if last.until == cell => {
+                        last.until = cell + 1;
+                        last.is_closed = is_closed(last.from, last.until);
+                    }
+                    _ => all.push(Episode {
+                        from: cell,
+                        until: cell + 1,
+                        is_closed: is_closed(cell, cell + 1),
+                    }),
+                }
+            }
+            all
+        };
+        self.begin.windows(2).flat_map(of_recording).collect()
+    }
+
+    /// Closed episodes with which a condition comes anew: it begins after the episode before has ended, and
+    /// holds in this one.
+    pub(super) fn comes_anew(&self, holds: &[bool], episodes: &[Episode]) -> usize {
+        let mut since = 0;
+        let mut number = 0;
+        for episode in episodes {
+            let first = self.begin[self.recording(episode.from)];
+            let begins = |cell: usize| holds[cell] && !holds[cell - 1];
+            let is_new = (since.max(first + 1)..episode.until).any(begins);
+            let held = (episode.from..episode.until).any(|cell| holds[cell]);
+            number += usize::from(episode.is_closed && is_new && held);
+            since = episode.until;
+        }
+        number
+    }
+
+    /// Means of a quantity over each cell; of a mode the last one. What is missing is as before.
+    pub(super) fn gathered(&self, quantity: &KnownQuantity) -> Vec<f64> {
+        let mut all = vec![(0.0, 0_u32); self.middles.len()];
+        for (values, cells) in quantity.values.iter().zip(&self.cell_of) {
+            assert_eq!(values.len(), cells.len(), "values of all samples");
+            for (value, cell) in values.iter().zip(cells).filter(|(value, _)| value.is_finite()) {
+                let (sum, n) = &mut all[*cell];
+                (*sum, *n) = match quantity.kind {
+                    KnownKind::Mode(_) => (*value, 1),
+                    KnownKind::Input | KnownKind::Output | KnownKind::Unknown => {
+                        (*sum + value, *n + 1)
+                    }
+                };
+            }
+        }
+        let mut means = Vec::with_capacity(all.len());
+        for (cell, (sum, n)) in all.iter().enumerate() {
+            let is_first = self.begin.contains(&cell);
+            let before = if is_first { f64::NAN } else { means[cell - 1] };
+            means.push(if *n > 0 { sum / f64::from(*n) } else { before });
+        }
+        means
+    }
+
+    /// Slopes of least squares over the last so many cells, fewer at the beginning of a recording.
+    pub(super) fn slopes(&self, values: &[f64], length: usize) -> Vec<f64> {
+        let slope = |cell: usize| {
+            let first = self.begin[self.recording(cell)].max((cell + 1).saturating_sub(length + 1));
+            let points = &values[first..=cell];
+            if points.len() < SHORTEST_SLOPE {
+                return f64::NAN;
+            }
+            let n = points.len() as f64;
+            let (centre, mean) = (0.5 * (n - 1.0), points.iter().sum::<f64>() / n);
+            let moments = points.iter().enumerate().fold((0.0, 0.0), |(xy, xx), (k, y)| {
+                let x = k as f64 - centre;
+                (xy + x * (y - mean), xx + x * x)
+            });
+            let slope = moments.0 / (moments.1 * self.width);
+            // Rounding makes a constant look as if it had a slope.
+            let size = points.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
+            if (slope * self.width).abs() <= 1e-12 * size { 0.0 } else { slope }
+        };
+        (0..values.len()).map(slope).collect()
+    }
+}

@@ -1,0 +1,89 @@
+//! Constants within an effect that do nothing at its null, and the grids on which they are tried.
+
+use dgd_compiler::effects::Brought;
+use dgd_execute::Loaded;
+use dgd_identify::Recording;
+use dgd_runtime::System;
+
+use crate::library::{Candidate, Ranges, range_of};
+
+/// Points of the grid of an onset: a fit finds an onset that lies within a tenth of the recording.
+pub(super) const ONSETS: usize = 12;
+
+/// Points of the grid of another inner constant, whose effect changes slowly with it.
+const CONSTANTS: usize = 6;
+
+/// A constant within an effect, and where it is tried.
+pub(super) struct Inner {
+    pub(super) name: String,
+    pub(super) lower: f64,
+    pub(super) upper: f64,
+    pub(super) log: bool,
+    /// Points of its grid.
+    pub(super) points: usize,
+    pub(super) is_onset: bool,
+    /// Which of the candidate's inner constants it is.
+    pub(super) place: usize,
+}
+
+impl Inner {
+    /// Its value at a point of the grid. The constants of one candidate go through their grids in
+    /// different orders, so that they do not only move together.
+    pub(super) fn at(&self, g: usize) -> f64 {
+        // Strides without a common divisor with 6 and 12.
+        let stride = [1, 5, 7, 11][self.place % 4];
+        let share = ((g * stride % self.points) as f64 + 0.5) / self.points as f64;
+        if self.log {
+            (self.lower.ln() + share * (self.upper / self.lower).ln()).exp()
+        } else {
+            self.lower + share * (self.upper - self.lower)
+        }
+    }
+
+    /// So far from a value, in shares of its range, and within it.
+    pub(super) fn near(&self, value: f64, offset: f64) -> f64 {
+        (value + offset * (self.upper - self.lower)).clamp(self.lower, self.upper)
+    }
+}
+
+/// The constants of a candidate that do nothing at its null.
+pub(super) fn inner_constants(
+    system: &Loaded,
+    candidate: &Candidate<'_>,
+    brought: &Brought,
+    recordings: &[Recording],
+    ranges: &Ranges,
+) -> Vec<Inner> {
+    let names = brought.parameters.iter().filter(|name| !brought.null.contains(name));
+    let parameters = names.filter_map(|name| {
+        let parameter = system.signature().parameters.iter().find(|p| *p.name == **name)?;
+        (!parameter.fixed).then_some((name, parameter))
+    });
+    let inner = parameters.enumerate().map(|(place, (name, parameter))| {
+        let own = brought.names.iter().find(|(_, new)| new == name).map(|(own, _)| own);
+        let is_onset = own.is_some_and(|own| candidate.onsets.contains(own));
+        let size = if parameter.value == 0.0 { parameter.unit.factor } else { parameter.value };
+        let (lower, upper) = if is_onset {
+            let (first, last) = span(recordings);
+            (first.max(parameter.lower), last.min(parameter.upper))
+        } else if let (false, Some(range)) =
+            (parameter.upper.is_finite(), range_of(candidate, &parameter.unit.symbol, ranges))
+        {
+            range
+        } else {
+            // Without a bound, five times more or less than what the effect suggests.
+            let open = |bound: f64, other: f64| if bound.is_finite() { bound } else { other };
+            (open(parameter.lower, size / 5.0), open(parameter.upper, size * 5.0))
+        };
+        let log = parameter.log && lower > 0.0 && !is_onset;
+        let points = if is_onset { ONSETS } else { CONSTANTS };
+        Inner { name: name.clone(), lower, upper, log, points, is_onset, place }
+    });
+    inner.collect()
+}
+
+/// First and last time of the recordings.
+fn span(recordings: &[Recording]) -> (f64, f64) {
+    let times = recordings.iter().flat_map(|recording| &recording.times);
+    times.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(*t), b.max(*t)))
+}

@@ -1,0 +1,41 @@
+//! Slopes of all unknowns along a solution.
+
+use super::Algebraic;
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
+
+/// Derivatives of all unknowns along a solution.
+pub(crate) struct Rates<S: Solved> {
+    algebraic: Algebraic<S>,
+    jacobian: S::Jacobian,
+    f: S::Vector,
+    dfdt: S::Vector,
+    mass: S::Vector,
+}
+
+impl<S: Solved> Rates<S> {
+    pub(crate) fn new(system: &S) -> Self {
+        let signature = system.signature();
+        let n = signature.unknowns.len();
+        Self {
+            algebraic: Algebraic::new(system),
+            jacobian: S::Jacobian::zeros(signature.jacobian.len()),
+            f: S::Vector::zeros(n),
+            dfdt: S::Vector::zeros(n),
+            mass: S::Vector::zeros(n),
+        }
+    }
+
+    /// ẏ at consistent values; `None` where algebraic unknowns are not determined.
+    pub(crate) fn at(&mut self, system: &S, at: Point<'_>, udot: &[f64]) -> Option<&[f64]> {
+        if !system.signature().discrete.automata.is_empty() {
+            system.mass(at, self.mass.as_mut());
+            self.algebraic.enter_modes(self.mass.as_ref());
+        }
+        let (f, jacobian) = (self.f.as_mut(), self.jacobian.as_mut());
+        system.linearize(at, udot, f, jacobian, self.dfdt.as_mut());
+        let pattern = &system.signature().jacobian;
+        self.algebraic.rates(pattern, jacobian, f, self.dfdt.as_ref()).ok()?;
+        Some(self.f.as_ref())
+    }
+}

@@ -1,0 +1,105 @@
+//! The start of a run: values that fulfil all equations, and modes that hold there.
+
+use crate::algebraic::{Algebraic, AlgebraicPoint};
+use crate::discrete::state_selection::select_states;
+use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers, waiting};
+use crate::error::{InitialError, IntegrateError};
+use crate::integrate::drive::Drive;
+use crate::linalg::Singular;
+use crate::linalg::norm::Tolerances;
+use crate::problem::{Options, Problem, unknown_sizes};
+use crate::signal::Side;
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
+
+/// A start that fulfils all equations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConsistentStart {
+    /// Unknowns.
+    pub y: Vec<f64>,
+    /// Their derivatives, those of algebraic unknowns included.
+    pub ydot: Vec<f64>,
+    /// Discrete numbers.
+    pub z: Vec<f64>,
+    /// Positions of the transitions whose conditions hold here: they act once these were false.
+    pub waiting: Vec<usize>,
+}
+
+/// Start values at `t` that fulfil the algebraic equations, and their derivatives.
+///
+/// # Errors
+///
+/// [`IntegrateError::BadRequest`], [`IntegrateError::Inputs`] and [`IntegrateError::Initial`].
+pub fn consistent_start<S: Solved>(
+    problem: &Problem<'_, S>,
+    t: f64,
+    options: &Options,
+) -> Result<ConsistentStart, IntegrateError> {
+    options.verify().map_err(IntegrateError::BadRequest)?;
+    problem.verify().map_err(IntegrateError::BadRequest)?;
+    problem.inputs.cover(t, t).map_err(IntegrateError::Inputs)?;
+    let system = problem.system;
+    let signature = system.signature();
+    let n = signature.unknowns.len();
+
+    let inputs = problem.inputs_read().map_err(IntegrateError::Inputs)?;
+    let segment = inputs.segment(inputs.segment_at(t, Side::Right));
+    let read = Problem { inputs: &inputs, ..*problem };
+    let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
+    let mut drive = Drive::new(&read, segment, t, 0, tolerances);
+    let mut y = S::Vector::zeros(n);
+    let mut z = discrete_numbers(system, problem.p, t);
+    let mut u = S::Inputs::zeros(signature.n_u());
+    u.as_mut().copy_from_slice(drive.at(t, y.as_ref()));
+    let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
+    start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
+    let mut e = vec![0.0; signature.discrete.transitions().count()];
+    let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &[] };
+    choose_start_modes(system, at, &mut e, &mut z);
+    select_states(system, at, &mut z, &mut e);
+    choose_sides(system, at, &mut e, &mut z);
+    let mut sizes = S::Vector::zeros(n);
+    unknown_sizes(system, y.as_ref(), sizes.as_mut());
+
+    let mut algebraic = Algebraic::new(system);
+    let mut mass = S::Vector::zeros(n);
+    let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
+    system.mass(at, mass.as_mut());
+    algebraic.enter_modes(mass.as_ref());
+    let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
+    let at = AlgebraicPoint { t, u: drive.at(t, y.as_ref()), p: problem.p, z: &z };
+    algebraic
+        .make_consistent(system, at, y.as_mut(), jacobian.as_mut(), sizes.as_ref(), tolerances)
+        .map_err(IntegrateError::Initial)?;
+
+    let (mut f, mut dfdt) = (S::Vector::zeros(n), S::Vector::zeros(n));
+    drive.begin_history(t, y.as_ref(), None, sizes.as_ref());
+    let (u, udot) = drive.with_slope(t, y.as_ref());
+    let at = Point { t, y: y.as_ref(), u, p: problem.p, z: &z };
+    system.linearize(at, udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
+    let waiting = waiting(system, at, &mut e);
+    algebraic
+        .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref())
+        .map_err(|Singular { row }| algebraic.singular(system, at, row, jacobian.as_ref()))
+        .map_err(IntegrateError::Initial)?;
+    Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec(), z, waiting })
+}
+
+/// Writes the model's start values, with replacements, into `y`.
+pub fn start_values<S: Solved>(
+    problem: &Problem<'_, S>,
+    at: Point<'_>,
+    y: &mut [f64],
+) -> Result<(), InitialError> {
+    problem.system.start(at, y);
+    for &(i, value) in problem.start {
+        y[i] = value;
+    }
+    match y.iter().position(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(InitialError::StartNotFinite {
+            unknown: problem.system.signature().unknowns.name(i).to_string(),
+            t: at.t,
+        }),
+    }
+}

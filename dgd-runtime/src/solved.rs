@@ -1,0 +1,58 @@
+//! How a compiled model is solved: its matrices, its runs, and its functions for ensembles.
+
+use crate::ensemble::lanes::{self, LanePoint, Lanes};
+use crate::error::Failure;
+use crate::linalg::Factorisation;
+use crate::problem::{Options, Problem, Wanted};
+use crate::solution::Solution;
+use crate::system::System;
+
+/// A [`System`] that the solvers of this crate take.
+pub trait Solved: System {
+    /// The factorisation of W = M c − ∂f/∂y.
+    type Factorisation: Factorisation;
+
+    /// Integrates the system, for [`simulate`](crate::simulate) and
+    /// [`simulate_with_sensitivities`](crate::simulate_with_sensitivities): by
+    /// [`integrate::integrate`](crate::integrate::integrate), where a system has nothing better to do. One
+    /// whose sizes are known at run time only may hand the problem to one that is the same with its sizes as
+    /// constants.
+    ///
+    /// # Errors
+    ///
+    /// [`Failure`], with what was reached.
+    fn integrate(
+        problem: &Problem<'_, Self>,
+        times: &[f64],
+        options: &Options,
+        wanted: Wanted<'_>,
+    ) -> Result<Solution, Failure>
+    where
+        Self: Sized;
+
+    /// [`System::rhs`] for several members of an ensemble: the same bits. Only models without discrete
+    /// numbers, small enough for lanes, are asked.
+    #[inline]
+    fn rhs_lanes(&self, at: LanePoint<'_>, f: &mut [Lanes]) {
+        lanes::rhs_of_any(self, at, f);
+    }
+
+    /// [`System::linearize`] for several members of an ensemble.
+    #[inline]
+    fn linearize_lanes(
+        &self,
+        at: LanePoint<'_>,
+        udot: &[Lanes],
+        f: &mut [Lanes],
+        jacobian: &mut [Lanes],
+        dfdt: &mut [Lanes],
+    ) {
+        lanes::linearize_any(self, at, udot, f, jacobian, dfdt);
+    }
+
+    /// [`System::outputs`] for several members of an ensemble, or several times of one.
+    #[inline]
+    fn outputs_lanes(&self, at: LanePoint<'_>, w: &mut [Lanes]) {
+        lanes::outputs_of_any(self, at, w);
+    }
+}

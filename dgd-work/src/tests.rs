@@ -1,0 +1,204 @@
+//! Work on texts that were never in a file, and by several threads at once.
+
+use std::path::PathBuf;
+
+use dgd_data::{Disk, FileSystem, InMemory};
+use serde_json::Value;
+
+use crate::{
+    CheckRequest, DiscoverRequest, FitRequest, LinearizeAt, LinearizeRequest, RunRequest,
+    ScreenRequest, SensitivityRequest, Session, Silent, SimulateRequest, check, discover, fit,
+    linearize, screen, sensitivity, simulate,
+};
+
+const MODEL: &str = "\
+model tank
+import \"valves.dgd\"
+
+input q_in [lpm] hold
+parameter A [m^2] = 2    in 0.1 .. 10
+parameter k [lpm] = 300  in 0 ..
+state h [m] = 1
+equation level: A * der(h) = q_in - k * opening(h)
+output h [m] noise 1 [mm]
+";
+
+const LIBRARY: &str = "function opening(h [m]) = sqrt(max(h, 0) / 1 [m])\n";
+
+const LEAK: &str = "\
+/// A hole in the wall.
+effect leak on tank
+kind plant
+parameter q_leak [lpm] = 60 in 0 ..
+null q_leak = 0
+replace q_in by q_in - (if h > 0.5 [m] then q_leak else 0 [lpm])
+";
+
+const SLIP: &str = "\
+/// The pump moves less than its strokes say.
+effect slip on tank
+kind input
+parameter part [%] = 5 in 0 .. 50
+null part = 0
+replace q_in by q_in * (1 - part)
+";
+
+/// The pump is switched on and off.
+fn inputs() -> String {
+    let rows = (0..240).map(|k| {
+        let q = [300, 420, 180, 360][k / 20 % 4];
+        format!("{},{q}\n", 10 * k)
+    });
+    rows.fold("time [s],q_in [lpm]\n".to_owned(), |all, row| all + &row)
+}
+
+fn files() -> InMemory {
+    InMemory::default()
+        .with("rig/tank.dgd", MODEL)
+        .with("rig/valves.dgd", LIBRARY)
+        .with("rig/effects/leak.dgd", LEAK)
+        .with("rig/effects/slip.dgd", SLIP)
+        .with("rig/inputs.csv", inputs())
+}
+
+/// A recording of a rig with a leak.
+fn recorded(seed: u64) -> Vec<u8> {
+    let files = files();
+    let mut run = RunRequest::new("rig/tank.dgd");
+    run.data = Some("rig/inputs.csv".into());
+    run.choices.apply = vec!["leak".to_owned()];
+    let mut request = SimulateRequest::new(run);
+    request.noise_seed = Some(seed);
+    let session = Session::new(&Silent).with_files(&files);
+    let simulated = simulate(&request, session).unwrap_or_else(|error| panic!("{error}"));
+    let mut csv = Vec::new();
+    simulated.table.write_csv(&mut csv).expect("memory can be written to");
+    csv
+}
+
+fn recordings() -> InMemory {
+    files().with("rig/monday.csv", recorded(1)).with("rig/tuesday.csv", recorded(2))
+}
+
+/// What every piece of work on the rig gives.
+fn worked(files: &dyn FileSystem, root: &str) -> Vec<Value> {
+    let path = |name: &str| PathBuf::from(root).join(name);
+    let session = Session::new(&Silent).with_files(files).with_threads(1);
+    let mut run = RunRequest::new(path("rig/tank.dgd"));
+    run.data = Some(path("rig/monday.csv"));
+    let monday = vec![path("rig/monday.csv")];
+    let mut linear = LinearizeRequest::new(path("rig/tank.dgd"), LinearizeAt::Time(500.0));
+    linear.data.clone_from(&run.data);
+    let json = |value: Result<Value, crate::WorkError>| value.unwrap_or_else(|e| panic!("{e}"));
+    let mut all = vec![
+        json(check(&CheckRequest::new(path("rig/tank.dgd")), session).map(|x| {
+            x.to_json().unwrap_or_else(|| panic!("a model that is checked has a description"))
+        })),
+        json(simulate(&SimulateRequest::new(run.clone()), session).map(|x| x.to_json())),
+        json(sensitivity(&SensitivityRequest::new(run), session).map(|x| x.to_json())),
+        json(linearize(&linear, session).map(|x| x.to_json())),
+        json(screen(&ScreenRequest::new(monday.clone()), session).map(|x| x.to_json())),
+        json(
+            fit(&FitRequest::new(path("rig/tank.dgd"), monday), session)
+                .map(|x| x.to_json().clone()),
+        ),
+    ];
+    // Files are named as they were asked for.
+    for value in &mut all {
+        let text = value.to_string().replace(root, "");
+        *value = serde_json::from_str(&text).expect("it was JSON");
+    }
+    all
+}
+
+#[test]
+fn texts_give_what_files_give() {
+    let texts = recordings();
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let root = format!("{}/", folder.path().display());
+    let names = ["tank.dgd", "valves.dgd", "effects/leak.dgd", "effects/slip.dgd", "monday.csv"];
+    std::fs::create_dir_all(folder.path().join("rig/effects")).expect("it is writable");
+    for name in names {
+        let path = PathBuf::from("rig").join(name);
+        let mut contents = Vec::new();
+        let mut file = texts.open(&path).expect("it is there");
+        file.read_to_end(&mut contents).expect("memory can be read");
+        std::fs::write(folder.path().join(path), contents).expect("it is writable");
+    }
+    for (k, (text, file)) in worked(&texts, "").iter().zip(worked(&Disk, &root)).enumerate() {
+        assert!(*text == file, "piece of work {k}");
+    }
+}
+
+#[test]
+fn what_is_hidden_in_texts_is_named() {
+    let texts = recordings();
+    let mut request = DiscoverRequest::new("rig/tank.dgd", vec!["rig/monday.csv".into()]);
+    request.valid = vec!["rig/tuesday.csv".into()];
+    let session = Session::new(&Silent).with_files(&texts);
+    let found = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
+    let names: Vec<&str> = found.discovery.effects.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(names, ["leak"], "{}", found.to_text(None));
+    let files = found.files().unwrap_or_else(|error| panic!("{error}"));
+    let report = files.written.iter().find(|(name, _)| name == "report.html");
+    let (_, page) = report.expect("there is a report");
+    assert!(String::from_utf8_lossy(page).contains("<math"), "equations are in the report");
+    // The corrected model is a text like any other.
+    let corrected = texts.clone().with("rig/corrected.dgd", found.discovery.corrected.as_bytes());
+    let session = session.with_files(&corrected);
+    assert!(check(&CheckRequest::new("rig/corrected.dgd"), session).is_ok());
+}
+
+#[test]
+fn a_missing_text_is_told_by_its_name() {
+    let texts = InMemory::default().with("rig/tank.dgd", MODEL);
+    let session = Session::new(&Silent).with_files(&texts);
+    let of = |path: &str| match check(&CheckRequest::new(path), session) {
+        Ok(_) => panic!("`{path}` is not there"),
+        Err(error) => error.to_string(),
+    };
+    assert_eq!(of("tank.dgd"), "cannot read `tank.dgd`: there is no such file");
+    let import = of("rig/tank.dgd");
+    assert!(import.contains("cannot read `rig/valves.dgd`: there is no such file"), "{import}");
+}
+
+/// One compiled program serves any number of threads; each loads it for itself, without compiling.
+#[test]
+fn a_program_is_compiled_once_for_all_threads() {
+    let texts = recordings();
+    let session = Session::new(&Silent).with_files(&texts);
+    let path = PathBuf::from("rig/tank.dgd");
+    let directions = dgd_compiler::pipeline::Directions::All;
+    let model = crate::load(&path, &crate::Choices::default(), &directions, session);
+    let program = model.unwrap_or_else(|error| panic!("{error}")).compiled.program;
+    let rates: Vec<f64> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..4)
+            .map(|k| {
+                let program = program.clone();
+                scope.spawn(move || {
+                    let loaded = dgd_execute::Loaded::new(program);
+                    let p: Vec<f64> = {
+                        use dgd_runtime::System;
+                        loaded.signature().parameters.iter().map(|p| p.value).collect()
+                    };
+                    let mut rate = [0.0];
+                    let at = dgd_runtime::Point {
+                        t: 0.0,
+                        y: &[1.0],
+                        u: &[0.001 * f64::from(k)],
+                        p: &p,
+                        z: &[],
+                    };
+                    dgd_runtime::System::rhs(&loaded, at, &mut rate);
+                    rate[0]
+                })
+            })
+            .collect();
+        threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
+    });
+    assert_eq!(rates.len(), 4);
+    for (k, rate) in rates.iter().enumerate() {
+        let expected = (0.001 * k as f64 - 0.005) / 2.0;
+        assert!((rate - expected).abs() < 1e-15, "{rate} {expected}");
+    }
+}
