@@ -20,4 +20,3 @@ use drilling_rig::random;
 mod drilling;
 mod elsewhere;
 mod laws;
-mod places;

@@ -60,7 +60,6 @@ impl Examination {
             options: Options::default(),
             threads: 1,
             seed: 1,
-            budget: None,
             journal: &Forgetful,
             watch: &Unwatched,
         };

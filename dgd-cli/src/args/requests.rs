@@ -3,13 +3,12 @@
 use std::path::Path;
 
 use dgd_work::{
-    AdoptRequest, DiscoverRequest, Keep, RunRequest, SensitivityRequest, SimulateRequest, Solve,
-    TrackRequest,
+    DiscoverRequest, Keep, RunRequest, SensitivityRequest, SimulateRequest, Solve, TrackRequest,
 };
 
 use super::{
-    AdoptArgs, Choices, DiscoverArgs, RunArgs, SensitivityArgs, SimulateArgs, SolveArgs, Sought,
-    Start, TrackArgs, Tracker,
+    Choices, DiscoverArgs, RunArgs, SensitivityArgs, SimulateArgs, SolveArgs, Sought, Start,
+    TrackArgs, Tracker,
 };
 use crate::command_line::command_line;
 
@@ -95,19 +94,11 @@ impl DiscoverArgs {
         request.choices = self.choices.request();
         request.valid.clone_from(&self.valid);
         request.effects.clone_from(&self.effects);
-        request.budget = self.budget;
         request.sought = self.sought.request();
         request.keep = Keep::new(out.map(Path::to_owned), self.resume);
         request.solve = self.solve.request();
         request.command = command_line();
         request
-    }
-}
-
-impl AdoptArgs {
-    /// For those who do the work.
-    pub(crate) fn request(&self) -> AdoptRequest {
-        AdoptRequest::new(&self.result, &self.name)
     }
 }
 

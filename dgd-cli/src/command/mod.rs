@@ -1,6 +1,5 @@
 //! The commands, one file each.
 
-pub(crate) mod adopt;
 pub(crate) mod check;
 pub(crate) mod discover;
 pub(crate) mod emit;

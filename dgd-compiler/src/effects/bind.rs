@@ -45,11 +45,6 @@ fn candidates<'a>(slot: &Slot, model: &'a Model) -> Vec<&'a str> {
             let all = model.unknowns.iter().filter(|unknown| unknown.state);
             all.map(|u| (u.declared.name.as_str(), u.declared.unit.dimension)).collect()
         }
-        SlotKind::Quantity => {
-            let inputs = model.inputs.iter().map(|input| &input.declared);
-            let all = inputs.chain(model.unknowns.iter().map(|unknown| &unknown.declared));
-            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
-        }
         SlotKind::Parameter => {
             let all = model.parameters.iter().map(|parameter| &parameter.declared);
             all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()

@@ -3,9 +3,7 @@
 use dgd_compiler::effects::{Application, Effect, Reach, bind};
 use dgd_compiler::model::Model;
 use dgd_compiler::syntax::ast::Ast;
-use dgd_compiler::syntax::ast::{
-    Attribute, AttributeKind, ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, Target,
-};
+use dgd_compiler::syntax::ast::{ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, Target};
 use dgd_compiler::syntax::visit::{self, Part};
 
 use super::adapted::Adapted;
@@ -23,26 +21,15 @@ pub(crate) struct Candidate<'a> {
     pub is_generic: bool,
     /// What it replaces and hides in the model.
     pub reach: Reach,
-    /// Whether it has constants that do nothing where it vanishes.
-    pub has_inner: bool,
-    /// Whether it brings unknowns of its own.
-    pub brings_unknowns: bool,
 }
 
 impl Candidate<'_> {
     /// What a discovery names: the family, or a template with what it is applied to.
     pub(crate) fn name(&self) -> String {
-        let name = self.application.effect.name.text.clone();
-        if !self.is_generic {
-            return name;
+        if self.is_generic {
+            return self.application.name();
         }
-        let arguments = self.application.arguments.iter().map(|name| name.text.as_str());
-        format!("{name}({})", arguments.collect::<Vec<_>>().join(", "))
-    }
-
-    /// What it is about: the family, or the place of a template.
-    pub(crate) fn subject(&self) -> String {
-        if self.is_generic { format!("at {}", self.target()) } else { self.name() }
+        self.application.effect.name.text.clone()
     }
 
     /// Whether one of two hides the other, so that they cannot be screened together.
@@ -77,15 +64,7 @@ pub(crate) fn candidates<'a>(
             let (onsets, delays) = (onsets.clone(), delays.clone());
             // What cannot be applied is refused, and screened with nobody.
             let reach = Reach::of(asts, &application).unwrap_or_default();
-            all.push(Candidate {
-                application,
-                onsets,
-                delays,
-                is_generic: false,
-                reach,
-                has_inner: has_inner(effect),
-                brings_unknowns: brings_unknowns(effect),
-            });
+            all.push(Candidate { application, onsets, delays, is_generic: false, reach });
         }
     }
     all
@@ -119,41 +98,9 @@ pub(crate) fn generic<'a>(templates: &'a [Adapted], asts: &[Ast]) -> Vec<Candida
         let arguments = arguments.iter().map(|text| Name { text: text.clone(), span }).collect();
         let application = Application { effect, arguments, span };
         let reach = Reach::of(asts, &application).unwrap_or_default();
-        all.push(Candidate {
-            application,
-            onsets,
-            delays,
-            is_generic: true,
-            reach,
-            has_inner: has_inner(effect),
-            brings_unknowns: brings_unknowns(effect),
-        });
+        all.push(Candidate { application, onsets, delays, is_generic: true, reach });
     }
     all
-}
-
-/// Whether an effect declares states or unknowns.
-fn brings_unknowns(effect: &Effect) -> bool {
-    effect.ast.items.iter().any(|item| matches!(item.kind, ItemKind::Unknown { .. }))
-}
-
-/// Whether an effect has parameters to fit beside those that its `null` names.
-fn has_inner(effect: &Effect) -> bool {
-    let clauses = effect.ast.effect.iter().flat_map(|header| &header.clauses);
-    let nulls: Vec<&str> = clauses
-        .filter_map(|clause| match &clause.kind {
-            ClauseKind::Null { name, .. } => Some(name.text.as_str()),
-            _ => None,
-        })
-        .collect();
-    let is_fixed =
-        |attributes: &[Attribute]| attributes.iter().any(|a| a.kind == AttributeKind::Fixed);
-    effect.ast.items.iter().any(|item| match &item.kind {
-        ItemKind::Parameter { name, attributes, .. } => {
-            !nulls.contains(&name.text.as_str()) && !is_fixed(attributes)
-        }
-        _ => false,
-    })
 }
 
 /// Parameters of an effect that time is compared with, and those by which something is delayed.

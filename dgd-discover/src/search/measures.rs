@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use dgd_screen::noise::SensorNoise;
 
 use super::ranking::{Asked, HeldOutMisfit, Misfit, Question, Ranking, Standing};
-use super::tried::{Open, Search};
-use crate::fit::{Fitted, chi_square, mean, slack, too_many_steps, whitened, whitened_square};
+use super::tried::Search;
+use crate::fit::{Fitted, chi_square, mean, too_many_steps, whitened, whitened_square};
 use crate::library::StructureId;
 use crate::noise::{size, whiteness};
 
@@ -15,12 +15,10 @@ impl Search<'_> {
     pub(crate) fn ranking(&self, question: Question) -> Ranking<'_> {
         let standing = |structure: StructureId| {
             let fitted = self.fitted(structure)?;
+            let specific = structure.effects().filter(|&c| !self.candidates[c].is_generic);
             Some(Standing {
                 structure,
-                names: structure.effects().map(|c| self.candidates[c].subject()).collect(),
-                is_specific: self.is_specific(structure),
-                is_sayable: self.may_be_said(structure),
-                numbers: fitted.free(),
+                names: specific.map(|c| self.candidates[c].name()).collect(),
                 criterion: self.bic(structure)?,
                 error: fitted.error,
                 misfit: Asked::new(Box::new(|| self.misfit(fitted))),
@@ -43,16 +41,11 @@ impl Search<'_> {
     }
 
     /// Σ (e/σ)² + k ln N on the training recordings, with the sum in units of what the best
-    /// structure leaves: where that is more than noise, differences count less. Generality has its price: a template
-    /// is one of many that fit any model, and costs 2 ln M where there are M of them (the extended criterion of Chen &
-    /// Chen, Biometrika 95 (2008) 759).
+    /// structure leaves: where that is more than noise, differences count less.
     pub(crate) fn bic(&self, structure: StructureId) -> Option<f64> {
         let fitted = self.fitted(structure)?;
         let (sum, n) = fitted.error;
-        let templates = self.range(Open::Templates).len().max(1) as f64;
-        let generic = structure.effects().filter(|&c| self.candidates[c].is_generic).count();
-        let generality = 2.0 * generic as f64 * templates.ln();
-        Some(sum / self.unit() + fitted.free() as f64 * (n as f64).ln() + generality)
+        Some(sum / self.unit() + fitted.free() as f64 * (n as f64).ln())
     }
 
     /// The mean of what the best structure leaves, ε², but at least that of noise.
@@ -89,9 +82,7 @@ impl Search<'_> {
                 error: whitened_square(data.valid, &residuals, noise),
             },
         };
-        let trained = chi_square(&fitted.residuals(data), noise);
-        let slack = slack(&trained, noise, self.thresholds.explained);
-        Misfit { trained, slack, held_out }
+        Misfit { trained: chi_square(&fitted.residuals(data), noise), held_out }
     }
 
     /// Whether a structure leaves so little that nothing need be missing.

@@ -31,15 +31,8 @@ pub(crate) enum Question {
 /// A structure, and how it compares with the recordings.
 pub(crate) struct Standing<'a> {
     pub structure: StructureId,
-    /// What its effects are about: names of the library's, which forms of an effect share, and places of templates,
-    /// which near forms share.
+    /// Names of its effects that are of the library. Forms of an effect share a name.
     pub names: BTreeSet<String>,
-    /// Whether it has an effect of the library.
-    pub is_specific: bool,
-    /// Whether its templates are few enough, and at different places.
-    pub is_sayable: bool,
-    /// Numbers that were estimated.
-    pub numbers: usize,
     /// The Bayesian information criterion.
     pub criterion: f64,
     /// Σ ε² of the training recordings, and how many samples; ε is white if the errors are noise.
@@ -61,8 +54,6 @@ pub(crate) struct Standing<'a> {
 pub(crate) struct Misfit {
     /// Of the training recordings.
     pub trained: Vec<(f64, usize)>,
-    /// By what factor limits are raised for each output: noise and mean square are not known better.
-    pub slack: Vec<f64>,
     /// Of the validation recordings.
     pub held_out: HeldOutMisfit,
 }
@@ -82,9 +73,7 @@ impl Misfit {
     /// Whether the mean square of each output's errors is at most that, in training and in validation data.
     pub(crate) fn is_at_most(&self, training: f64, held_out: f64) -> bool {
         let all_within = |by_output: &[(f64, usize)], limit: f64| {
-            let slack = self.slack.iter().copied().chain(std::iter::repeat(1.0));
-            let mut all = by_output.iter().zip(slack);
-            all.all(|((sum, n), slack)| *n == 0 || *sum <= slack * limit * *n as f64)
+            by_output.iter().all(|(sum, n)| *n == 0 || *sum <= limit * *n as f64)
         };
         all_within(&self.trained, training)
             && match &self.held_out {

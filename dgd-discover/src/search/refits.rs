@@ -1,17 +1,14 @@
 //! Which structures are fitted, from where, and how far.
 
 use super::screen::{Remedy, Score};
-use super::tried::{Open, Search};
+use super::tried::Search;
 use dgd_runtime::parallel::in_parallel_stateless;
 
-use crate::fit::{Fitted, NoFit, StartPoint, not_tried};
+use crate::fit::{Fitted, NoFit, StartPoint};
 use crate::library::{MOST_EFFECTS, StructureId, Values};
 
 /// How many structures the search goes on from.
 pub(crate) const BEAM: usize = 3;
-
-/// How many near forms of a template are tried.
-const NEAR_FORMS: usize = 8;
 
 /// How many twins are tried for each effect of the best structure.
 const EXCHANGED: usize = 3;
@@ -30,11 +27,8 @@ const NEARLY_AS_GOOD: f64 = 1.1;
 const HOPELESS: f64 = 10.0;
 
 /// So many structures of templates are fitted to the end, in so many rounds at most.
-const FINISHED: usize = 4;
-const MOST_ROUNDS: usize = 3;
-
-/// A fit goes on while a round leaves less than this share of the error.
-const GOES_ON: f64 = 0.99;
+const FINISHED: usize = 6;
+const MOST_ROUNDS: usize = 4;
 
 /// When validation recordings are simulated with a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,28 +48,13 @@ pub(crate) struct Wanted {
     points: Vec<StartPoint>,
 }
 
-/// Puts the most promising first.
-fn best_first_of(scores: &mut [&Score]) {
-    scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
-}
-
 impl Search<'_> {
     /// Tries one effect more with each of some structures.
     pub(crate) fn grow(&mut self, frontier: &[StructureId], refitted: usize) {
         let mut wanted: Vec<Wanted> = Vec::new();
-        for &structure in frontier.iter().filter(|structure| structure.len() < MOST_EFFECTS) {
-            let scores = self.screened(structure);
-            let is_sayable = |score: &&Score| self.may_be_said(structure.with(score.candidate));
-            // What brings unknowns of its own does more than its derivative at nothing tells.
-            let is_understated = |c: usize| {
-                let own = &self.candidates[c];
-                structure.is_base() && !own.is_generic && own.brings_unknowns
-            };
-            let sayable = scores.iter().filter(is_sayable).enumerate();
-            for (rank, score) in sayable {
-                if rank < refitted || is_understated(score.candidate) {
-                    wanted.push(self.extended(structure, score));
-                }
+        for &structure in frontier {
+            for score in self.screened(structure).iter().take(refitted) {
+                wanted.push(self.extended(structure, score));
             }
             for other in self.without_score(structure) {
                 match wanted.iter_mut().find(|wanted| wanted.structure == other.structure) {
@@ -91,8 +70,8 @@ impl Search<'_> {
     /// that its file has: effects of the library, and few of the templates.
     fn without_score(&mut self, structure: StructureId) -> Vec<Wanted> {
         self.screen(self.open, structure);
-        let screens = self.known_screens(self.open, structure);
-        let silent = screens.flat_map(|screen| &screen.silent);
+        let screen = self.known_screen(self.open, structure);
+        let silent = screen.into_iter().flat_map(|screen| &screen.silent);
         let is_generic = |candidate: usize| self.candidates[candidate].is_generic;
         let silent = silent.filter(|silent| match silent.remedy {
             Remedy::Fit => !is_generic(silent.candidate),
@@ -142,9 +121,6 @@ impl Search<'_> {
         let count = data.keeping.count("structures fitted", wanted.len());
         let results = in_parallel_stateless(wanted.len(), self.threads, |k| {
             let Wanted { structure, from, points } = &wanted[k];
-            if data.budget.is_spent() {
-                return Err(NoFit(not_tried()));
-            }
             let structure =
                 base.structure(candidates, *structure).map_err(|refused| NoFit(refused.0))?;
             let fitted = Fitted::new(structure, from, points, data, evaluations);
@@ -156,11 +132,6 @@ impl Search<'_> {
             Ok(fitted)
         });
         for (wanted, result) in wanted.into_iter().zip(results) {
-            // What has no time to go on is as good as it is.
-            if result.is_err() && data.budget.is_spent() && self.fitted(wanted.structure).is_some()
-            {
-                continue;
-            }
             self.tried.insert(wanted.structure, result);
         }
     }
@@ -183,8 +154,7 @@ impl Search<'_> {
             |of| self.training_error(of).map_or(f64::INFINITY, |(sum, _): (f64, usize)| sum);
         let base = error(StructureId::BASE);
         let mut best = self.ranked();
-        let is_worth = |one: StructureId| error(one) < self.thresholds.mostly * base;
-        best.retain(|&one| !one.is_base() && self.may_be_said(one) && is_worth(one));
+        best.retain(|&one| !one.is_base() && !self.is_specific(one) && error(one) < base);
         best.truncate(FINISHED);
         self.finish(&best);
     }
@@ -197,16 +167,8 @@ impl Search<'_> {
             if open.is_empty() {
                 break;
             }
-            let before: Vec<Option<f64>> =
-                open.iter().map(|one| self.training_error(*one).map(|(sum, _)| sum)).collect();
             let wanted = open.iter().map(|one| self.continued(*one)).collect();
             self.refit(wanted, EVALUATIONS, HeldOut::Later);
-            // A fit that gains hardly anything in so many simulations will not come far.
-            let mut gains = before.into_iter();
-            open.retain(|one| {
-                let now = self.training_error(*one).map(|(sum, _)| sum);
-                matches!((gains.next().flatten(), now), (Some(before), Some(now)) if now < GOES_ON * before)
-            });
         }
         self.hold_out(structures);
     }
@@ -231,38 +193,6 @@ impl Search<'_> {
                 return;
             }
         }
-    }
-
-    /// Tries templates at the place of one that the best structure has: which form it is shows only when all of them
-    /// are fitted.
-    pub(crate) fn try_near_forms(&mut self) {
-        let Some(best) = self.ranked().into_iter().find(|one| self.may_be_said(*one)) else {
-            return;
-        };
-        let mut wanted = Vec::new();
-        let generic: Vec<usize> =
-            best.effects().filter(|c| self.candidates[*c].is_generic).collect();
-        // Beside the others of the structure, and alone: the right form may need none beside it.
-        let beside = generic.iter().map(|effect| (*effect, best.without(*effect)));
-        let alone = generic.iter().map(|effect| (*effect, StructureId::BASE));
-        let mut places: Vec<(usize, StructureId)> = beside.chain(alone).collect();
-        places.dedup();
-        for (effect, rest) in places {
-            let own = &self.candidates[effect];
-            let is_near = |c: &usize| {
-                let other = &self.candidates[*c];
-                other.is_generic && other.target() == own.target() && other.kind() == own.kind()
-            };
-            let near: Vec<usize> = self.range(Open::Templates).filter(is_near).collect();
-            let scores = self.screened(rest);
-            let of = |c: usize| scores.iter().find(|score| score.candidate == c);
-            let mut near: Vec<&Score> = near.into_iter().filter_map(of).collect();
-            best_first_of(&mut near);
-            let new = near.into_iter().map(|score| self.extended(rest, score));
-            let new = new.filter(|wanted| !self.tried.contains_key(&wanted.structure));
-            wanted.extend(new.take(NEAR_FORMS));
-        }
-        self.confirm(wanted);
     }
 
     /// Tries other forms of an effect that explains the data only with a parameter at its bound, from where
@@ -301,7 +231,7 @@ impl Search<'_> {
             let is_good = |fitted: &Fitted| fitted.error.0 < NEARLY_AS_GOOD * of_whole;
             tried.as_ref().map_or(true, |fitted| fitted.is_converged && is_good(fitted))
         };
-        let is_new = self.settled.insert((part, whole)) && !self.data.budget.is_spent();
+        let is_new = self.settled.insert((part, whole));
         if !is_new || self.tried.get(&part).is_some_and(is_settled) {
             return;
         }

@@ -31,9 +31,10 @@ pub(crate) struct Thresholds {
     pub essential: f64,
     /// … and all other names leave so many times as much, on one or the other of the recordings.
     pub unrivalled: f64,
-    /// Templates that leave at most this share of the base model's mean square, on validation recordings too, are what
-    /// the recordings look like.
+    /// Templates that leave at most this share of the base model's mean square name most of what is missing …
     pub mostly: f64,
+    /// … where that is at most this share of what the next best leaves.
+    pub clearly: f64,
     /// A third effect is looked for where two have left less than this share of Σ(ε² − 1) of the base model.
     pub promising: f64,
     /// The largest p-value of an effect that is named.
@@ -65,6 +66,7 @@ impl Default for Thresholds {
             essential: 3.0,
             unrivalled: 1.5,
             mostly: 0.4,
+            clearly: 0.8,
             promising: 0.1,
             significant: 0.01,
             included: 0.5,

@@ -47,19 +47,6 @@ pub(crate) enum Open {
     Library,
     /// Templates.
     Templates,
-    /// Both, in one ranking.
-    All,
-}
-
-impl Open {
-    /// What is screened apart.
-    pub(crate) fn parts(self) -> &'static [Open] {
-        match self {
-            Open::Library => &[Open::Library],
-            Open::Templates => &[Open::Templates],
-            Open::All => &[Open::Library, Open::Templates],
-        }
-    }
 }
 
 impl<'a> Search<'a> {
@@ -108,7 +95,6 @@ impl Search<'_> {
         match of {
             Open::Library => 0..first,
             Open::Templates => first..self.candidates.len(),
-            Open::All => 0..self.candidates.len(),
         }
     }
 
@@ -120,17 +106,6 @@ impl Search<'_> {
     /// Whether a structure has an effect of the library.
     pub(crate) fn is_specific(&self, structure: StructureId) -> bool {
         structure.effects().any(|c| !self.candidates[c].is_generic)
-    }
-
-    /// Whether the templates of a structure are few enough to be a finding: two at most, at different places. More of
-    /// them bend to anything.
-    pub(crate) fn may_be_said(&self, structure: StructureId) -> bool {
-        let generic = structure.effects().map(|c| &self.candidates[c]).filter(|c| c.is_generic);
-        match generic.collect::<Vec<_>>().as_slice() {
-            [] | [_] => true,
-            [one, other] => one.target() != other.target(),
-            _ => false,
-        }
     }
 
     /// What an effect is called, with what it is applied to.

@@ -66,19 +66,13 @@ impl Outcome {
         }
     }
 
-    /// The structure whose effects are named.
+    /// The structure that it is about.
     pub(crate) fn structure(self) -> StructureId {
         match self {
-            Outcome::Sufficient | Outcome::Most(_) | Outcome::Unexplained => StructureId::BASE,
-            Outcome::Effects(structure) | Outcome::NearlyAll(structure) => structure,
-        }
-    }
-
-    /// The structure that the recordings look like, where it is not named.
-    pub(crate) fn described(self) -> Option<StructureId> {
-        match self {
-            Outcome::Most(structure) => Some(structure),
-            _ => None,
+            Outcome::Sufficient | Outcome::Unexplained => StructureId::BASE,
+            Outcome::Effects(structure)
+            | Outcome::NearlyAll(structure)
+            | Outcome::Most(structure) => structure,
         }
     }
 }
@@ -113,19 +107,9 @@ impl<'a, 'r> Judge<'a, 'r> {
             standing.misfit.is_at_most(explained, nearly_explained_held_out)
                 && is_believable(standing)
         };
-        // Of two forms of a template at one place the one with more numbers has to be worth them, too.
-        let is_simpler = |simpler: &Standing<'_>, best: &Standing<'_>| {
-            let is_form = !best.is_specific && simpler.names == best.names;
-            simpler.structure.len() < best.structure.len()
-                || (is_form
-                    && simpler.structure.len() == best.structure.len()
-                    && simpler.numbers < best.numbers)
-        };
-        while let Some(simpler) = ranked
-            .iter()
-            .filter(nearly)
-            .find(|simpler| is_simpler(simpler, best) && !self.is_worth(best, simpler))
-        {
+        while let Some(simpler) = ranked.iter().filter(nearly).find(|simpler| {
+            simpler.structure.len() < best.structure.len() && !self.is_worth(best, simpler)
+        }) {
             best = simpler;
         }
         // Where little is left of the base model already, every effect explains the rest.
@@ -140,7 +124,7 @@ impl<'a, 'r> Judge<'a, 'r> {
         }
     }
 
-    /// A structure of effects that takes nearly all of the discrepancy away, none of which
+    /// A structure of effects of the library that takes nearly all of the discrepancy away, none of which
     /// can be spared, and with which no other names compare. What it leaves is more than noise: a plant
     /// is never all in its model.
     fn nearly_all(self, structure: StructureId) -> Option<Outcome> {
@@ -151,22 +135,30 @@ impl<'a, 'r> Judge<'a, 'r> {
         .then_some(Outcome::NearlyAll(structure))
     }
 
-    /// The best structure of templates alone that takes most of the discrepancy away, of validation recordings as well,
-    /// and leaves more than noise: the recordings look as if there were such effects.
+    /// A structure of templates that leaves more than noise and yet is the answer as far as it goes:
+    /// it takes most of the discrepancy away, from validation recordings as well, and every other that
+    /// is no longer takes away clearly less.
     fn most(self) -> Option<Outcome> {
-        let Thresholds { mostly, .. } = *self.thresholds;
+        let Thresholds { mostly, clearly, .. } = *self.thresholds;
         let ranked = &self.ranking.standings;
+        let best = ranked.first()?;
         let [all_trained, all_held_out] = self.ranking.get(StructureId::BASE)?.misfit.squares()?;
-        let looks_like = |standing: &&Standing<'_>| {
-            !standing.structure.is_base()
-                && !standing.is_specific
-                && is_believable(standing)
-                && standing.misfit.squares().is_some_and(|[trained, held_out]| {
-                    trained < mostly * all_trained && held_out < mostly * all_held_out
-                })
-        };
-        let best = ranked.iter().find(looks_like)?;
-        Some(Outcome::Most(best.structure))
+        let [trained, held_out] = best.misfit.squares()?;
+        let [trained, held_out] = [trained / all_trained, held_out / all_held_out];
+        let structure = best.structure;
+        let rivals = ranked.iter().filter(|Standing { structure: other, .. }| {
+            let shares_one = structure.effects().any(|effect| other.contains(effect));
+            other.len() <= structure.len() && !shares_one && !other.is_base()
+        });
+        let of_rivals = rivals.filter_map(|rival| rival.misfit.training_square());
+        let rival = of_rivals.fold(f64::INFINITY, f64::min) / all_trained;
+        let is_clear = !structure.is_base()
+            && best.names.is_empty()
+            && is_believable(best)
+            && trained < mostly
+            && held_out < mostly
+            && trained < clearly * rival;
+        is_clear.then_some(Outcome::Most(structure))
     }
 
     /// Whether a structure leaves so little that nothing need be missing.
@@ -196,7 +188,7 @@ impl<'a, 'r> Judge<'a, 'r> {
     /// The best structure, or a part of it whose rest the Bayesian information criterion hardly asks for.
     pub(crate) fn without_spare_parts(self) -> Option<StructureId> {
         let ranked = &self.ranking.standings;
-        let mut best = ranked.iter().find(|standing| standing.is_sayable)?;
+        let mut best = ranked.first()?;
         while let Some(part) = ranked.iter().find(|part| {
             part.structure.is_part_of(best.structure)
                 && part.criterion - best.criterion < self.thresholds.least_gain
@@ -258,7 +250,7 @@ impl<'a, 'r> Judge<'a, 'r> {
 
 /// Whether the effects of a structure may be named: none is at a bound, takes another back or is doubted.
 fn is_believable(standing: &Standing<'_>) -> bool {
-    standing.is_sayable && standing.is_sound && !standing.is_doubted && !*standing.is_cancelling
+    standing.is_sound && !standing.is_doubted && !*standing.is_cancelling
 }
 
 #[cfg(test)]
@@ -282,15 +274,11 @@ mod tests {
         let specific = effects.iter().filter(|effect| **effect < TEMPLATE);
         let misfit = Misfit {
             trained: vec![all(training)],
-            slack: Vec::new(),
             held_out: HeldOutMisfit::Left { by_output: vec![all(held_out)], error: all(held_out) },
         };
         Standing {
             structure: effects.iter().copied().collect(),
             names: specific.map(|effect| format!("effect {effect}")).collect(),
-            is_specific: effects.iter().any(|effect| *effect < TEMPLATE),
-            is_sayable: true,
-            numbers: 2 * effects.len(),
             criterion: all(training).0 + 2.0 * effects.len() as f64 * (SAMPLES as f64).ln(),
             error: all(training),
             misfit: known(misfit),
@@ -402,43 +390,29 @@ mod tests {
     }
 
     #[test]
-    fn templates_that_take_most_away_are_described() {
-        let verdict = |best: f64, effect| {
-            let tried = vec![left(&[], 100.0, 100.0), left(&[effect], best, best)];
+    fn templates_that_leave_clearly_least_name_most() {
+        let verdict = |best: f64, rival: f64, effect| {
+            let tried = vec![
+                left(&[], 100.0, 100.0),
+                left(&[effect], best, best),
+                left(&[OTHER_TEMPLATE], rival, rival),
+            ];
             of(Question::WhatIsMost, tried)
         };
         let most = Outcome::Most(one(TEMPLATE));
-        assert_eq!(verdict(30.0, TEMPLATE), most);
-        assert_eq!(verdict(45.0, TEMPLATE), Outcome::Unexplained);
-        // What the library has a name for is named, or it is not said.
-        assert_eq!(verdict(30.0, LEAK), Outcome::Unexplained);
+        assert_eq!(verdict(30.0, 40.0, TEMPLATE), most);
+        assert_eq!(verdict(30.0, 35.0, TEMPLATE), Outcome::Unexplained);
+        assert_eq!(verdict(45.0, 90.0, TEMPLATE), Outcome::Unexplained);
+        assert_eq!(verdict(30.0, 40.0, LEAK), Outcome::Unexplained);
         assert_eq!(most.verdict(), Verdict::Unexplained);
-        assert_eq!((most.structure(), most.described()), (StructureId::BASE, Some(one(TEMPLATE))));
-        // One that fits better and predicts worse does not stand in the way.
-        let bent = left(&[OTHER_TEMPLATE], 20.0, 60.0);
-        let tried = vec![left(&[], 100.0, 100.0), bent, left(&[TEMPLATE], 30.0, 30.0)];
-        assert_eq!(of(Question::WhatIsMost, tried), most);
-    }
-
-    #[test]
-    fn of_two_forms_the_one_with_fewer_numbers_is_named_unless_the_other_is_worth_more() {
-        let names: std::collections::BTreeSet<String> = ["at force".to_owned()].into();
-        let verdict = |plain: f64| {
-            let plain = Standing { names: names.clone(), ..left(&[TEMPLATE], plain, plain) };
-            let more = left(&[OTHER_TEMPLATE], 1.0, 1.0);
-            let more = Standing { names: names.clone(), numbers: 4, ..more };
-            explaining(vec![left(&[], 5.0, 5.0), plain, more])
-        };
-        assert_eq!(verdict(1.02), Outcome::Effects(one(TEMPLATE)));
-        assert_eq!(verdict(1.09), Outcome::Effects(one(OTHER_TEMPLATE)));
+        assert_eq!(most.structure(), one(TEMPLATE));
     }
 
     #[test]
     fn nothing_is_believed_of_what_validation_recordings_cannot_be_simulated_with() {
         let mut best = left(&[LEAK], 1.0, 1.0);
         let trained = best.misfit.trained.clone();
-        let slack = Vec::new();
-        best.misfit = known(Misfit { trained, slack, held_out: HeldOutMisfit::NoSimulation });
+        best.misfit = known(Misfit { trained, held_out: HeldOutMisfit::NoSimulation });
         assert_eq!(explaining(vec![left(&[], 5.0, 5.0), best]), Outcome::Unexplained);
     }
 }

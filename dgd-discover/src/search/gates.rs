@@ -7,16 +7,15 @@
 //! | | it, another form of it or an alternative is in the best structure of a share `included` of the resamples |
 //! | | `aside` readings or more come before its onset, and after it |
 //! | | no parameter of it is at a bound (`verdict.rs`) |
-//! | | without validation data, it predicts quarters of the recordings that it was not fitted to, to the noise or to half of what the base model leaves there |
 //!
 //! A structure that does not hold is doubted, with the reason, and the search goes on to the next.
 
 use rand_pcg::Pcg64;
 
-use super::super::screen::{BLOCKS, RESAMPLES, blocks, gain, p_value, weighted};
-use super::super::tried::{Open, Search};
-use super::super::verdict::Outcome;
-use super::{Contender, Evidence, Weighed, inclusion, is_no_chance};
+use super::evidence::{Contender, Evidence, Weighed, inclusion, is_no_chance};
+use super::screen::{BLOCKS, RESAMPLES, blocks, gain, p_value, weighted};
+use super::tried::{Open, Search};
+use super::verdict::Outcome;
 use crate::library::StructureId;
 
 impl Search<'_> {
@@ -24,15 +23,13 @@ impl Search<'_> {
     pub(crate) fn holds(&mut self, outcome: Outcome) -> bool {
         let doubt = match outcome {
             Outcome::Sufficient => self.doubt_of_the_base(),
-            Outcome::Effects(structure) | Outcome::NearlyAll(structure) => {
-                self.doubt(structure).or_else(|| self.doubt_of_parts(structure))
-            }
-            Outcome::Most(structure) => self.doubt(structure),
+            Outcome::Effects(structure)
+            | Outcome::NearlyAll(structure)
+            | Outcome::Most(structure) => self.doubt(structure),
             Outcome::Unexplained => None,
         };
         let holds = doubt.is_none();
-        let structure = outcome.described().unwrap_or(outcome.structure());
-        self.doubted.extend(doubt.map(|why| (structure, why)));
+        self.doubted.extend(doubt.map(|why| (outcome.structure(), why)));
         holds
     }
 
@@ -120,32 +117,6 @@ impl Search<'_> {
                 let percent = 100.0 * with_alike;
                 format!("only {percent:.0} % of the resampled recordings ask for `{name}`")
             })
-        })
-    }
-
-    /// Why a structure is not believed that was fitted to all recordings there are: of parts of them that it was not
-    /// fitted to it predicts hardly more than the base model does.
-    fn doubt_of_parts(&self, structure: StructureId) -> Option<String> {
-        if !self.data.valid.is_empty() || self.data.budget.is_spent() {
-            return None;
-        }
-        let mean = |of: StructureId| {
-            let left = self.cross_validated(of)?;
-            Some(left.iter().sum::<f64>() / left.len().max(1) as f64)
-        };
-        let Some(left) = mean(structure) else {
-            return Some(
-                "parts of the recordings cannot be predicted without their readings".to_owned(),
-            );
-        };
-        let of_base = mean(StructureId::BASE)?;
-        let is_better = left <= self.thresholds.explained_held_out
-            || left <= self.thresholds.worth_its_place * of_base;
-        (!is_better).then(|| {
-            format!(
-                "parts of the recordings that it was not fitted to are predicted to {left:.2} times the noise variance, \
-                 and to {of_base:.2} times without it"
-            )
         })
     }
 

@@ -8,9 +8,6 @@
 //! - inclusion: blocks are drawn with replacement; how often has the structure with the least
 //!   criterion the effect?
 
-mod cross_validation;
-mod gates;
-
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 

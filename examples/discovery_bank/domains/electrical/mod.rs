@@ -1,9 +1,0 @@
-//! Currents and voltages.
-
-mod battery;
-mod buck;
-mod dc_motor;
-
-use crate::bank::Domain;
-
-pub(super) const ALL: &[&Domain] = &[&dc_motor::DOMAIN, &buck::DOMAIN, &battery::DOMAIN];
