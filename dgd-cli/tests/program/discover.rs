@@ -416,6 +416,57 @@ fn an_effect_reads_a_column_that_the_model_does_not_or_is_left_out() {
     }
 }
 
+/// Three hours of a cell whose voltmeter drifts.
+fn cell(seed: u64) -> String {
+    let mut state = seed;
+    let mut uniform = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / f64::from(1_u32 << 31)
+    };
+    let mut text = "time [h],i [A],v [mV]\n".to_owned();
+    let (mut soc, mut v1, mut i) = (0.9, 0.0, 0.0);
+    for k in 0..600 {
+        let t = f64::from(k) * 0.005;
+        if k % 40 == 0 {
+            i = [0.0, 0.5, 1.0, 1.5, 2.0, -0.6][(6.0 * uniform()) as usize];
+        }
+        // A sum of twelve uniform numbers is nearly normal.
+        let noise = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+        let v = 3.0 + 1.1 * soc - 0.05 * i - v1;
+        let _ = writeln!(text, "{t},{i},{}", 1000.0 * v + 4.0 * t + noise);
+        for _ in 0..20 {
+            soc -= 0.9 * i / 9000.0;
+            v1 += 0.9 * (0.02 * i - v1) / 300.0;
+        }
+    }
+    text
+}
+
+#[test]
+fn a_model_whose_start_values_are_all_fixed_is_examined() {
+    let model = "model cell\ninput i [A] hold\nconstant Q [A*h] = 2.5\n\
+                 parameter E0 [V] = 3.1 in 2 .. 4\nparameter E1 [V] = 1 in 0 .. 3\n\
+                 parameter R0 [mOhm] = 40 in 1 .. 500, log\nparameter R1 [mOhm] = 30 in 1 .. 500, log\n\
+                 parameter tau [min] = 4 in 0.1 .. 60, log\nstate soc [%] = 90 fixed\n\
+                 state v1 [mV] = 0 fixed\nequation charge: Q*der(soc) = -i\n\
+                 equation relax: tau*der(v1) = R1*i - v1\n\
+                 output v [V] = E0 + E1*soc - R0*i - v1 noise 1 [mV]\n";
+    let (train, valid) = (cell(1), cell(2));
+    let folder = folder_with(&[
+        ("cell.dgd", model.as_bytes()),
+        ("train.csv", train.as_bytes()),
+        ("valid.csv", valid.as_bytes()),
+    ]);
+    let [model, train, valid] =
+        ["cell.dgd", "train.csv", "valid.csv"].map(|name| path(&folder, name));
+    let args = ["discover", &model, "--data", &train, "--valid", &valid, "--format", "json"];
+    let found = dgd(&args).done().json();
+    // The drift hides in the model's parameters on the training data, and shows on the validation data.
+    assert_eq!(found["verdict"], "unexplained", "{}", found["reason"]);
+    assert!(number(&found["gap"]["v"]["valid_before"]) > 5.0 * number(&found["gap"]["v"]["noise"]));
+}
+
 #[test]
 fn what_recordings_cannot_tell_is_said() {
     let model = "model tank\n\ninput q [m^3/s] hold\n\nparameter a [1/s] = 0.1  in 0 .. 10\n\n\

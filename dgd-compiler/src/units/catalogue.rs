@@ -219,7 +219,7 @@ pub static CATALOGUE: &[Row] = &[
     // Electricity
     Row::si("C", CHARGE, "coulomb"),
     Row::si("V", VOLTAGE, "volt"),
-    Row::si("ohm", RESISTANCE, "ohm").or(&["\u{3a9}", "\u{2126}"]),
+    Row::si("ohm", RESISTANCE, "ohm").or(&["Ohm", "\u{3a9}", "\u{2126}"]),
     Row::si("S", CONDUCTANCE, "siemens"),
     Row::si("F", CAPACITANCE, "farad"),
     Row::si("Wb", FLUX, "weber"),

@@ -134,6 +134,10 @@ pub(crate) fn with_covariance(
 /// N⁻¹ over the combinations of estimates that readings see to this relative tolerance.
 pub(crate) fn inverse(information: &DMatrix<f64>, rtol: f64) -> DMatrix<f64> {
     let n = information.nrows();
+    // Where all start values are fixed, there is nothing to invert, and no eigenvalue.
+    if n == 0 {
+        return information.clone();
+    }
     let size = information.diagonal().map(f64::sqrt);
     let scaled = DMatrix::from_fn(n, n, |i, j| {
         let scale = size[i] * size[j];
@@ -170,5 +174,11 @@ mod tests {
         let recording = Recording::new(times, Inputs::none(), Vec::new());
         let product = with_covariance(&columns, &recording, &samples, &noise);
         assert!((product - r * columns).amax() < 1e-12);
+    }
+
+    #[test]
+    fn nothing_is_the_inverse_of_nothing() {
+        assert_eq!(inverse(&DMatrix::zeros(0, 0), 1e-4), DMatrix::zeros(0, 0));
+        assert_eq!(inverse(&DMatrix::from_element(1, 1, 4.0), 1e-4)[(0, 0)], 0.25);
     }
 }
