@@ -97,6 +97,7 @@ fn perform(command: &Command, console: Console<'_>) -> Result<(), CommandError> 
         Command::Fit(args) => command::fit::run(args, console),
         Command::Track(args) => command::track::run(args, console),
         Command::Discover(args) => command::discover::run(args, console),
+        Command::Adopt(args) => command::adopt::run(args, console),
         Command::Screen(args) => command::screen::run(args, console),
         Command::Methods => command::methods::run(console),
     }

@@ -40,3 +40,30 @@ pub(crate) fn count(text: &str) -> Result<usize, String> {
     let count = text.parse().ok().filter(|count| *count > 0);
     count.ok_or_else(|| "this must be a whole number, 1 or more".to_owned())
 }
+
+/// A length of time, as people write it: `60s`, `5min`, `2h`, or a number of seconds.
+pub(crate) fn time(text: &str) -> Result<f64, String> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == ' ');
+    let seconds = match text[digits.len()..].trim() {
+        "" | "s" => 1.0,
+        "min" => 60.0,
+        "h" => 3600.0,
+        _ => f64::NAN,
+    };
+    let length = number(digits).map(|number| number * seconds).filter(|length| *length > 0.0);
+    length.ok_or_else(|| "this must be a length of time: 60s, 5min or 2h".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::time;
+
+    #[test]
+    fn times_are_read_as_people_write_them() {
+        let read = ["60s", "60", "1.5 min", "2h", "1e2s"].map(|text| time(text).ok());
+        assert_eq!(read, [Some(60.0), Some(60.0), Some(90.0), Some(7200.0), Some(100.0)]);
+        for text in ["", "s", "-3s", "0", "3 weeks", "inf", "NaN s"] {
+            assert!(time(text).is_err(), "{text}");
+        }
+    }
+}

@@ -176,6 +176,10 @@ fn inputs(command: &Command) -> Vec<PathBuf> {
             Some(&args.choices)
         }
         Command::Fmt(_) | Command::Explain(_) | Command::Methods => None,
+        Command::Adopt(args) => {
+            all.push(args.result.clone());
+            None
+        }
         Command::Emit(args) => {
             all.push(args.model.clone());
             Some(&args.choices)
@@ -229,6 +233,7 @@ fn plots(command: &Command) -> &[PathBuf] {
         | Command::Emit(_)
         | Command::Explain(_)
         | Command::Methods
+        | Command::Adopt(_)
         // Refused there.
         | Command::Linearize(_) => &[],
         Command::Simulate(args) => &args.run.solve.plot,
@@ -242,7 +247,11 @@ fn plots(command: &Command) -> &[PathBuf] {
 
 fn out(command: &Command) -> Out {
     match command {
-        Command::Check(_) | Command::Emit(_) | Command::Explain(_) | Command::Methods => Out::File,
+        Command::Check(_)
+        | Command::Emit(_)
+        | Command::Explain(_)
+        | Command::Methods
+        | Command::Adopt(_) => Out::File,
         Command::Fmt(_) => Out::Layout,
         Command::Simulate(_)
         | Command::Sensitivity(_)

@@ -12,20 +12,23 @@ use std::collections::BTreeMap;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{Model, resolve};
+use dgd_identify::Recording;
 use dgd_identify::journal::Digest;
 use dgd_runtime::{Options, Steps};
 
 use crate::conditions::Circumstances;
-use crate::fit::{Data, Fitted, NoFit, StartPoint, WorkJournal, most_steps, ranges};
+use crate::fit::{
+    Budget, Data, Fitted, NoFit, StartPoint, WorkJournal, most_steps, period, ranges,
+};
 use crate::guess::Guessing;
 use crate::library::{
-    Adapted, Candidate, StructureId, Values, adapted, candidates, generic, unbound,
+    Adapted, Candidate, Measure, StructureId, Values, adapted, candidates, generic, unbound,
 };
-use crate::missing_input::{self, MissingInput, missing_inputs};
-use crate::noise::{noise_of, readings};
+use crate::missing_input::{self, FoundPlace, Missing, TIE, missing_inputs};
+use crate::noise::{noise_of, readings, without_lonely, without_spikes};
 use crate::report::{
-    Discovery, Found, FoundEffect, Ranked, Unexplained, corrected, gap, given_up, left_over,
-    not_tried, parameters, ranking_of, reason, screened, traces, unexplained,
+    Discovery, Found, FoundEffect, Ranked, Unexplained, corrected, described, gap, given_up,
+    left_over, not_tried, parameters, power, ranking_of, reason, screened, traces, unexplained,
 };
 use crate::request::{DiscoverError, Request};
 use crate::search::{Evidence, Open, Outcome, Screen, Search, Verdict, p_value_of_the_base};
@@ -46,12 +49,46 @@ pub fn discover(
     request: &Request<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Discovery, DiscoverError> {
-    let prepared = prepare(request, diagnostics)?;
+    // Readings that stand alone belong to no model: fits and tests are made without them.
+    let (train, of_train) = without_spikes(request.train.0);
+    let (valid, of_valid) = without_spikes(request.valid.0);
+    let mut lonely = sums(&[of_train, of_valid]);
+    let mut cleaned =
+        Request { train: (&train, request.train.1), valid: (&valid, request.valid.1), ..*request };
+    let mut prepared = prepare(&cleaned, diagnostics)?;
+    let (train, valid, more) = without_what_stands_alone(&prepared);
+    if more.iter().any(|number| *number > 0) {
+        lonely = sums(&[lonely, more]);
+        cleaned = Request {
+            train: (&train, request.train.1),
+            valid: (&valid, request.valid.1),
+            ..*request
+        };
+        prepared = prepare(&cleaned, diagnostics)?;
+    }
     let candidates = prepared.candidates();
     let searched = search(&prepared, &candidates);
     let refined = refine(&prepared, &searched)?;
     let explained = explain(&prepared, &searched, &refined);
-    report(&prepared, &searched, refined, explained, diagnostics)
+    let discovery = report(&prepared, &searched, refined, explained, diagnostics)?;
+    Ok(Discovery { lonely, ..discovery })
+}
+
+/// The recordings without readings whose residuals in the base model stand alone, and how many each output has lost.
+fn without_what_stands_alone(
+    prepared: &Prepared<'_>,
+) -> (Vec<Recording>, Vec<Recording>, Vec<usize>) {
+    let Prepared { fitted, data, .. } = prepared;
+    let (train, of_train) = without_lonely(data.train, &fitted.residuals(data), &data.noise);
+    let held_out = fitted.all_held_out_residuals(data).unwrap_or_default();
+    let (valid, of_valid) = without_lonely(data.valid, &held_out, &data.noise);
+    (train, valid, sums(&[of_train, of_valid]))
+}
+
+/// Sums of numbers in the same places.
+fn sums(all: &[Vec<usize>]) -> Vec<usize> {
+    let places = all.iter().map(Vec::len).max().unwrap_or(0);
+    (0..places).map(|k| all.iter().filter_map(|one| one.get(k)).sum()).collect()
 }
 
 /// What a search begins with.
@@ -107,7 +144,7 @@ struct Refined<'a> {
 /// What was found, and what is left over.
 struct Explained {
     circumstances: Circumstances,
-    missing: Vec<MissingInput>,
+    missing: Missing,
     effects: Vec<FoundEffect>,
     unexplained: Vec<Unexplained>,
 }
@@ -132,7 +169,8 @@ fn prepare<'a>(
         refusal.is_none()
     });
     let (fitted, data) = fit_base(request)?;
-    let templates = adapted(request.templates, &model, train, &ranges(&fitted, &data));
+    let measure = Measure { ranges: ranges(&fitted, &data), period: period(&fitted, &data) };
+    let templates = adapted(request.templates, &model, train, &measure);
     Ok(Prepared { request, model, of_library, left_out, templates, fitted, data })
 }
 
@@ -153,7 +191,8 @@ fn fit_base<'a>(request: &'a Request<'a>) -> Result<(Fitted, Data<'a>), Discover
     let digest = if is_kept { request.digest() } else { Digest::EMPTY };
     let keeping = WorkJournal { journal: request.journal, watch: request.watch, request: digest };
     let (counts_from, own_weights) = (Vec::new(), false);
-    let mut data = Data { train, valid, noise, counts_from, options, own_weights, keeping };
+    let budget = Budget::new(request.budget);
+    let mut data = Data { train, valid, noise, counts_from, options, own_weights, budget, keeping };
     data.options.max_steps =
         most_steps(request.base, &data).map_err(|refused| DiscoverError::BaseModel(refused.0))?;
     let mut search = Search::new(request.base, &[], data, request.threads, request.seed);
@@ -174,7 +213,7 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
     let mut screens = vec![search.screen_of_the_base(first)];
     let is_sufficient = outcome.verdict() == Verdict::Sufficient;
     let p_value = p_value_of_the_base(&screens[0].trials, seed, is_sufficient);
-    if (first, search.open) == (Open::Library, Open::Templates) {
+    if first == Open::Library && search.open == Open::All {
         screens.push(search.screen_of_the_base(Open::Templates));
     }
     let evidence = search.evidence(outcome.structure());
@@ -231,29 +270,60 @@ fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'
     let effects = structure.effects().zip(evidence).map(|(c, evidence)| found.effect(c, *evidence));
     let effects = effects.collect();
     let unexplained = match outcome {
-        Outcome::Sufficient | Outcome::Effects(_) => None,
-        Outcome::NearlyAll(_) => left_over(data, after, &circumstances, &search.thresholds),
-        Outcome::Most(_) | Outcome::Unexplained => missing
-            .first()
-            .map(|missing| without_a_name(prepared, refined, &circumstances, missing)),
+        Outcome::Sufficient | Outcome::Effects(_) => Vec::new(),
+        Outcome::NearlyAll(_) => {
+            let left = left_over(data, after, &circumstances, &search.thresholds);
+            left.into_iter().collect()
+        }
+        Outcome::Most(_) | Outcome::Unexplained => {
+            without_a_name(prepared, refined, &circumstances, &missing)
+        }
     };
-    let unexplained = unexplained.into_iter().collect();
     Explained { circumstances, missing, effects, unexplained }
 }
 
-/// The missing input that explains most, with the condition that it coincides with and a formula that looks like it.
+/// Places that are told.
+const TOLD: usize = 5;
+/// Places that a formula is looked for at.
+const GUESSED: usize = 3;
+
+/// The places that make the readings most likely, with the condition that each coincides with, and a formula at
+/// the best of them for which there is one.
 fn without_a_name(
     prepared: &Prepared<'_>,
     refined: &Refined<'_>,
     circumstances: &Circumstances,
-    missing: &MissingInput,
-) -> Unexplained {
+    missing: &Missing,
+) -> Vec<Unexplained> {
     let Request { base, sources, .. } = *prepared.request;
     let (model, fitted, data) = (&prepared.model, &refined.before, &refined.data);
-    let windows = missing_input::windows(model, base.engine, fitted, data, missing);
     let guessing = Guessing { base, sources, model, fitted, data };
-    let condition = circumstances.condition(&windows);
-    Unexplained { guess: guessing.guess(missing), ..unexplained(missing, condition) }
+    let formula = |found: &FoundPlace| guessing.guess(missing.terms.as_ref()?, found);
+    let most = missing.ranked.first().map_or(0.0, |found| found.missing.gain);
+    let mut all: Vec<Unexplained> = (missing.ranked.iter().take(TOLD).enumerate())
+        .map(|(rank, found)| {
+            let condition = circumstances.condition(&missing_input::windows(found));
+            let is_looked_for = rank < GUESSED && !data.budget.is_spent();
+            let guess = if is_looked_for { formula(found) } else { None };
+            let is_tied = rank > 0 && most - found.missing.gain < TIE;
+            Unexplained { guess, ..unexplained(&found.missing, condition, is_tied) }
+        })
+        .collect();
+    // What a formula confirms goes first: it has passed on other recordings, where a trace only follows readings.
+    let left = |one: &Unexplained| one.guess.as_ref().map_or(f64::INFINITY, |g| g.left_after);
+    let best = (0..all.len()).min_by(|a, b| left(&all[*a]).total_cmp(&left(&all[*b])));
+    if let Some(best) =
+        best.filter(|best| *best > 0 && is_clearly_less(left(&all[*best]), left(&all[0])))
+    {
+        let first = all.remove(best);
+        all.insert(0, first);
+    }
+    all
+}
+
+/// Whether a formula at another place leaves so much less that the place goes before the most likely one.
+fn is_clearly_less(left: f64, of_first: f64) -> bool {
+    left < 0.5 * of_first
 }
 
 /// Puts together all that is said.
@@ -277,14 +347,20 @@ fn report(
         not_tried: unbound(request.templates, model).into_iter().chain(of_templates).collect(),
         left_out,
         given_up: given_up(search),
+        power: if verdict == Verdict::Sufficient { power(search, &screens[0]) } else { Vec::new() },
+        lonely: Vec::new(),
+        is_cut_short: data.budget.is_spent(),
         verdict,
         reason: reason(search, *outcome, &before, &after, &data),
         p_value: searched.p_value,
         effects,
+        described: outcome.described().map_or_else(Vec::new, |one| described(search, one)),
         unexplained,
         gap: gap(&data, &before, &after, &circumstances),
         traces: traces(request, &data, &before, &after),
-        missing,
+        missing: missing.ranked.into_iter().map(|found| found.missing).collect(),
+        closed: missing.terms.map_or_else(Vec::new, |terms| terms.closed().to_vec()),
+        nowhere: missing.reason,
         ranking,
         screened: screened(search, screens),
         base_parameters: parameters(&before, &[]),

@@ -31,19 +31,19 @@ mod uniform;
 pub use conditions::{Condition, ConditionKind, KnownKind, KnownQuantity, condition};
 pub use dgd_screen::noise::{Colour, SensorNoise, quantisation_step, white_noise};
 pub use discover::discover;
-pub use guess::{Guess, GuessedTerm};
+pub use guess::{Guess, GuessedTerm, LawRange};
 pub use library::{BaseModel, templates};
 pub use missing_input::{
-    Deviations, LinearizeError, MissingInput, MissingTerms, Place, PlaceKind, ReconstructError,
-    Recording, UnknownInput, reconstruct, unknown_input,
+    ClosedPlace, Deviations, LinearizeError, MissingInput, MissingTerms, Place, PlaceKind,
+    ReconstructError, Recording, UnknownInput, reconstruct, unknown_input,
 };
 pub use noise::{
     Check, CheckKind, FEWEST, Whiteness, Window, averaging_lengths, discrepancy_windows,
     effective_sample_size, whiteness,
 };
 pub use report::{
-    Discovery, FoundEffect, Gap, OutputTrace, ParameterValue, Ranked, RecordingTrace, Screened,
-    Unexplained,
+    Described, Discovery, FoundEffect, Gap, OutputTrace, ParameterValue, Power, Ranked,
+    RecordingTrace, Screened, Unexplained,
 };
 pub use request::{DiscoverError, Request};
 pub use search::{Alternative, Evidence, Verdict};

@@ -34,6 +34,8 @@ pub struct Request<'a> {
     pub threads: usize,
     /// Seed of resampling.
     pub seed: u64,
+    /// How long the search may take, s; it then ends with the best so far. Results depend on it.
+    pub budget: Option<f64>,
     /// Keeps fits and screens, so that a run that was ended goes on where it was. The result does not
     /// depend on it.
     pub journal: &'a dyn Journal,

@@ -10,6 +10,7 @@
 //!   FitRequest      ─ fit ──────► Fitted         parameters and start values from recordings
 //!   TrackRequest    ─ track ────► Tracked        the same row by row, as data comes in
 //!   DiscoverRequest ─ discover ─► Discovered     what a model lacks
+//!   AdoptRequest    ─ adopt ────► Adopted        a formula of it, for the library
 //! ```
 //!
 //! A request has a field for each option, with the defaults of the command line. Whoever asks gives a [`Session`]
@@ -55,7 +56,7 @@ mod tests;
 pub mod track;
 
 pub use check::{Checked, check};
-pub use discover::{Discovered, discover};
+pub use discover::{Adopted, Discovered, adopt, discover};
 pub use error::{Class, Ended, Mistake, Spot, WorkError, meant};
 pub use fit::{FitFigure, Fitted, fit};
 pub use linearize::{Linearised, linearize};
@@ -64,10 +65,10 @@ pub use model::{Changed, LoadedModel, load};
 pub use output::columns::{Kind, NamedColumn, TimeTable};
 pub use output::provenance::{DataFile, Provenance};
 pub use request::{
-    CheckRequest, Choices, DiscoverRequest, Engine, Estimator, FitRequest, IntervalRequest, Keep,
-    LinearizeAt, LinearizeRequest, NoiseFrom, Normalise, RegressionRequest, RunRequest,
-    ScreenRequest, SearchRequest, SensitivityRequest, SimulateRequest, Solve, Sought, Start,
-    TrackRequest, Tracker,
+    AdoptRequest, CheckRequest, Choices, DiscoverRequest, Engine, Estimator, FitRequest,
+    IntervalRequest, Keep, LinearizeAt, LinearizeRequest, NoiseFrom, Normalise, RegressionRequest,
+    RunRequest, ScreenRequest, SearchRequest, SensitivityRequest, SimulateRequest, Solve, Sought,
+    Start, TrackRequest, Tracker,
 };
 pub use run::Measured;
 pub use screen::{Screenings, screen};

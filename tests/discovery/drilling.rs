@@ -251,8 +251,8 @@ fn coloured_noise_is_no_effect_and_hides_none() {
 fn has_no_name(discovery: &Discovery) {
     assert_eq!(discovery.verdict, Verdict::Unexplained, "{:?}", names(discovery));
     assert!(discovery.effects.is_empty());
-    let [left_over] = discovery.unexplained.as_slice() else {
-        panic!("the equation that lacks most is named")
+    let Some(left_over) = discovery.unexplained.first() else {
+        panic!("the place that lacks most is named")
     };
     assert!(!left_over.windows.is_empty() && !left_over.description.is_empty());
     // Where nothing has a name, nothing is corrected.

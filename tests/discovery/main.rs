@@ -20,3 +20,4 @@ use drilling_rig::random;
 mod drilling;
 mod elsewhere;
 mod laws;
+mod places;

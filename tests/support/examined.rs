@@ -219,6 +219,7 @@ impl Examined {
             options: Options { rtol: 1e-6, atol: 1e-6, ..Options::default() },
             threads,
             seed,
+            budget: None,
             journal: &Forgetful,
             watch: &Unwatched,
         };

@@ -60,6 +60,7 @@ impl Examination {
             options: Options::default(),
             threads: 1,
             seed: 1,
+            budget: None,
             journal: &Forgetful,
             watch: &Unwatched,
         };

@@ -19,9 +19,20 @@ pub(crate) fn write(folder: &Path, root: &Path, table: &str, all: &str) -> Resul
     let readme = replaced(&readme, table).ok_or("the README has no place for the table")?;
     fs::write(&path, readme).map_err(told)?;
     let results = folder.join("results.md");
-    let text =
-        format!("# Measured\n\n[README.md](README.md) says what is compared, and how.\n\n{all}");
+    let before = fs::read_to_string(&results).unwrap_or_default();
+    let text = format!(
+        "# Measured\n\n[README.md](README.md) says what is compared, and how.\n\n{all}{}",
+        of_other_programs(&before)
+    );
     fs::write(&results, text).map_err(|error| format!("{}: {error}", results.display()))
+}
+
+/// What other programs have measured: all from the section on discovery on.
+fn of_other_programs(results: &str) -> String {
+    match results.find("\n## Discovery\n") {
+        Some(at) => results[at..].to_owned(),
+        None => String::new(),
+    }
 }
 
 /// The text with another table.
@@ -40,6 +51,13 @@ mod tests {
         let readme = format!("a\n{BEGIN}\nold\n{END}b\n");
         let expected = format!("a\n{BEGIN}\nnew\n{END}b\n");
         assert_eq!(replaced(&readme, "new"), Some(expected));
+    }
+
+    #[test]
+    fn what_other_programs_have_measured_stays() {
+        let results = "# Measured\n\nold\n\n## Discovery\n\ntable\n";
+        assert_eq!(of_other_programs(results), "\n## Discovery\n\ntable\n");
+        assert_eq!(of_other_programs("# Measured\n"), "");
     }
 
     #[test]

@@ -98,6 +98,8 @@ pub(crate) enum Command {
     /// With `-o`, finished work is kept as it goes: if Ctrl-C or a kill ends the run, continue it with
     /// `--resume`.
     Discover(DiscoverArgs),
+    /// Take a formula or an effect that a discovery described into the library of its model
+    Adopt(AdoptArgs),
     /// Check recordings for faults before anything is fitted to them
     Screen(ScreenArgs),
     /// List the integration methods
@@ -341,6 +343,9 @@ pub(crate) struct DiscoverArgs {
     /// Another folder of effects, in addition to `effects` beside the model; repeatable
     #[arg(long, value_name = "DIR")]
     pub effects: Vec<PathBuf>,
+    /// End the search after this time, such as 60s, with the best so far
+    #[arg(long, value_name = "TIME", value_parser = crate::numbers::time, allow_hyphen_values = true)]
+    pub budget: Option<f64>,
     #[command(flatten)]
     pub sought: Sought,
     /// Continue an earlier run that was ended, with the same input and `-o`; the result is the same
@@ -348,6 +353,15 @@ pub(crate) struct DiscoverArgs {
     pub resume: bool,
     #[command(flatten)]
     pub solve: SolveArgs,
+}
+
+/// Arguments of `adopt`.
+#[derive(Debug, Args)]
+pub(crate) struct AdoptArgs {
+    /// The folder that `dgd discover -o` wrote, or a file in it such as law_1.dgd
+    pub result: PathBuf,
+    /// What the effect is to be called
+    pub name: String,
 }
 
 /// What is estimated.

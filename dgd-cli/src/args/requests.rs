@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use dgd_work::{
-    DiscoverRequest, Keep, RunRequest, SensitivityRequest, SimulateRequest, Solve, TrackRequest,
+    AdoptRequest, DiscoverRequest, Keep, RunRequest, SensitivityRequest, SimulateRequest, Solve,
+    TrackRequest,
 };
 
 use super::{
-    Choices, DiscoverArgs, RunArgs, SensitivityArgs, SimulateArgs, SolveArgs, Sought, Start,
-    TrackArgs, Tracker,
+    AdoptArgs, Choices, DiscoverArgs, RunArgs, SensitivityArgs, SimulateArgs, SolveArgs, Sought,
+    Start, TrackArgs, Tracker,
 };
 use crate::command_line::command_line;
 
@@ -94,11 +95,19 @@ impl DiscoverArgs {
         request.choices = self.choices.request();
         request.valid.clone_from(&self.valid);
         request.effects.clone_from(&self.effects);
+        request.budget = self.budget;
         request.sought = self.sought.request();
         request.keep = Keep::new(out.map(Path::to_owned), self.resume);
         request.solve = self.solve.request();
         request.command = command_line();
         request
+    }
+}
+
+impl AdoptArgs {
+    /// For those who do the work.
+    pub(crate) fn request(&self) -> AdoptRequest {
+        AdoptRequest::new(&self.result, &self.name)
     }
 }
 

@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub(crate) mod adopt;
 pub(crate) mod check;
 pub(crate) mod discover;
 pub(crate) mod emit;

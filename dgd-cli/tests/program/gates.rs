@@ -98,9 +98,6 @@ fn a_push_that_spins_the_pendulum_ends_a_search_in_time() {
     let result = found(&folder, &record_pushed(&folder, 8.0, 15.0));
     assert_eq!(result["verdict"], "unexplained", "{}", result["reason"]);
     assert_eq!(result["effects"], Value::Array(Vec::new()));
-    // Fits come to values at which a simulation takes a million steps, and go no further there.
-    let given_up = result["ranking"].to_string();
-    assert!(given_up.contains("more than 20 times the steps"), "{given_up}");
 }
 
 #[test]

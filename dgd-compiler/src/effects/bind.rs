@@ -1,6 +1,7 @@
 //! What a template can be applied to in a model.
 
 use super::Effect;
+use crate::expr::Symbol;
 use crate::model::Model;
 use crate::syntax::ast::{Slot, SlotKind, Target};
 use crate::units::{Dimension, parse_unit};
@@ -8,7 +9,9 @@ use crate::units::{Dimension, parse_unit};
 /// All lists of arguments that an effect can have in a model, in the order of the model's items.
 ///
 /// An effect `on` this model has one list, which is empty; one `on` another model has none. No
-/// argument stands for two slots of a template at a time.
+/// argument stands for two slots of a template at a time. Where a template has several states, each with the
+/// equation behind it, these are balances of the states: they have their derivatives. The states are in the order of
+/// the model then, as what goes from one to the other goes back the other way.
 pub fn bind(effect: &Effect, model: &Model) -> Vec<Vec<String>> {
     let slots = match &effect.target {
         Target::Model(name) if name.text == model.name => return vec![Vec::new()],
@@ -26,7 +29,31 @@ pub fn bind(effect: &Effect, model: &Model) -> Vec<Vec<String>> {
         };
         lists = lists.iter().flat_map(longer).collect();
     }
+    lists.retain(|list| are_balances_in_order(slots, list, model));
     lists
+}
+
+/// Whether each equation that follows a state has its derivative, and states are in order, where there are several.
+fn are_balances_in_order(slots: &[Slot], list: &[String], model: &Model) -> bool {
+    let kinds: Vec<SlotKind> = slots.iter().map(|slot| slot.kind).collect();
+    let pairs: Vec<usize> = (0..kinds.len().saturating_sub(1))
+        .filter(|&k| kinds[k..k + 2] == [SlotKind::State, SlotKind::Equation])
+        .collect();
+    if pairs.len() < 2 {
+        return true;
+    }
+    let position =
+        |state: &str| model.unknowns.iter().position(|unknown| unknown.declared.name == state);
+    let is_balance = |state: usize, label: &str| {
+        let rate = Symbol::Derivative(state as u32);
+        let own = model.all_equations().filter(|equation| equation.label == label);
+        let mut sides = own.flat_map(|equation| [equation.left, equation.right]);
+        sides.any(|side| model.graph.symbols(side).contains(&rate))
+    };
+    let states: Option<Vec<usize>> = pairs.iter().map(|&k| position(&list[k])).collect();
+    states.is_some_and(|states| {
+        states.is_sorted() && pairs.iter().zip(&states).all(|(&k, &x)| is_balance(x, &list[k + 1]))
+    })
 }
 
 /// The names of a model that have the kind and the dimension of a slot; exact equations lack nothing, and are left
@@ -44,6 +71,11 @@ fn candidates<'a>(slot: &Slot, model: &'a Model) -> Vec<&'a str> {
         SlotKind::State => {
             let all = model.unknowns.iter().filter(|unknown| unknown.state);
             all.map(|u| (u.declared.name.as_str(), u.declared.unit.dimension)).collect()
+        }
+        SlotKind::Quantity => {
+            let inputs = model.inputs.iter().map(|input| &input.declared);
+            let all = inputs.chain(model.unknowns.iter().map(|unknown| &unknown.declared));
+            all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
         }
         SlotKind::Parameter => {
             let all = model.parameters.iter().map(|parameter| &parameter.declared);

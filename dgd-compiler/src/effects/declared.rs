@@ -53,9 +53,11 @@ impl Declarations {
                         (Namespace::Value, name, unit.clone(), Some(SlotKind::Input))
                     }
                     ItemKind::Unknown { declared, name, unit, .. } => {
-                        let is_state = *declared == UnknownKind::State;
-                        let kind = is_state.then_some(SlotKind::State);
-                        (Namespace::Value, name, unit.clone(), kind)
+                        let kind = match declared {
+                            UnknownKind::State => SlotKind::State,
+                            UnknownKind::Unknown => SlotKind::Quantity,
+                        };
+                        (Namespace::Value, name, unit.clone(), Some(kind))
                     }
                     ItemKind::Output { name, unit, .. } => {
                         (Namespace::Output, name, unit.clone(), Some(SlotKind::Output))
@@ -134,7 +136,9 @@ pub(super) fn namespace_of(kind: SlotKind) -> Namespace {
     match kind {
         SlotKind::Output => Namespace::Output,
         SlotKind::Equation => Namespace::Equation,
-        SlotKind::Input | SlotKind::State | SlotKind::Parameter => Namespace::Value,
+        SlotKind::Input | SlotKind::State | SlotKind::Parameter | SlotKind::Quantity => {
+            Namespace::Value
+        }
     }
 }
 
@@ -146,5 +150,6 @@ pub(super) fn noun(kind: SlotKind) -> &'static str {
         SlotKind::State => "a state",
         SlotKind::Equation => "an equation",
         SlotKind::Parameter => "a parameter",
+        SlotKind::Quantity => "an input, a state or an unknown",
     }
 }

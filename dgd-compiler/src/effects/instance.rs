@@ -325,14 +325,15 @@ fn bound<'a>(
     let bound: Vec<(&Slot, &Name)> = slots.iter().zip(&application.arguments).collect();
     for (slot, argument) in &bound {
         let found = declared.get(namespace_of(slot.kind), &argument.text);
-        if found.and_then(|found| found.kind) != Some(slot.kind) {
+        let fits = |kind: Option<SlotKind>| kind.is_some_and(|kind| kind.fits(slot.kind));
+        if !fits(found.and_then(|found| found.kind)) {
             let is = noun(slot.kind);
             let message = format!(
                 "`{}` is not {is} of the model, which `{}` must be",
                 argument.text, slot.name.text
             );
             let known = declared.of(namespace_of(slot.kind)).filter(|name| {
-                declared.get(namespace_of(slot.kind), name).and_then(|d| d.kind) == Some(slot.kind)
+                fits(declared.get(namespace_of(slot.kind), name).and_then(|d| d.kind))
             });
             let near =
                 suggestion(&argument.text, known).map(|near| format!("did you mean `{near}`?"));

@@ -80,17 +80,26 @@ pub enum SlotKind {
     Equation,
     /// `parameter`
     Parameter,
+    /// `quantity`: an input, a state or an unknown
+    Quantity,
 }
 
 impl SlotKind {
     /// Every kind, with its word.
-    pub const ALL: [(&'static str, SlotKind); 5] = [
+    pub const ALL: [(&'static str, SlotKind); 6] = [
         ("input", SlotKind::Input),
         ("output", SlotKind::Output),
         ("state", SlotKind::State),
         ("equation", SlotKind::Equation),
         ("parameter", SlotKind::Parameter),
+        ("quantity", SlotKind::Quantity),
     ];
+
+    /// Whether something of this kind may stand where another is asked for.
+    pub fn fits(self, asked: SlotKind) -> bool {
+        self == asked
+            || (asked == SlotKind::Quantity && matches!(self, SlotKind::Input | SlotKind::State))
+    }
 }
 
 /// A line of an effect that declares nothing.

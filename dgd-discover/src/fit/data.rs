@@ -4,6 +4,7 @@ use dgd_identify::Recording;
 use dgd_runtime::Options;
 use dgd_screen::noise::SensorNoise;
 
+use super::budget::Budget;
 use super::keeping::WorkJournal;
 
 /// Recordings, as all structures see them.
@@ -22,6 +23,8 @@ pub(crate) struct Data<'a> {
     /// Whether fits end with weights of what they leave, as those of `dgd fit` do, so that it finds a
     /// corrected model's numbers again.
     pub own_weights: bool,
+    /// How long all may take.
+    pub budget: Budget,
     /// What was computed before, and who looks on.
     pub keeping: WorkJournal<'a>,
 }

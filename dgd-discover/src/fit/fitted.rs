@@ -6,7 +6,7 @@ use dgd_identify::journal::{Kept, kept};
 use dgd_identify::keep_by_fields;
 use dgd_identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, NoiseCorrelation, OutputErrorProblem,
-    Recording, Starts, StoppingRule, counts_from, evaluate, fit, fit_starts,
+    Recording, Starts, StoppingRule, Termination, counts_from, evaluate, fit, fit_starts,
 };
 use dgd_runtime::{Observations, Signature, System};
 
@@ -136,9 +136,14 @@ impl Fitted {
         residuals(data.train, &self.train)
     }
 
-    /// The same of validation recordings, without the stretch that start values are estimated from.
+    /// The same of validation recordings, with the stretch that start values are estimated from.
+    pub(crate) fn all_held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
+        Some(residuals(data.valid, self.valid.as_ref()?))
+    }
+
+    /// Measured less simulated in validation recordings, without that stretch.
     pub(crate) fn held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
-        let mut all = residuals(data.valid, self.valid.as_ref()?);
+        let mut all = self.all_held_out_residuals(data)?;
         for ((recording, from), outputs) in data.valid.iter().zip(&data.counts_from).zip(&mut all) {
             let skipped = recording.times.partition_point(|t| t < from);
             for values in outputs {
@@ -211,6 +216,10 @@ impl Kept for NoFit {
 /// How often moments are moved and the rest is fitted again.
 const MOST_ROUNDS: usize = 4;
 
+/// So many times the simulations of a fit are spent where none of its steps was accepted: until then it
+/// says nothing about the structure.
+const UNTIL_A_STEP: usize = 4;
+
 /// Mean square over that of the noise up to which an onset that was found is looked for elsewhere: what is
 /// further off lacks something else.
 const NEAR: f64 = 10.0;
@@ -244,7 +253,17 @@ fn fitted(
     }
     let free = moments.held(problem);
     let held = |p: &[f64], recordings: &[Recording]| {
-        fit(&OutputErrorProblem { p, recordings, free: free.clone(), ..problem.clone() })
+        let problem = OutputErrorProblem { p, recordings, free: free.clone(), ..problem.clone() };
+        let found = fit(&problem)?;
+        let is_untried = found.iterations == 0 && found.termination == Termination::EvaluationLimit;
+        if !is_untried {
+            return Ok(found);
+        }
+        let evaluations = UNTIL_A_STEP * problem.stopping.evaluations;
+        fit(&OutputErrorProblem {
+            stopping: StoppingRule { evaluations, ..problem.stopping },
+            ..problem
+        })
     };
     let mut best = held(&p, problem.recordings)?;
     for _ in 0..MOST_ROUNDS {

@@ -3,6 +3,7 @@
 //! [`Data`] are the recordings with their noise, [`Fitted`] is a structure that was fitted to them. What took
 //! long is kept ([`WorkJournal`]), and what takes too long is given up ([`most_steps`]).
 
+mod budget;
 mod correlated;
 mod data;
 mod fitted;
@@ -14,10 +15,11 @@ mod ranges;
 mod residuals;
 mod start_point;
 
+pub(crate) use budget::{Budget, not_tried};
 pub(crate) use data::Data;
 pub(crate) use fitted::{Fitted, NoFit, held_out_starts};
 pub(crate) use keeping::WorkJournal;
 pub(crate) use patience::{most_steps, too_many_steps};
-pub(crate) use ranges::ranges;
-pub(crate) use residuals::{chi_square, mean, whitened, whitened_square};
+pub(crate) use ranges::{period, ranges};
+pub(crate) use residuals::{chi_square, mean, slack, whitened, whitened_square};
 pub(crate) use start_point::StartPoint;

@@ -18,7 +18,8 @@ mod forms;
 mod formula;
 mod regression;
 
-use std::collections::BTreeMap;
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use dgd_compiler::diagnostics::Diagnostics;
@@ -34,10 +35,9 @@ use dgd_runtime::{Point, Problem, Solution, System, simulate};
 use crate::fit::{Data, Fitted, StartPoint, WorkJournal, held_out_starts, whitened_square};
 use crate::library::{BaseModel, Candidate, StructureId};
 use crate::missing_input::{
-    self, MissingInput, MissingTerms, PlaceKind, Simulated, UnknownInput, inputs_with, place_of,
-    reconstruct, simulated, unknown_input,
+    self, FoundPlace, MissingTerms, PlaceKind, PlaceTrace, inputs_with, place_of,
 };
-use formula::{Factor, Shape, familiar, formula};
+use formula::{Factor, Shape, familiar, formula, literal};
 use regression::{Ranked, Trace, ranked};
 
 /// Share of the errors' mean square that it may leave when it is in the model.
@@ -46,8 +46,6 @@ const LEFT: f64 = 0.7;
 const COMPARED: usize = 12;
 /// By how much a second term has to lower the logarithm of the error's mean square.
 const SECOND_TERM: f64 = 0.7;
-/// Times that an estimate is made again around its trajectory.
-const ROUNDS: usize = 2;
 /// Simulations of a fit with a formula.
 const EVALUATIONS: usize = 40;
 /// Names that are looked at.
@@ -70,6 +68,23 @@ pub struct Guess {
     pub left_before: f64,
     /// The same when the formula is in the model.
     pub left_after: f64,
+    /// The formula as an effect file, which `--apply` takes.
+    pub file: String,
+    /// Over what the quantities in it were recorded, SI.
+    pub ranges: Vec<LawRange>,
+}
+
+/// The range of a quantity within which a formula was compared with recordings.
+#[derive(Debug, Clone)]
+pub struct LawRange {
+    /// The quantity.
+    pub name: String,
+    /// Its unit; of a temperature that of differences.
+    pub unit: dgd_runtime::Unit,
+    /// Its least value, SI.
+    pub low: f64,
+    /// Its largest value, SI.
+    pub high: f64,
 }
 
 /// A term of a [`Guess`].
@@ -114,22 +129,28 @@ struct Inserted {
 
 impl Guessing<'_> {
     /// The formula that looks most like a missing input; `None` where no simple one does.
-    pub(crate) fn guess(&self, missing: &MissingInput) -> Option<Guess> {
-        let Guessing { base, model, fitted, data, .. } = *self;
-        let terms = MissingTerms::new(model, base.engine, &mut Diagnostics::default()).ok()?;
-        let place = place_of(&terms, missing)?;
-        let site = self.site(&terms, place)?;
-        let system = &fitted.structure.system;
-        let trace = |recording: &Recording, start: &[(usize, f64)]| {
-            self.trace(&terms, place, &site, recording, start)
+    pub(crate) fn guess(&self, terms: &MissingTerms, found: &FoundPlace) -> Option<Guess> {
+        let Guessing { model, data, .. } = *self;
+        let place = place_of(terms, &found.missing.place)?;
+        let site = self.site(terms, place)?;
+        // A term of an equation, or a sensor's error, is compared beside the base model's own parameters: the regression
+        // has what these would put there. What a parameter or an input does is known beside the changed ones.
+        let is_beside_the_base = matches!(site.kind, PlaceKind::Equation | PlaceKind::Output);
+        let (of_train, of_valid) = if is_beside_the_base {
+            self.alone(terms, place)
+        } else {
+            (found.train.clone(), found.valid.clone())
         };
-        let train: Vec<Trace> = (data.train.iter().enumerate())
-            .filter_map(|(r, recording)| trace(recording, &fitted.values.starts(system, r)))
-            .collect();
-        let starts = held_out_starts(&fitted.structure, &fitted.p, data, EVALUATIONS);
-        let held_out: Vec<Trace> = (data.valid.iter().zip(starts.iter().flatten()))
-            .filter_map(|(recording, start)| trace(recording, start))
-            .collect();
+        let p = if is_beside_the_base { &self.fitted.p } else { &found.p };
+        let traces = |recordings: &[Recording], traces: &[PlaceTrace]| -> Vec<Trace> {
+            let both = recordings.iter().zip(traces);
+            both.filter_map(|(recording, trace)| {
+                self.along(terms, place, &site, recording, p, trace)
+            })
+            .collect()
+        };
+        let train = traces(data.train, &of_train);
+        let held_out = traces(data.valid, &of_valid);
         if train.is_empty() || held_out.len() < data.valid.len() {
             return None;
         }
@@ -140,7 +161,7 @@ impl Guessing<'_> {
                 own == Unit::one().dimension || known.any(|dimension| dimension == own)
             })
         };
-        let names = [model.inputs.len().min(site.names.len()), site.names.len()];
+        let names = [(model.inputs.len() + 1).min(site.names.len()), site.names.len()];
         let all = ranked(&train, &held_out, names, &is_preferred);
         let compared = all.iter().filter_map(|ranked| {
             let inserted = self.in_the_model(&site, ranked, COMPARED)?;
@@ -151,7 +172,24 @@ impl Guessing<'_> {
         // The first of equals, which is the simplest.
         let best = compared.reduce(|best, other| if other.0 < best.0 { other } else { best });
         let (_, ranked) = best?;
-        self.told(&site, ranked, self.in_the_model(&site, ranked, EVALUATIONS)?)
+        self.told(&site, ranked, &train, self.in_the_model(&site, ranked, EVALUATIONS)?)
+    }
+
+    /// Traces of a place in the training and in the validation recordings, each by itself; none where one has none.
+    fn alone(&self, terms: &MissingTerms, place: usize) -> (Vec<PlaceTrace>, Vec<PlaceTrace>) {
+        let Guessing { fitted, data, .. } = *self;
+        let of = |recording: &Recording, start: &[(usize, f64)]| {
+            missing_input::alone(terms, fitted, data, place, recording, start)
+        };
+        let system = &fitted.structure.system;
+        let train: Option<Vec<PlaceTrace>> = (data.train.iter().enumerate())
+            .map(|(r, recording)| of(recording, &fitted.values.starts(system, r)))
+            .collect();
+        let starts = held_out_starts(&fitted.structure, &fitted.p, data, EVALUATIONS);
+        let valid: Option<Vec<PlaceTrace>> = (data.valid.iter().zip(starts.iter().flatten()))
+            .map(|(recording, start)| of(recording, start))
+            .collect();
+        (train.unwrap_or_default(), valid.unwrap_or_default())
     }
 
     fn site<'a>(&self, terms: &'a MissingTerms, place: usize) -> Option<Site<'a>> {
@@ -163,6 +201,14 @@ impl Guessing<'_> {
                 let output = model.outputs.iter().find(|o| o.declared.name == place.name)?;
                 output.declared.unit.of_differences()
             }
+            PlaceKind::Parameter => {
+                let own = model.parameters.iter().find(|p| p.declared.name == place.name)?;
+                own.declared.unit.of_differences()
+            }
+            PlaceKind::Input => {
+                let own = model.inputs.iter().find(|input| input.declared.name == place.name)?;
+                own.declared.unit.of_differences()
+            }
         };
         let inputs = model.inputs.iter().map(|input| &input.declared);
         let unknowns = model.unknowns.iter().map(|unknown| &unknown.declared);
@@ -170,48 +216,10 @@ impl Guessing<'_> {
             name: declared.name.clone(),
             unit: declared.unit.of_differences(),
         };
-        let names = inputs.chain(unknowns).take(NAMES).map(factor).collect();
+        let time = Factor { name: "time".to_owned(), unit: parse_unit("s").ok()? };
+        let names = inputs.map(factor).chain([time]).chain(unknowns.map(factor));
+        let names = names.take(NAMES).collect();
         Some(Site { name: &place.name, kind: place.kind, unit, names })
-    }
-
-    /// What is missing at a place in one recording, around the trajectory that has it.
-    fn trace(
-        &self,
-        terms: &MissingTerms,
-        place: usize,
-        site: &Site<'_>,
-        recording: &Recording,
-        start: &[(usize, f64)],
-    ) -> Option<Trace> {
-        let Guessing { fitted, data, .. } = *self;
-        let Simulated { deviations, residuals, .. } =
-            simulated(terms, fitted, data, recording, start)?;
-        let mut found = unknown_input(&deviations, place, &residuals, &data.noise)?;
-        let n_w = terms.system().signature().outputs.len();
-        let reading = |(k, i): (usize, usize)| {
-            recording.measured[i].as_ref().map_or(f64::NAN, |measured| measured[k])
-        };
-        let readings = (0..recording.times.len()).flat_map(|k| (0..n_w).map(move |i| (k, i)));
-        let measured: Vec<f64> = readings.map(reading).collect();
-        let around = missing_input::Recording {
-            p: &fitted.p,
-            inputs: &recording.inputs,
-            start,
-            times: &recording.times,
-            measured: &measured,
-            noise: &data.noise,
-        };
-        for _ in 0..ROUNDS {
-            match reconstruct(terms, &around, place, &found, &data.options) {
-                Ok(Some(again)) if again.intensity > 0.0 => found = again,
-                // The estimate goes as far as the linearisation does.
-                Ok(_) | Err(_) => break,
-            }
-        }
-        if found.intensity == 0.0 {
-            return None;
-        }
-        self.along(terms, place, site, &around, &found)
     }
 
     /// Names and the equation's parameters along the trajectory that has what is missing.
@@ -220,16 +228,24 @@ impl Guessing<'_> {
         terms: &MissingTerms,
         place: usize,
         site: &Site<'_>,
-        recording: &missing_input::Recording<'_>,
-        found: &UnknownInput,
+        recording: &Recording,
+        p: &[f64],
+        found: &PlaceTrace,
     ) -> Option<Trace> {
         let Guessing { fitted, data, .. } = *self;
         let system = terms.system();
         let signature = system.signature();
-        let inputs = inputs_with(terms, recording, place, &found.estimate).ok()?;
-        let (p, start) = (recording.p, recording.start);
-        let problem = Problem { system, p, inputs: &inputs, start };
-        let trajectory = simulate(&problem, recording.times, &data.options).ok()?;
+        let around = missing_input::Recording {
+            p,
+            inputs: &recording.inputs,
+            start: &found.start,
+            times: &found.times,
+            measured: &[],
+            noise: &data.noise,
+        };
+        let inputs = inputs_with(terms, &around, place, &found.d).ok()?;
+        let problem = Problem { system, p, inputs: &inputs, start: &found.start };
+        let trajectory = simulate(&problem, &found.times, &data.options).ok()?;
 
         let own = signature.inputs.len() - terms.places().len();
         let positions: BTreeMap<&str, usize> = (signature.inputs.iter().take(own).enumerate())
@@ -243,7 +259,7 @@ impl Guessing<'_> {
             .collect();
         let mut parameters = match site.kind {
             PlaceKind::Equation => vec![Vec::with_capacity(trajectory.len()); free.len()],
-            PlaceKind::Output => Vec::new(),
+            PlaceKind::Parameter | PlaceKind::Input | PlaceKind::Output => Vec::new(),
         };
         let unknowns: Vec<String> =
             signature.unknowns.iter().map(|unknown| unknown.name.to_string()).collect();
@@ -253,10 +269,12 @@ impl Guessing<'_> {
         for k in 0..trajectory.len() {
             let at = at(&trajectory, k, &inputs, p, &mut u);
             for (i, (values, factor)) in names.iter_mut().zip(&site.names).enumerate() {
-                let value = if i < n_inputs {
-                    at.u[*positions.get(factor.name.as_str())?]
-                } else {
-                    at.y[unknowns.iter().position(|name| *name == factor.name)?]
+                let value = match i.cmp(&n_inputs) {
+                    Ordering::Less => at.u[*positions.get(factor.name.as_str())?],
+                    Ordering::Equal => at.t,
+                    Ordering::Greater => {
+                        at.y[unknowns.iter().position(|name| *name == factor.name)?]
+                    }
                 };
                 values.push(value);
             }
@@ -279,13 +297,11 @@ impl Guessing<'_> {
                 values.push(by_own.unwrap_or(f64::NAN));
             }
         }
-        let mut std = found.std.clone();
-        let typical = dgd_screen::noise::median(&mut std)?;
         Some(Trace {
             times: found.times.clone(),
-            value: found.estimate.clone(),
+            value: found.d.clone(),
             std: found.std.clone(),
-            resolved: 2.0 * typical * typical / found.intensity,
+            resolved: found.resolved,
             names,
             parameters,
         })
@@ -311,12 +327,22 @@ impl Guessing<'_> {
                 names.push(name);
             }
         }
-        let effect = self.effect(&text(model, site, ranked, &units, &names))?;
+        let values: Vec<f64> = ranked.terms.iter().map(|(_, value)| *value).collect();
+        let nothing = vec![None; values.len()];
+        let effect = self.effect(&text(model, site, ranked, &values, &units, &names, &nothing))?;
         let application =
             Application { effect: &effect, arguments: Vec::new(), span: effect.name.span };
         let (onsets, delays) = (Vec::new(), Vec::new());
         let reach = Reach::default();
-        let candidate = Candidate { application, onsets, delays, is_generic: false, reach };
+        let candidate = Candidate {
+            application,
+            onsets,
+            delays,
+            is_generic: false,
+            reach,
+            has_inner: false,
+            brings_unknowns: false,
+        };
         let structure =
             base.structure(std::slice::from_ref(&candidate), StructureId::one(0)).ok()?;
         let own = |name: &str| {
@@ -336,7 +362,13 @@ impl Guessing<'_> {
     }
 
     /// All that is said of a formula; `None` where it leaves the errors as they were.
-    fn told(&self, site: &Site<'_>, ranked: &Ranked, inserted: Inserted) -> Option<Guess> {
+    fn told(
+        &self,
+        site: &Site<'_>,
+        ranked: &Ranked,
+        train: &[Trace],
+        inserted: Inserted,
+    ) -> Option<Guess> {
         let Guessing { fitted, data, .. } = *self;
         let Inserted { mut after, names, units } = inserted;
         let data = &Self::not_kept(data);
@@ -365,14 +397,53 @@ impl Guessing<'_> {
                 offset: 0.0,
             },
         });
+        let ranges = ranges(site, ranked, train);
+        let formula = formula(&all, &site.names);
+        let stds: Vec<Option<f64>> = fitted_terms.iter().map(|e| e.std).collect();
+        let file = self.law(site, ranked, &all, &stds, &formula, &ranges);
         Some(Guess {
-            formula: formula(&all, &site.names),
+            formula,
+            file,
+            ranges,
             terms: terms.collect(),
             r2_held_out: ranked.r2,
             is_of_recordings: !data.valid.is_empty(),
             left_before,
             left_after,
         })
+    }
+
+    /// The formula as an effect file, with standard deviations and the ranges that it was compared over.
+    fn law(
+        &self,
+        site: &Site<'_>,
+        ranked: &Ranked,
+        terms: &[(f64, &Unit, &Shape)],
+        stds: &[Option<f64>],
+        formula: &str,
+        ranges: &[LawRange],
+    ) -> String {
+        let place = match site.kind {
+            PlaceKind::Equation => format!("the equation `{}` lacks", site.name),
+            PlaceKind::Parameter => format!("the parameter `{}` changes by", site.name),
+            PlaceKind::Input => format!("the input `{}` acts more by", site.name),
+            PlaceKind::Output => format!("the sensor `{}` reads more by", site.name),
+        };
+        let mut doc = format!(
+            "/// A formula found in recordings: {place} `{formula}`.\n///\n/// It describes them and is not \
+             confirmed."
+        );
+        let within: Vec<String> = ranges.iter().map(LawRange::words).collect();
+        if !within.is_empty() {
+            let _ = write!(doc, " It was compared with them for {}.", within.join(", "));
+        }
+        let own = |name: &str| self.model.parameters.iter().any(|p| p.declared.name == name);
+        let numbers = (1..).map(|i| format!("law_{i}")).filter(|name| !own(name));
+        let names: Vec<String> = numbers.take(terms.len()).collect();
+        let units: Vec<Unit> = terms.iter().map(|(_, unit, _)| (*unit).clone()).collect();
+        let values: Vec<f64> = terms.iter().map(|(value, ..)| *value).collect();
+        let text = text(self.model, site, ranked, &values, &units, &names, stds);
+        format!("{doc}\n{text}").replacen("effect guess on", "effect law on", 1)
     }
 
     /// Data whose fits are not kept: their keys know a structure by the positions of its candidates.
@@ -410,23 +481,62 @@ fn text(
     model: &Model,
     site: &Site<'_>,
     ranked: &Ranked,
+    values: &[f64],
     units: &[Unit],
     names: &[String],
+    stds: &[Option<f64>],
 ) -> String {
     let mut parameters = String::new();
     let mut sum = Vec::new();
-    for (((shape, coefficient), unit), name) in ranked.terms.iter().zip(units).zip(names) {
-        let value = coefficient / unit.factor;
+    let terms = ranked.terms.iter().zip(values).zip(units).zip(names).zip(stds);
+    for (((((shape, _), value), unit), name), std) in terms {
+        let value = literal(value / unit.factor);
         // Writing to a string cannot fail.
-        let _ = writeln!(parameters, "parameter {name} [{}] = {value:e}", unit.symbol);
+        let _ = write!(parameters, "parameter {name} [{}] = {value}", unit.symbol);
+        if let Some(std) = std {
+            let _ = write!(parameters, "    /// ± {}", literal(std / unit.factor));
+        }
+        parameters.push('\n');
         sum.push(format!("{name}{}", shape.text(&site.names)));
+    }
+    for name in names {
+        let _ = writeln!(parameters, "null {name} = 0");
     }
     let (model, place, sum) = (&model.name, site.name, sum.join(" + "));
     let (kind, change) = match site.kind {
         PlaceKind::Equation => ("plant", format!("add {sum} to {place}")),
+        PlaceKind::Parameter => ("plant", format!("replace {place} by {place} + {sum}")),
+        PlaceKind::Input => ("input", format!("replace {place} by {place} + {sum}")),
         PlaceKind::Output => ("sensor", format!("replace output {place} by {place} + {sum}")),
     };
     format!("effect guess on {model}\nkind {kind}\n\n{parameters}\n{change}\n")
+}
+
+/// Ranges of the names that a formula has, in the training recordings.
+fn ranges(site: &Site<'_>, ranked: &Ranked, train: &[Trace]) -> Vec<LawRange> {
+    let used = ranked.terms.iter().flat_map(|(shape, _)| shape.forms().map(|(name, _)| name));
+    let used: BTreeSet<usize> = used.collect();
+    let range = |name: usize| {
+        let values = train.iter().flat_map(|trace| trace.names[name].iter().copied());
+        let (low, high) = values
+            .filter(|value| value.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let Factor { name, unit } = &site.names[name];
+        let unit = dgd_runtime::Unit {
+            symbol: unit.symbol.clone().into(),
+            factor: unit.factor,
+            offset: 0.0,
+        };
+        LawRange { name: name.clone(), unit, low, high }
+    };
+    used.into_iter().map(range).collect()
+}
+
+impl LawRange {
+    fn words(&self) -> String {
+        let [low, high] = [self.low, self.high].map(|x| literal(x / self.unit.factor));
+        format!("`{}` between {low} and {high} {}", self.name, self.unit.symbol)
+    }
 }
 
 /// Mean square of the errors over the noise, on validation recordings where there are any.

@@ -6,13 +6,24 @@
 //! |---|---|
 //! | `interval` | the usual distance of samples, s |
 //! | `duration` | the length of the longest training recording, s |
-//! | `size(x)` | the largest size of the state x in the fitted base model, in its unit |
+//! | `period` | the strongest period of what the fitted base model leaves, s |
+//! | `size(x)` | the largest size of x, in its unit |
+//! | `size_of_swing(x)` | the largest size of what goes to both sides of zero, as a speed does |
+//! | `least(x)`, `largest(x)` | the ends of its range |
+//! | `middle(x)` | the middle of its range |
+//! | `middle_of_store(x)` | the same of what is never below zero and has a unit: a level, a mass, an absolute temperature |
 //!
-//! in a value, a bound or a nominal, numbers take their place before it is tried.
+//! in a value, a bound, a nominal or a null, numbers take their place before it is tried. Ranges are those of the
+//! fitted base model and of the recordings. A template that asks for what there is not is not tried there.
+
+use std::collections::BTreeMap;
 
 use dgd_compiler::effects::{Effect, bind};
-use dgd_compiler::model::Model;
-use dgd_compiler::syntax::ast::{AttributeKind, Expr, ExprKind, Factor, ItemKind, Target};
+use dgd_compiler::model::{Declared, Model};
+use dgd_compiler::syntax::ast::{
+    AttributeKind, ClauseKind, Expr, ExprKind, Factor, ItemKind, Target,
+};
+use dgd_compiler::units::Dimension;
 use dgd_identify::Recording;
 use dgd_screen::usual_spacing;
 
@@ -24,12 +35,26 @@ pub(crate) struct Adapted {
     pub arguments: Vec<String>,
 }
 
+/// What templates are measured by.
+pub(crate) struct Measure {
+    /// Ranges of the model's quantities and of the readings.
+    pub ranges: Ranges,
+    /// The strongest period of what the base model leaves, s.
+    pub period: Option<f64>,
+}
+
+/// A quantity that never falls further below zero than this share of its largest value is a store.
+const BELOW_ZERO: f64 = 0.01;
+
+/// A quantity that goes this share of its size to either side of zero swings.
+const BOTH_SIDES: f64 = 0.02;
+
 /// All ways to apply templates to a model, in the measure of what was recorded.
 pub(crate) fn adapted(
     templates: &[Effect],
     model: &Model,
     recordings: &[Recording],
-    ranges: &Ranges,
+    measure: &Measure,
 ) -> Vec<Adapted> {
     let spacings = recordings.iter().filter_map(|recording| usual_spacing(&recording.times));
     let interval = spacings.fold(f64::INFINITY, f64::min);
@@ -38,81 +63,175 @@ pub(crate) fn adapted(
         _ => 0.0,
     };
     let duration = recordings.iter().map(length).fold(0.0, f64::max);
+    let times = BTreeMap::from([
+        ("interval", if interval.is_finite() { interval } else { 1.0 }),
+        ("duration", if duration > 0.0 { duration } else { 1.0 }),
+    ]);
     let mut all = Vec::new();
     for template in templates {
         for arguments in bind(template, model) {
-            let size = |slot: &str| {
+            let quantity = |slot: &str| {
                 let Target::Template(slots) = &template.target else { return None };
                 let place = slots.iter().position(|known| known.name.text == slot)?;
-                let name = arguments.get(place)?;
-                let unknown = model.unknowns.iter().find(|u| u.declared.name == *name)?;
-                let largest = ranges.iter().find(|(known, ..)| known == name);
-                let (_, _, a, b) = largest?;
-                let size = a.abs().max(b.abs()) / unknown.declared.unit.factor.abs();
-                (size > 0.0 && size.is_finite()).then_some(size)
+                Quantity::new(arguments.get(place)?, model, &measure.ranges)
             };
-            let value = |name: &str, argument: Option<&str>| match (name, argument) {
-                ("interval", None) if interval.is_finite() => Some(interval),
-                ("duration", None) if duration > 0.0 => Some(duration),
-                // A state that rests at nothing has the size of its unit.
-                ("size", Some(slot)) => Some(size(slot).unwrap_or(1.0)),
-                ("interval" | "duration", None) => Some(1.0),
-                _ => None,
+            let value = |name: &str, argument: Option<&str>| match argument {
+                None if name == "period" => Some(measure.period),
+                None => times.get(name).map(|time| Some(*time)),
+                Some(slot) => Quantity::named(name).map(|of| of(&quantity(slot)?)),
             };
             let mut effect = template.clone();
-            for item in &mut effect.ast.items {
-                let ItemKind::Parameter { value: own, attributes, .. } = &mut item.kind else {
-                    continue;
-                };
-                settle(own, &value);
-                for attribute in attributes {
-                    match &mut attribute.kind {
-                        AttributeKind::Bounds(lower, upper) => {
-                            lower.iter_mut().chain(upper).for_each(|bound| settle(bound, &value));
-                        }
-                        AttributeKind::Nominal(size) => settle(size, &value),
-                        _ => {}
-                    }
-                }
+            if let Some(()) = settle_all(&mut effect, &value) {
+                all.push(Adapted { effect, arguments });
             }
-            all.push(Adapted { effect, arguments });
         }
     }
     all
 }
 
-/// What names in a template stand for, by the name and the argument of a call.
-type Meaning<'a> = dyn Fn(&str, Option<&str>) -> Option<f64> + 'a;
+/// The range of what a template is applied to, in its unit.
+struct Quantity {
+    least: f64,
+    largest: f64,
+    has_unit: bool,
+}
 
-/// Puts a number in the place of an expression that has such names.
-fn settle(expr: &mut Expr, meaning: &Meaning<'_>) {
-    if let Some((value, true)) = value_of(expr, meaning) {
-        let text = format!("{value}");
-        expr.kind = ExprKind::Number { value, text, unit: None };
+impl Quantity {
+    fn new(name: &str, model: &Model, ranges: &Ranges) -> Option<Quantity> {
+        let inputs = model.inputs.iter().map(|input| &input.declared);
+        let unknowns = model.unknowns.iter().map(|unknown| &unknown.declared);
+        let outputs = model.outputs.iter().map(|output| &output.declared);
+        let mut all = inputs.chain(unknowns).chain(outputs);
+        let declared: &Declared = all.find(|declared| declared.name == name)?;
+        let (_, _, a, b) = ranges.iter().find(|(known, ..)| known == name)?;
+        let factor = declared.unit.factor.abs();
+        let has_unit = declared.unit.dimension != Dimension::ONE;
+        (a.is_finite() && b.is_finite()).then_some(Quantity {
+            least: a / factor,
+            largest: b / factor,
+            has_unit,
+        })
+    }
+
+    /// What a name says of a quantity; nothing where there is no such name.
+    fn named(name: &str) -> Option<fn(&Quantity) -> Option<f64>> {
+        Some(match name {
+            // What rests at nothing has the size of its unit.
+            "size" => |of| {
+                let size = of.least.abs().max(of.largest.abs());
+                Some(if size > 0.0 { size } else { 1.0 })
+            },
+            "size_of_swing" => |of| {
+                let size = of.least.abs().max(of.largest.abs());
+                (of.least < -BOTH_SIDES * size && of.largest > BOTH_SIDES * size).then_some(size)
+            },
+            "least" => |of| (of.least < of.largest).then_some(of.least),
+            "largest" => |of| (of.least < of.largest).then_some(of.largest),
+            "middle" => |of| (of.least < of.largest).then_some(0.5 * (of.least + of.largest)),
+            "middle_of_store" => |of| {
+                let is_store = of.has_unit && of.least >= -BELOW_ZERO * of.largest;
+                (is_store && of.least < of.largest).then_some(0.5 * (of.least + of.largest))
+            },
+            _ => return None,
+        })
     }
 }
 
-/// The value of a product of numbers and such names, and whether there is a name among them.
-fn value_of(expr: &Expr, meaning: &Meaning<'_>) -> Option<(f64, bool)> {
+/// Puts numbers in the place of names everywhere in a template; nothing where one of them stands for nothing.
+fn settle_all(effect: &mut Effect, meaning: &Meaning<'_>) -> Option<()> {
+    for item in &mut effect.ast.items {
+        let ItemKind::Parameter { value, attributes, .. } = &mut item.kind else { continue };
+        settle(value, meaning)?;
+        for attribute in attributes {
+            match &mut attribute.kind {
+                AttributeKind::Bounds(lower, upper) => {
+                    for bound in lower.iter_mut().chain(upper) {
+                        settle(bound, meaning)?;
+                    }
+                }
+                AttributeKind::Nominal(size) => settle(size, meaning)?,
+                _ => {}
+            }
+        }
+    }
+    for clause in effect.ast.effect.iter_mut().flat_map(|header| &mut header.clauses) {
+        if let ClauseKind::Null { value, .. } = &mut clause.kind {
+            settle(value, meaning)?;
+        }
+    }
+    Some(())
+}
+
+/// What names in a template stand for, by the name and the argument of a call: nothing where it is no such name, and a
+/// number where there is one.
+type Meaning<'a> = dyn Fn(&str, Option<&str>) -> Option<Option<f64>> + 'a;
+
+/// Puts a number in the place of an expression that has such names; nothing where one of them has no number.
+fn settle(expr: &mut Expr, meaning: &Meaning<'_>) -> Option<()> {
+    match value_of(expr, meaning) {
+        Value::Number(value, true) => {
+            let text = format!("{value}");
+            let number = ExprKind::Number {
+                value: value.abs(),
+                text: format!("{}", value.abs()),
+                unit: None,
+            };
+            expr.kind = if value < 0.0 {
+                let operand = Expr { kind: number, ..expr.clone() };
+                ExprKind::Negate(Box::new(operand))
+            } else {
+                ExprKind::Number { value, text, unit: None }
+            };
+            Some(())
+        }
+        Value::Number(_, false) | Value::Other => Some(()),
+        Value::Missing => None,
+    }
+}
+
+/// What a product of numbers and such names comes to.
+#[derive(Clone, Copy)]
+enum Value {
+    /// A number, and whether there is a name in it.
+    Number(f64, bool),
+    /// A name in it has no number.
+    Missing,
+    /// Something else.
+    Other,
+}
+
+fn value_of(expr: &Expr, meaning: &Meaning<'_>) -> Value {
+    let named = |found: Option<Option<f64>>| match found {
+        Some(Some(value)) => Value::Number(value, true),
+        Some(None) => Value::Missing,
+        None => Value::Other,
+    };
     match &expr.kind {
-        ExprKind::Number { value, unit: None, .. } => Some((*value, false)),
-        ExprKind::Name(name) => Some((meaning(name, None)?, true)),
+        ExprKind::Number { value, unit: None, .. } => Value::Number(*value, false),
+        ExprKind::Name(name) => named(meaning(name, None)),
+        ExprKind::Group(inner) => value_of(inner, meaning),
         ExprKind::Call { function, arguments } => match arguments.as_slice() {
             [Expr { kind: ExprKind::Name(argument), .. }] => {
-                Some((meaning(&function.text, Some(argument))?, true))
+                named(meaning(&function.text, Some(argument)))
             }
-            _ => None,
+            _ => Value::Other,
         },
         ExprKind::Product(factors) => {
-            factors.iter().try_fold((1.0, false), |(product, named), (how, factor)| {
-                let (value, is_named) = value_of(factor, meaning)?;
-                let product = match how {
-                    Factor::Times => product * value,
-                    Factor::Over => product / value,
+            let times =
+                |all: Value, (how, factor): &(Factor, Expr)| match (all, value_of(factor, meaning))
+                {
+                    (Value::Missing, _) | (_, Value::Missing) => Value::Missing,
+                    (Value::Number(a, of_a), Value::Number(b, of_b)) => {
+                        let product = match how {
+                            Factor::Times => a * b,
+                            Factor::Over => a / b,
+                        };
+                        Value::Number(product, of_a || of_b)
+                    }
+                    _ => Value::Other,
                 };
-                Some((product, named || is_named))
-            })
+            factors.iter().fold(Value::Number(1.0, false), times)
         }
-        _ => None,
+        _ => Value::Other,
     }
 }

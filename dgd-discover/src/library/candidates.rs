@@ -3,7 +3,9 @@
 use dgd_compiler::effects::{Application, Effect, Reach, bind};
 use dgd_compiler::model::Model;
 use dgd_compiler::syntax::ast::Ast;
-use dgd_compiler::syntax::ast::{ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, Target};
+use dgd_compiler::syntax::ast::{
+    Attribute, AttributeKind, ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, Target,
+};
 use dgd_compiler::syntax::visit::{self, Part};
 
 use super::adapted::Adapted;
@@ -21,15 +23,26 @@ pub(crate) struct Candidate<'a> {
     pub is_generic: bool,
     /// What it replaces and hides in the model.
     pub reach: Reach,
+    /// Whether it has constants that do nothing where it vanishes.
+    pub has_inner: bool,
+    /// Whether it brings unknowns of its own.
+    pub brings_unknowns: bool,
 }
 
 impl Candidate<'_> {
     /// What a discovery names: the family, or a template with what it is applied to.
     pub(crate) fn name(&self) -> String {
-        if self.is_generic {
-            return self.application.name();
+        let name = self.application.effect.name.text.clone();
+        if !self.is_generic {
+            return name;
         }
-        self.application.effect.name.text.clone()
+        let arguments = self.application.arguments.iter().map(|name| name.text.as_str());
+        format!("{name}({})", arguments.collect::<Vec<_>>().join(", "))
+    }
+
+    /// What it is about: the family, or the place of a template.
+    pub(crate) fn subject(&self) -> String {
+        if self.is_generic { format!("at {}", self.target()) } else { self.name() }
     }
 
     /// Whether one of two hides the other, so that they cannot be screened together.
@@ -64,7 +77,15 @@ pub(crate) fn candidates<'a>(
             let (onsets, delays) = (onsets.clone(), delays.clone());
             // What cannot be applied is refused, and screened with nobody.
             let reach = Reach::of(asts, &application).unwrap_or_default();
-            all.push(Candidate { application, onsets, delays, is_generic: false, reach });
+            all.push(Candidate {
+                application,
+                onsets,
+                delays,
+                is_generic: false,
+                reach,
+                has_inner: has_inner(effect),
+                brings_unknowns: brings_unknowns(effect),
+            });
         }
     }
     all
@@ -98,9 +119,41 @@ pub(crate) fn generic<'a>(templates: &'a [Adapted], asts: &[Ast]) -> Vec<Candida
         let arguments = arguments.iter().map(|text| Name { text: text.clone(), span }).collect();
         let application = Application { effect, arguments, span };
         let reach = Reach::of(asts, &application).unwrap_or_default();
-        all.push(Candidate { application, onsets, delays, is_generic: true, reach });
+        all.push(Candidate {
+            application,
+            onsets,
+            delays,
+            is_generic: true,
+            reach,
+            has_inner: has_inner(effect),
+            brings_unknowns: brings_unknowns(effect),
+        });
     }
     all
+}
+
+/// Whether an effect declares states or unknowns.
+fn brings_unknowns(effect: &Effect) -> bool {
+    effect.ast.items.iter().any(|item| matches!(item.kind, ItemKind::Unknown { .. }))
+}
+
+/// Whether an effect has parameters to fit beside those that its `null` names.
+fn has_inner(effect: &Effect) -> bool {
+    let clauses = effect.ast.effect.iter().flat_map(|header| &header.clauses);
+    let nulls: Vec<&str> = clauses
+        .filter_map(|clause| match &clause.kind {
+            ClauseKind::Null { name, .. } => Some(name.text.as_str()),
+            _ => None,
+        })
+        .collect();
+    let is_fixed =
+        |attributes: &[Attribute]| attributes.iter().any(|a| a.kind == AttributeKind::Fixed);
+    effect.ast.items.iter().any(|item| match &item.kind {
+        ItemKind::Parameter { name, attributes, .. } => {
+            !nulls.contains(&name.text.as_str()) && !is_fixed(attributes)
+        }
+        _ => false,
+    })
 }
 
 /// Parameters of an effect that time is compared with, and those by which something is delayed.
@@ -168,7 +221,32 @@ fn collect_compared(expr: &Expr, names: &mut Vec<String>) {
     }
 }
 
+/// A plain number, with its sign.
+fn number(expr: &Expr) -> Option<f64> {
+    match &expr.kind {
+        ExprKind::Number { value, unit: None, .. } => Some(*value),
+        ExprKind::Negate(inner) => Some(-number(inner)?),
+        ExprKind::Group(inner) => number(inner),
+        _ => None,
+    }
+}
+
 impl Candidate<'_> {
+    /// Whether a parameter of the effect file is declared with the value at which it does nothing.
+    pub(crate) fn is_declared_at_null(&self, parameter: &str) -> bool {
+        let ast = &self.application.effect.ast;
+        let declared = ast.items.iter().find_map(|item| match &item.kind {
+            ItemKind::Parameter { name, value, .. } if name.text == parameter => number(value),
+            _ => None,
+        });
+        let mut clauses = ast.effect.iter().flat_map(|header| &header.clauses);
+        let null = clauses.find_map(|clause| match &clause.kind {
+            ClauseKind::Null { name, value } if name.text == parameter => number(value),
+            _ => None,
+        });
+        declared.is_some() && declared == null
+    }
+
     /// What it changes: an equation, an output, or a name of the model.
     pub(crate) fn target(&self) -> String {
         let effect = self.application.effect;

@@ -10,7 +10,7 @@ mod structure;
 mod structure_id;
 mod templates;
 
-pub(crate) use adapted::{Adapted, adapted};
+pub(crate) use adapted::{Adapted, Measure, adapted};
 pub(crate) use candidates::{Candidate, candidates, generic, unbound};
 pub(crate) use levels::{Ranges, range_of};
 pub use structure::BaseModel;

@@ -1,7 +1,8 @@
 //! A Kalman filter and smoother for deviations with one unknown input.
 //!
 //! The state is z = [δx; n; d], with d a random walk that steps at the samples and n the correlated noise
-//! of each sensor that has such, of variance c² and with a memory of τ:
+//! of each sensor that has such, of variance c² and with a memory of τ. Other [`Walk`]s have other last rows: a white
+//! d begins anew at each sample, and an integrated walk has its slope behind it, z = [δx; n; d; ḋ], which steps.
 //!
 //! ```text
 //!   z(k+1) = F z(k) + w,   F = [Φ 0 Γ; 0 φ 0; 0 0 1],   w ~ N(0, diag(0, c² (1 − φ²), q h)),   φ = e^(−h/τ)
@@ -34,6 +35,30 @@ use dgd_screen::noise::{Colour, SensorNoise};
 /// Numbers that the kernels below take at once.
 const LANES: usize = 4;
 
+/// How an unknown input goes on from one sample to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Walk {
+    /// Anew at each sample.
+    White,
+    /// A random walk.
+    Random,
+    /// A random walk of its slope.
+    Integrated,
+}
+
+impl Walk {
+    /// All of them, the simplest first.
+    pub(crate) const ALL: [Walk; 3] = [Walk::Random, Walk::White, Walk::Integrated];
+
+    /// Numbers of z that it needs.
+    fn len(self) -> usize {
+        match self {
+            Walk::White | Walk::Random => 1,
+            Walk::Integrated => 2,
+        }
+    }
+}
+
 /// Deviations with one unknown input, and what was measured of them.
 ///
 /// Between n and d, z is filled up with zeros to a multiple of [`LANES`].
@@ -41,6 +66,10 @@ const LANES: usize = 4;
 pub(crate) struct Chain {
     /// Length of z.
     n: usize,
+    /// How d goes on.
+    walk: Walk,
+    /// Where d is in z.
+    at: usize,
     /// F of each interval, row by row, without its last row.
     transitions: Vec<f64>,
     /// Times of the samples, and length of each interval, s.
@@ -73,9 +102,11 @@ pub(crate) struct Measurement {
     variance: f64,
 }
 
-/// What the filter leaves for the smoother.
+/// What the filter leaves for the smoother, or for means of other measurements.
 #[derive(Debug, Default)]
 struct Record {
+    /// Whether z⁺ and P⁺ are kept.
+    has_states: bool,
     /// z⁺ and P⁺ of each sample.
     z: Vec<f64>,
     p: Vec<f64>,
@@ -95,6 +126,18 @@ pub(crate) struct Smoothed {
     pub(crate) residuals: Vec<f64>,
 }
 
+/// Measurements as a filter sees them.
+#[derive(Debug)]
+pub(crate) struct Whitened {
+    /// Innovations of the residuals over their standard deviations.
+    pub(crate) residuals: Vec<f64>,
+    /// The same of each column.
+    pub(crate) columns: Vec<Vec<f64>>,
+    /// ln S of each, and their sum.
+    pub(crate) log_variances: Vec<f64>,
+    pub(crate) log_determinant: f64,
+}
+
 /// Work space of a filter.
 struct Filter {
     z: Vec<f64>,
@@ -111,6 +154,7 @@ impl Chain {
     pub(crate) fn new(
         deviations: &Deviations,
         place: usize,
+        walk: Walk,
         residuals: &[f64],
         noise: &[Option<SensorNoise>],
     ) -> Self {
@@ -122,7 +166,8 @@ impl Chain {
             .enumerate()
             .filter_map(|(output, noise)| Some((output, noise.as_ref()?.colour?)))
             .collect();
-        let n = (states + coloured.len() + 1).next_multiple_of(LANES);
+        let n = (states + coloured.len() + walk.len()).next_multiple_of(LANES);
+        let at = n - walk.len();
         let mut transitions = vec![0.0; deviations.transitions.len() * n * (n - 1)];
         let systems = deviations.transitions.iter().zip(&deviations.responses).zip(&intervals);
         let matrices = transitions.chunks_exact_mut(n * (n - 1));
@@ -131,10 +176,14 @@ impl Chain {
                 for (entry, phi) in row.iter_mut().zip(transition.row(i).iter()) {
                     *entry = *phi;
                 }
-                row[n - 1] = response[(i, place)];
+                row[at] = response[(i, place)];
             }
             for (i, (_, colour)) in coloured.iter().enumerate() {
                 f[(states + i) * (n + 1)] = (-h / colour.memory).exp();
+            }
+            if walk == Walk::Integrated {
+                f[at * n + at] = 1.0;
+                f[at * n + n - 1] = *h;
             }
         }
         let (mut measurements, mut rows, mut begin) = (Vec::new(), Vec::new(), vec![0]);
@@ -153,7 +202,7 @@ impl Chain {
                     if let Some(own) = coloured.iter().position(|(other, _)| *other == output) {
                         row[states + own] = 1.0;
                     }
-                    row[n - 1] = seen.inputs[(output, place)];
+                    row[at] = seen.inputs[(output, place)];
                     rows.extend(row);
                 }
             }
@@ -162,6 +211,8 @@ impl Chain {
         let of_colour = coloured.iter().map(|(_, colour)| colour.std);
         Chain {
             n,
+            walk,
+            at,
             transitions,
             times: times.clone(),
             intervals,
@@ -203,7 +254,7 @@ impl Chain {
         let (mut z, mut next) = (vec![0.0; n], vec![0.0; n]);
         let mut response = Vec::with_capacity(self.measurements.len());
         for (k, d) in d.iter().enumerate() {
-            z[n - 1] = *d;
+            z[self.at] = *d;
             let rows = &self.rows[self.begin[k] * n..self.begin[k + 1] * n];
             response.extend(rows.chunks_exact(n).map(|row| dot(row, &z)));
             if k < self.intervals.len() {
@@ -211,9 +262,53 @@ impl Chain {
                     *next = flushed(dot(row, &z));
                 }
                 std::mem::swap(&mut z, &mut next);
+                z[n - 1] = 0.0;
             }
         }
         response
+    }
+
+    /// The residuals and further columns of measurements as the filter sees them: innovations over their standard
+    /// deviations, and Σ ln S of the innovations' variances. `columns` have a number for each measurement.
+    pub(crate) fn whitened(&self, intensity: f64, columns: &[Vec<f64>]) -> Whitened {
+        let mut record = Some(Record::default());
+        self.filter(intensity, &mut record);
+        let record = record.unwrap_or_default();
+        let values: Vec<f64> = self.measurements.iter().map(|m| m.value).collect();
+        let residuals = self.along(&record, &values);
+        let columns = columns.iter().map(|column| self.along(&record, column)).collect();
+        let log_variances: Vec<f64> = record.innovations.iter().map(|(_, s)| s.ln()).collect();
+        let log_determinant = log_variances.iter().sum();
+        Whitened { residuals, columns, log_variances, log_determinant }
+    }
+
+    /// When a measurement was taken, s.
+    pub(crate) fn time_of(&self, measurement: usize) -> f64 {
+        self.times[self.measurements[measurement].sample]
+    }
+
+    /// Innovations of other measured values, over their standard deviations, with the gains of a filter that was run.
+    fn along(&self, record: &Record, values: &[f64]) -> Vec<f64> {
+        let n = self.n;
+        let (mut z, mut next) = (vec![0.0; n], vec![0.0; n]);
+        let mut innovations = Vec::with_capacity(values.len());
+        for k in 0..=self.intervals.len() {
+            let of_sample = self.begin[k]..self.begin[k + 1];
+            for (m, value) in of_sample.clone().zip(&values[of_sample]) {
+                let h = &self.rows[m * n..(m + 1) * n];
+                let innovation = value - dot(h, &z);
+                add_scaled(&mut z, innovation, &record.gains[m * n..(m + 1) * n]);
+                innovations.push(innovation / record.innovations[m].1.sqrt());
+            }
+            if k < self.intervals.len() {
+                for (next, row) in next.iter_mut().zip(self.transition(k).chunks_exact(n)) {
+                    *next = flushed(dot(row, &z));
+                }
+                next[n - 1] = if self.walk == Walk::White { 0.0 } else { z[n - 1] };
+                std::mem::swap(&mut z, &mut next);
+            }
+        }
+        innovations
     }
 
     /// ln p(r | q) up to what does not depend on q; minus infinity where it is not a number.
@@ -224,7 +319,7 @@ impl Chain {
     /// d and the residuals, given all measurements.
     pub(crate) fn smooth(&self, intensity: f64) -> Smoothed {
         let n = self.n;
-        let mut record = Some(Record::default());
+        let mut record = Some(Record { has_states: true, ..Record::default() });
         self.filter(intensity, &mut record);
         let record = record.unwrap_or_default();
 
@@ -243,10 +338,10 @@ impl Chain {
             {
                 *z = filtered - dot(row, &lambda);
             }
-            let p_d = &p[(n - 1) * n..];
+            let p_d = &p[self.at * n..(self.at + 1) * n];
             multiply(&capital, p_d, &mut column);
-            smoothed.input[k] = z[n - 1];
-            smoothed.std[k] = (p_d[n - 1] - dot(p_d, &column)).max(0.0).sqrt();
+            smoothed.input[k] = z[self.at];
+            smoothed.std[k] = (p_d[self.at] - dot(p_d, &column)).max(0.0).sqrt();
 
             for m in (self.begin[k]..self.begin[k + 1]).rev() {
                 let h = &self.rows[m * n..(m + 1) * n];
@@ -292,18 +387,19 @@ impl Chain {
         for (row, lambda) in rows().zip(lambda.iter()) {
             add_scaled(column, *lambda, row);
         }
-        column[n - 1] += lambda[n - 1];
+        let goes_on = if self.walk == Walk::White { 0.0 } else { 1.0 };
+        column[n - 1] += goes_on * lambda[n - 1];
         for (lambda, column) in lambda.iter_mut().zip(column.iter()) {
             *lambda = flushed(*column);
         }
 
-        // Λ F, then Fᵀ (Λ F); F's last row is the unit vector of d.
+        // Λ F, then Fᵀ (Λ F); F's last row is the unit vector of d or its slope, or nothing.
         for (capital, product) in capital.chunks_exact(n).zip(product.chunks_exact_mut(n)) {
             product.fill(0.0);
             for (row, factor) in rows().zip(capital) {
                 add_scaled(product, *factor, row);
             }
-            product[n - 1] += capital[n - 1];
+            product[n - 1] += goes_on * capital[n - 1];
         }
         capital.fill(0.0);
         for (row, product) in rows().zip(product.chunks_exact(n)) {
@@ -311,7 +407,7 @@ impl Chain {
                 add_scaled(capital, *factor, product);
             }
         }
-        add_scaled(&mut capital[(n - 1) * n..], 1.0, &product[(n - 1) * n..]);
+        add_scaled(&mut capital[(n - 1) * n..], goes_on, &product[(n - 1) * n..]);
         symmetrise(capital, n);
     }
 
@@ -332,7 +428,13 @@ impl Chain {
         for (i, variance) in self.start.iter().enumerate() {
             filter.p[i * n + i] = *variance;
         }
-        filter.p[n * n - 1] = intensity * self.duration();
+        let duration = self.duration();
+        let start = intensity * duration;
+        filter.p[n * n - 1] = start;
+        if self.walk == Walk::Integrated {
+            // As far as the walk gets on the whole.
+            filter.p[self.at * (n + 1)] = start * duration * duration / 3.0;
+        }
 
         let mut log_likelihood = 0.0;
         for k in 0..=self.intervals.len() {
@@ -346,13 +448,18 @@ impl Chain {
                     record.innovations.push((innovation, s));
                 }
             }
-            if let Some(record) = record {
+            if let Some(record) = record.as_mut().filter(|record| record.has_states) {
                 record.z.extend_from_slice(&filter.z);
                 record.p.extend_from_slice(&filter.p);
             }
             if let Some(h) = self.intervals.get(k) {
                 let transition = self.transition(k);
-                filter.predict(n, transition, intensity * h);
+                if self.walk == Walk::White {
+                    filter.predict(n, transition, 0.0);
+                    filter.begin_anew(n, start);
+                } else {
+                    filter.predict(n, transition, intensity * h);
+                }
                 for (i, variance) in self.start.iter().enumerate().skip(self.states) {
                     let phi = transition[i * (n + 1)];
                     filter.p[i * (n + 1)] += variance * (1.0 - phi * phi);
@@ -431,6 +538,16 @@ impl Filter {
         }
         p[n * n - 1] += step;
         symmetrise(p, n);
+    }
+
+    /// Forgets the last of z, which is independent of all from now on and has this variance.
+    fn begin_anew(&mut self, n: usize, variance: f64) {
+        self.z[n - 1] = 0.0;
+        for i in 0..n {
+            self.p[i * n + n - 1] = 0.0;
+            self.p[(n - 1) * n + i] = 0.0;
+        }
+        self.p[n * n - 1] = variance;
     }
 }
 

@@ -1,140 +1,473 @@
-//! What each equation and each sensor of the base model would have needed.
+//! Where something is missing: all places of the base model, ranked.
+//!
+//! ```text
+//!   simulate the fitted model in all recordings ─► fit every place
+//!     ─► the best few again, around the trajectory that has what they lack ─► rank
+//! ```
+//!
+//! Places are ranked by how likely they make validation readings, each predicted from those before it; without
+//! validation recordings, by the training readings. Readings are thinned where there are many, inputs never.
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Model;
-use dgd_execute::Engine;
-use dgd_identify::Recording;
-use dgd_runtime::{Problem, observe, simulate};
+use dgd_execute::{Engine, Loaded};
+use dgd_identify::{Recording, Starts};
+use dgd_runtime::{Observations, Problem, System, observe, simulate};
 
-use super::deviations::Deviations;
+use super::deviations::{Deviations, LinearizeError};
+use super::kalman::{Chain, Walk};
 use super::missing_terms::{MissingTerms, Place, PlaceKind};
-use super::unknown_input::unknown_input;
-use crate::fit::{Data, Fitted};
+use super::place_fit::{Columns, Likelihood, PlaceFit, Sight, Sights};
+use super::reconstruct::{inputs_with, reconstruct};
+use super::unknown_input::{standing_out, unknown_input};
+use crate::fit::{Data, Fitted, held_out_starts};
 use crate::noise::Window;
+use dgd_screen::noise::median;
 
-/// What an equation would have needed on its right-hand side, in its own unit.
+/// What a place would have needed.
 #[derive(Debug, Clone)]
 pub struct MissingInput {
-    /// The equation.
-    pub equation: String,
+    /// The place.
+    pub place: Place,
     /// The unit of `value` and `std`.
     pub unit: String,
-    /// Times, s.
+    /// Times of the first training recording, s.
     pub times: Vec<f64>,
-    /// The smoothed estimate.
+    /// The smoothed estimate: what an equation lacks on its right-hand side, the values that a parameter takes, what
+    /// an input acts or a sensor reads more.
     pub value: Vec<f64>,
     /// Its standard deviation.
     pub std: Vec<f64>,
-    /// Where it differs from nothing.
+    /// Where it stands out.
     pub windows: Vec<Window>,
-    /// By how much the log-likelihood gains.
+    /// By how much the log-likelihood gains over nothing missing, of validation readings where there are any.
     pub gain: f64,
 }
 
-/// How a model with room for what is missing deviates from its simulation in one recording.
-pub(crate) struct Simulated {
-    pub(crate) deviations: Deviations,
-    /// Measured − simulated, n_w per sample.
-    pub(crate) residuals: Vec<f64>,
+impl MissingInput {
+    /// What the place is called in a result: an equation's label, a parameter, an input or `sensor NAME`.
+    pub fn target(&self) -> String {
+        self.place.called()
+    }
 }
 
-/// The fitted model in a recording; `None` where it cannot be simulated or linearised.
-pub(crate) fn simulated(
+/// What a place would have needed in one recording, as it is compared with formulas.
+#[derive(Debug, Clone)]
+pub(crate) struct PlaceTrace {
+    /// Times, s.
+    pub(crate) times: Vec<f64>,
+    /// d, SI.
+    pub(crate) d: Vec<f64>,
+    /// Its standard deviation.
+    pub(crate) std: Vec<f64>,
+    /// Start values of the recording.
+    pub(crate) start: Starts,
+    /// Over how long errors of d are correlated, s.
+    pub(crate) resolved: f64,
+}
+
+/// A place with its traces.
+#[derive(Debug, Clone)]
+pub(crate) struct FoundPlace {
+    pub(crate) missing: MissingInput,
+    /// All parameters, SI, that the traces stand beside.
+    pub(crate) p: Vec<f64>,
+    /// Of the training recordings, and of the validation recordings.
+    pub(crate) train: Vec<PlaceTrace>,
+    pub(crate) valid: Vec<PlaceTrace>,
+    /// Where it stands out in each training recording.
+    windows: Vec<Vec<Window>>,
+}
+
+/// Places of a model, and what was found there.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Missing {
+    /// The model with all places.
+    pub(crate) terms: Option<MissingTerms>,
+    /// Places that make the readings more likely, the best first.
+    pub(crate) ranked: Vec<FoundPlace>,
+    /// Why nothing could be looked for anywhere.
+    pub(crate) reason: Option<String>,
+}
+
+/// Samples of all recordings that places are fitted to.
+const SAMPLES: usize = 3000;
+/// Samples that each recording keeps.
+const FEWEST: usize = 200;
+/// Places that are fitted again around the trajectory that has what they lack …
+const AROUND: usize = 6;
+/// … so often.
+const ROUNDS: usize = 2;
+/// Simulations of fits of start values.
+const EVALUATIONS: usize = 40;
+/// Gains closer than this are a tie: the odds are less than twenty to one.
+pub(crate) const TIE: f64 = 3.0;
+
+/// A recording at fewer times, with the start values that it is simulated from.
+struct Thinned<'a> {
+    recording: &'a Recording,
+    times: Vec<f64>,
+    /// Positions of `times` among all.
+    samples: Vec<usize>,
+    start: Starts,
+    counts_from: f64,
+}
+
+impl<'a> Thinned<'a> {
+    fn new(recording: &'a Recording, most: usize, start: Starts, counts_from: f64) -> Self {
+        let stride = recording.times.len().div_ceil(most.max(1)).max(1);
+        let samples: Vec<usize> = (0..recording.times.len()).step_by(stride).collect();
+        let times = samples.iter().map(|k| recording.times[*k]).collect();
+        Thinned { recording, times, samples, start, counts_from }
+    }
+
+    /// Measured less simulated, n_w per sample.
+    fn residuals(&self, simulated: &Observations) -> Vec<f64> {
+        let measured = &self.recording.measured;
+        let of_sample = |(row, k): (usize, &usize)| {
+            let w = simulated.w(row);
+            let residual = |(i, of): (usize, &Option<Vec<f64>>)| {
+                of.as_ref().map_or(f64::NAN, |measured| measured[*k] - w[i])
+            };
+            measured.iter().enumerate().map(residual).collect::<Vec<f64>>()
+        };
+        self.samples.iter().enumerate().flat_map(of_sample).collect()
+    }
+}
+
+/// What is searched for places.
+struct Places<'a> {
+    terms: &'a MissingTerms,
+    data: &'a Data<'a>,
+    p: &'a [f64],
+    train: Vec<Thinned<'a>>,
+    valid: Vec<Thinned<'a>>,
+    /// Places of the free parameters, with their sizes and positions among the parameters.
+    free: Vec<(usize, f64, usize)>,
+}
+
+/// All places of the base model, the most likely first.
+pub(crate) fn missing_inputs(
+    model: &Model,
+    engine: Engine,
+    fitted: &Fitted,
+    data: &Data<'_>,
+) -> Missing {
+    let Ok(terms) = MissingTerms::new(model, engine, &mut Diagnostics::default()) else {
+        return Missing::nowhere("the model has no room for a missing term");
+    };
+    let ranked = Places::new(&terms, fitted, data).ranked(model);
+    match ranked {
+        Ok(ranked) => Missing { ranked, terms: Some(terms), reason: None },
+        Err(error) => Missing::nowhere(&error.to_string()),
+    }
+}
+
+impl Missing {
+    fn nowhere(reason: &str) -> Self {
+        Missing { reason: Some(reason.to_owned()), ..Missing::default() }
+    }
+}
+
+impl<'a> Places<'a> {
+    fn new(terms: &'a MissingTerms, fitted: &'a Fitted, data: &'a Data<'a>) -> Self {
+        let system = &fitted.structure.system;
+        let starts = held_out_starts(&fitted.structure, &fitted.p, data, EVALUATIONS);
+        let held_out = data.valid.iter().zip(starts.into_iter().flatten()).enumerate();
+        let all = data.train.len() + data.valid.len();
+        let most = (SAMPLES / all.max(1)).max(FEWEST);
+        let train = data.train.iter().enumerate();
+        let train = train
+            .map(|(r, recording)| {
+                let start = fitted.values.starts(system, r);
+                Thinned::new(recording, most, start, f64::NEG_INFINITY)
+            })
+            .collect();
+        let valid = held_out
+            .map(|(r, (recording, start))| {
+                let from = data.counts_from.get(r).copied().unwrap_or(f64::NEG_INFINITY);
+                Thinned::new(recording, most, start, from)
+            })
+            .collect();
+        let signature = system.signature();
+        let is_free =
+            |name: &str| fitted.estimates.iter().any(|e| e.recording.is_none() && e.name == name);
+        let free = terms.places().iter().enumerate().filter_map(|(i, place)| {
+            let position = signature.parameters.iter().position(|p| p.name == place.name)?;
+            let size = fitted.p[position].abs();
+            let size = if size > 0.0 { size } else { signature.parameters[position].unit.factor };
+            (place.kind == PlaceKind::Parameter && is_free(&place.name))
+                .then_some((i, size, position))
+        });
+        let free = free.collect();
+        Places { terms, data, p: &fitted.p, train, valid, free }
+    }
+
+    fn system(&self) -> &Loaded {
+        self.terms.system()
+    }
+
+    /// A recording as places see it, around its simulation with nothing missing.
+    fn sight(&self, thinned: &Thinned<'_>) -> Result<Sight, LinearizeError> {
+        let nothing = vec![0.0; thinned.times.len()];
+        self.sight_around(thinned, 0, &nothing, self.p).ok_or(LinearizeError::Undetermined)
+    }
+
+    /// The same around the simulation with d at a place and other parameters: residuals are what the linearised
+    /// model would leave without d.
+    fn sight_around(
+        &self,
+        thinned: &Thinned<'_>,
+        place: usize,
+        d: &[f64],
+        p: &[f64],
+    ) -> Option<Sight> {
+        let Thinned { recording, times, start, counts_from, .. } = thinned;
+        let around = super::Recording {
+            p,
+            inputs: &recording.inputs,
+            start,
+            times,
+            measured: &[],
+            noise: &self.data.noise,
+        };
+        let inputs = inputs_with(self.terms, &around, place, d).ok()?;
+        let problem = Problem { system: self.system(), p, inputs: &inputs, start };
+        let solution = simulate(&problem, times, &self.data.options).ok()?;
+        let deviations = Deviations::along(self.terms, p, &inputs, &solution).ok()?;
+        let mut residuals = thinned.residuals(&observe(&problem, &solution));
+        if d.iter().any(|d| *d != 0.0) {
+            let chain = Chain::new(&deviations, place, Walk::Random, &residuals, &self.data.noise);
+            for (measurement, response) in chain.measurements.iter().zip(chain.response(d)) {
+                residuals[measurement.sample * deviations.n_outputs + measurement.output] +=
+                    response;
+            }
+        }
+        Some(Sight { deviations, residuals, counts_from: *counts_from })
+    }
+
+    fn ranked(&self, model: &Model) -> Result<Vec<FoundPlace>, LinearizeError> {
+        let sights = |all: &[Thinned<'_>]| -> Result<Vec<Sight>, LinearizeError> {
+            all.iter().map(|thinned| self.sight(thinned)).collect()
+        };
+        let (train, valid) = (sights(&self.train)?, sights(&self.valid).unwrap_or_default());
+        let free: Vec<(usize, f64)> = self.free.iter().map(|(i, size, _)| (*i, *size)).collect();
+        let plain = Sights { train: &train, valid: &valid, noise: &self.data.noise, free: &free };
+        let columns = Columns { train: plain.columns(&train), valid: plain.columns(&valid) };
+        let Some(nothing) = plain.nothing(0, &columns) else {
+            return Err(LinearizeError::Undetermined);
+        };
+        let count = self.terms.places().len();
+        let progress = self.data.keeping.count("places examined", count);
+        let mut found: Vec<Found> = (0..count)
+            .filter_map(|place| {
+                let fit = plain.fit(place, &columns);
+                progress.more(1);
+                Some(Found::new(place, fit?, &plain, &columns))
+            })
+            .collect();
+        sort(&mut found, nothing.likelihood);
+        for found in found.iter_mut().take(AROUND) {
+            if self.data.budget.is_spent() {
+                break;
+            }
+            self.again(found, &free);
+        }
+        sort(&mut found, nothing.likelihood);
+        let told = found.into_iter().filter_map(|found| {
+            let gain = found.fit.likelihood.over(nothing.likelihood);
+            (gain > 0.0).then(|| self.told(model, &found, gain))
+        });
+        Ok(told.collect())
+    }
+
+    /// Fits a place again around the trajectory that has what it lacks, as long as that makes the readings more likely.
+    fn again(&self, found: &mut Found, free: &[(usize, f64)]) {
+        for _ in 0..ROUNDS {
+            let mut p = found.p(self.p);
+            for ((_, size, position), change) in self.free.iter().zip(&found.fit.changes) {
+                let parameter = &self.system().signature().parameters[*position];
+                p[*position] =
+                    (p[*position] + size * change).clamp(parameter.lower, parameter.upper);
+            }
+            let around = |all: &[Thinned<'_>], inputs: &[Vec<f64>]| -> Option<Vec<Sight>> {
+                let both = all.iter().zip(inputs);
+                both.map(|(thinned, d)| self.sight_around(thinned, found.place, d, &p)).collect()
+            };
+            let (Some(train), Some(valid)) =
+                (around(&self.train, &found.train), around(&self.valid, &found.valid))
+            else {
+                return;
+            };
+            let sights = Sights { train: &train, valid: &valid, noise: &self.data.noise, free };
+            let columns = Columns { train: sights.columns(&train), valid: sights.columns(&valid) };
+            let Some(fit) = sights.fit(found.place, &columns) else { return };
+            if fit.likelihood.train <= found.fit.likelihood.train {
+                return;
+            }
+            let better = Found::new(found.place, fit, &sights, &columns);
+            *found = Found { parameters: Some(p), ..better };
+        }
+    }
+
+    fn told(&self, model: &Model, found: &Found, gain: f64) -> FoundPlace {
+        let place = self.terms.places()[found.place].clone();
+        let mut p = found.p(self.p);
+        for ((_, size, position), change) in self.free.iter().zip(&found.fit.changes) {
+            p[*position] += size * change;
+        }
+        let (mut base, mut unit) = (0.0, (place.unit.clone(), 1.0));
+        let declared = match place.kind {
+            PlaceKind::Parameter => {
+                let mut all = self.system().signature().parameters.iter();
+                base = all.position(|p| p.name == place.name).map_or(0.0, |i| p[i]);
+                model.parameters.iter().map(|p| &p.declared).find(|d| d.name == place.name)
+            }
+            PlaceKind::Input => {
+                model.inputs.iter().map(|i| &i.declared).find(|d| d.name == place.name)
+            }
+            PlaceKind::Output => {
+                model.outputs.iter().map(|o| &o.declared).find(|d| d.name == place.name)
+            }
+            PlaceKind::Equation => None,
+        };
+        if let Some(declared) = declared {
+            let own = declared.unit.of_differences();
+            unit = (own.symbol.clone(), own.factor);
+        }
+        let windows: Vec<Vec<Window>> = (self.train.iter().zip(&found.train).zip(&found.stds))
+            .map(|((thinned, d), std)| standing_out(&thinned.times, d, std, found.fit.intensity))
+            .collect();
+        let traces = |all: &[Thinned<'_>], d: &[Vec<f64>], std: &[Vec<f64>]| -> Vec<PlaceTrace> {
+            let each = all.iter().zip(d.iter().zip(std));
+            each.map(|(thinned, (d, std))| PlaceTrace {
+                times: thinned.times.clone(),
+                d: d.clone(),
+                std: std.clone(),
+                start: thinned.start.clone(),
+                resolved: resolved(&found.fit, std),
+            })
+            .collect()
+        };
+        let missing = MissingInput {
+            place,
+            unit: unit.0,
+            times: self.train[0].times.clone(),
+            value: found.train[0].iter().map(|d| (base + d) / unit.1).collect(),
+            std: found.stds[0].iter().map(|std| std / unit.1).collect(),
+            windows: windows[0].clone(),
+            gain,
+        };
+        let train = traces(&self.train, &found.train, &found.stds);
+        let valid = traces(&self.valid, &found.valid, &found.valid_stds);
+        FoundPlace { missing, p, train, valid, windows }
+    }
+}
+
+/// Over how long errors of a smoothed walk are correlated, s.
+fn resolved(fit: &PlaceFit, std: &[f64]) -> f64 {
+    let Some(typical) = median(&mut std.to_vec()) else { return 0.0 };
+    let share = typical * typical / fit.intensity;
+    match fit.walk {
+        Walk::White => 0.0,
+        Walk::Random => 2.0 * share,
+        Walk::Integrated => 2.0 * share.cbrt(),
+    }
+}
+
+/// A place with its estimates.
+struct Found {
+    place: usize,
+    fit: PlaceFit,
+    /// Parameters that the trajectory has around which it was fitted, where they are not those of the base model.
+    parameters: Option<Vec<f64>>,
+    /// d in each training and validation recording.
+    train: Vec<Vec<f64>>,
+    valid: Vec<Vec<f64>>,
+    /// Standard deviations in the training and in the validation recordings.
+    stds: Vec<Vec<f64>>,
+    valid_stds: Vec<Vec<f64>>,
+}
+
+impl Found {
+    fn new(place: usize, fit: PlaceFit, sights: &Sights<'_>, columns: &Columns) -> Self {
+        let smoothed = |all: &[Sight], columns: &[Vec<Vec<f64>>]| -> Vec<(Vec<f64>, Vec<f64>)> {
+            let both = all.iter().zip(columns);
+            both.map(|(sight, columns)| {
+                let smoothed = sights.smoothed(sight, place, &fit, columns);
+                (smoothed.input, smoothed.std)
+            })
+            .collect()
+        };
+        let (train, stds) = smoothed(sights.train, &columns.train).into_iter().unzip();
+        let (valid, valid_stds) = smoothed(sights.valid, &columns.valid).into_iter().unzip();
+        Found { place, fit, parameters: None, train, valid, stds, valid_stds }
+    }
+
+    fn p(&self, base: &[f64]) -> Vec<f64> {
+        self.parameters.clone().unwrap_or_else(|| base.to_vec())
+    }
+}
+
+/// The most likely first.
+fn sort(found: &mut [Found], nothing: Likelihood) {
+    let gain = |found: &Found| found.fit.likelihood.over(nothing);
+    found.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
+}
+
+/// What a place would have needed in one recording beside the base model's own parameters, estimated from that recording
+/// alone and again around the trajectory that has it.
+pub(crate) fn alone(
     terms: &MissingTerms,
     fitted: &Fitted,
     data: &Data<'_>,
+    place: usize,
     recording: &Recording,
     start: &[(usize, f64)],
-) -> Option<Simulated> {
+) -> Option<PlaceTrace> {
     let Recording { inputs, times, measured, .. } = recording;
     let problem = Problem { system: &fitted.structure.system, p: &fitted.p, inputs, start };
     let solution = simulate(&problem, times, &data.options).ok()?;
     let deviations = Deviations::along(terms, &fitted.p, inputs, &solution).ok()?;
     let w = observe(&problem, &solution).w;
     let n_w = measured.len();
-    let residual = |(at, w): (usize, &f64)| {
-        measured[at % n_w].as_ref().map_or(f64::NAN, |measured| measured[at / n_w] - w)
-    };
-    let residuals = w.iter().enumerate().map(residual).collect();
-    Some(Simulated { deviations, residuals })
-}
-
-/// The same in a training recording.
-fn in_training(
-    terms: &MissingTerms,
-    fitted: &Fitted,
-    data: &Data<'_>,
-    recording: usize,
-) -> Option<Simulated> {
-    let start = fitted.values.starts(&fitted.structure.system, recording);
-    simulated(terms, fitted, data, &data.train[recording], &start)
-}
-
-/// Unknown inputs of all places in the first training recording, the most likely first.
-pub(crate) fn missing_inputs(
-    model: &Model,
-    engine: Engine,
-    fitted: &Fitted,
-    data: &Data<'_>,
-) -> Vec<MissingInput> {
-    let Ok(terms) = MissingTerms::new(model, engine, &mut Diagnostics::default()) else {
-        return Vec::new();
-    };
-    let Some(Simulated { deviations, residuals }) = in_training(&terms, fitted, data, 0) else {
-        return Vec::new();
-    };
-    let places = terms.places().iter().enumerate();
-    let mut all: Vec<MissingInput> = places
-        .filter_map(|(i, place)| {
-            let found = unknown_input(&deviations, i, &residuals, &data.noise)?;
-            Some(MissingInput {
-                equation: called(place),
-                unit: place.unit.clone(),
-                times: found.times,
-                value: found.estimate,
-                std: found.std,
-                windows: found.windows,
-                gain: found.gain,
-            })
-        })
+    let readings: Vec<f64> = (0..times.len() * n_w)
+        .map(|at| measured[at % n_w].as_ref().map_or(f64::NAN, |all| all[at / n_w]))
         .collect();
-    all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    all
-}
-
-/// What a place is called in a result.
-fn called(place: &Place) -> String {
-    match place.kind {
-        PlaceKind::Equation => place.name.clone(),
-        PlaceKind::Output => format!("sensor {}", place.name),
+    let residuals: Vec<f64> = readings.iter().zip(&w).map(|(m, w)| m - w).collect();
+    let mut found = unknown_input(&deviations, place, &residuals, &data.noise)?;
+    let around = super::Recording {
+        p: &fitted.p,
+        inputs,
+        start,
+        times,
+        measured: &readings,
+        noise: &data.noise,
+    };
+    for _ in 0..ROUNDS {
+        match reconstruct(terms, &around, place, &found, &data.options) {
+            Ok(Some(again)) if again.intensity > 0.0 => found = again,
+            // The estimate goes as far as the linearisation does.
+            Ok(_) | Err(_) => break,
+        }
     }
+    let typical = median(&mut found.std.clone())?;
+    (found.intensity > 0.0).then(|| PlaceTrace {
+        times: found.times,
+        d: found.estimate,
+        std: found.std,
+        start: start.to_vec(),
+        resolved: 2.0 * typical * typical / found.intensity,
+    })
 }
 
-/// Position of the place that a missing input is of.
-pub(crate) fn place_of(terms: &MissingTerms, missing: &MissingInput) -> Option<usize> {
-    terms.places().iter().position(|place| called(place) == missing.equation)
+/// Position of a place among those of a model.
+pub(crate) fn place_of(terms: &MissingTerms, place: &Place) -> Option<usize> {
+    terms.places().iter().position(|other| other == place)
 }
 
 /// Windows of what was missing at one place in each training recording.
-pub(crate) fn windows(
-    model: &Model,
-    engine: Engine,
-    fitted: &Fitted,
-    data: &Data<'_>,
-    missing: &MissingInput,
-) -> Vec<Vec<[f64; 2]>> {
-    let ends = |windows: &[Window]| windows.iter().map(|w| [w.from, w.until]).collect();
-    let mut all = vec![ends(&missing.windows)];
-    if data.train.len() == 1 {
-        return all;
-    }
-    let terms = MissingTerms::new(model, engine, &mut Diagnostics::default()).ok();
-    let of_recording = |recording: usize| {
-        let terms = terms.as_ref()?;
-        let place = place_of(terms, missing)?;
-        let Simulated { deviations, residuals } = in_training(terms, fitted, data, recording)?;
-        Some(ends(&unknown_input(&deviations, place, &residuals, &data.noise)?.windows))
-    };
-    all.extend((1..data.train.len()).map(|recording| of_recording(recording).unwrap_or_default()));
-    all
+pub(crate) fn windows(found: &FoundPlace) -> Vec<Vec<[f64; 2]>> {
+    let ends = |windows: &Vec<Window>| windows.iter().map(|w| [w.from, w.until]).collect();
+    found.windows.iter().map(ends).collect()
 }

@@ -1,15 +1,20 @@
-//! A model with room for what is missing: an unknown input in every output and in every equation that is not `exact`.
+//! A model with room for what is missing: an unknown input in every equation that is not `exact`, behind every
+//! parameter and input, and in every output.
 //!
 //! ```text
 //!   equation i:  left = right + d_i        output j:  w_j = … + d_j
+//!   parameter k: p_k + d_k for p_k         input l:   u_l + d_l for u_l
 //! ```
 //!
-//! Equations of several modes that bear one label and measure the same share one unknown input.
+//! Equations of several modes that have one label and measure the same share one unknown input. A parameter or an
+//! input that no equation or output reads has none.
 //!
 //! This is done to the resolved model, before derivatives are solved for, so that d_i is what the
 //! right-hand side *as the user wrote it* would have needed, in the unit of its two sides:
 //! `A*der(h) = q` takes a d in m³/s whatever the system's row becomes. How d acts on rows and outputs
 //! is then the generated ∂f/∂u and ∂w/∂u, exact where outputs read derivatives, too.
+
+use std::collections::{BTreeSet, HashMap};
 
 use dgd_compiler::dae::assemble;
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
@@ -23,9 +28,9 @@ use dgd_execute::{Engine, Loaded};
 /// Where something can be missing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// An equation or an output.
+    /// An equation, a parameter, an input or an output.
     pub kind: PlaceKind,
-    /// The equation's label or the output's name.
+    /// The equation's label or the name of the rest.
     pub name: String,
     /// Unit of what is missing there, of SI base units.
     pub unit: String,
@@ -36,11 +41,35 @@ pub struct Place {
 pub enum PlaceKind {
     /// Missing physics: a term of the equation's right-hand side.
     Equation,
+    /// A parameter that changes: how far it is from its value.
+    Parameter,
+    /// A wrong input: what acts more than was recorded.
+    Input,
     /// A sensor's error: what it reads more than there is.
     Output,
 }
 
-/// A model in which every output has an unknown input, and every equation that is not declared exact.
+impl Place {
+    /// What the place is called in a result: `sensor NAME` for an output, otherwise its name.
+    pub fn called(&self) -> String {
+        match self.kind {
+            PlaceKind::Equation | PlaceKind::Parameter | PlaceKind::Input => self.name.clone(),
+            PlaceKind::Output => format!("sensor {}", self.name),
+        }
+    }
+}
+
+/// A place at which nothing could be looked for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ClosedPlace {
+    /// The place.
+    pub place: Place,
+    /// Why not.
+    pub reason: String,
+}
+
+/// A model in which every output has an unknown input, every parameter and input another one behind it, and every
+/// equation that is not declared exact a further term.
 ///
 /// Unknowns, parameters and outputs are those of the model, in its order. The inputs are the model's
 /// and behind them one for each of `places`, zero in the model as it was given.
@@ -48,10 +77,12 @@ pub enum PlaceKind {
 pub struct MissingTerms {
     system: Loaded,
     places: Vec<Place>,
+    closed: Vec<ClosedPlace>,
 }
 
 impl MissingTerms {
-    /// Gives every equation that is not exact, then every output, an unknown input.
+    /// Opens all places of a model. Where an equation would have to be differentiated to which a place belongs, the
+    /// place stays closed: what is missing there is known from sample to sample only and has no slope.
     ///
     /// # Errors
     ///
@@ -61,33 +92,26 @@ impl MissingTerms {
         engine: Engine,
         diagnostics: &mut Diagnostics,
     ) -> Result<Self, Reported> {
-        let base = model;
-        let mut model = base.clone();
-        let mut places = Vec::new();
-        let (graph, inputs) = (&mut model.graph, &mut model.inputs);
-        let modes = model.automata.iter_mut().flat_map(|automaton| &mut automaton.modes);
-        let of_modes = modes.flat_map(|mode| &mut mode.equations);
-        let mut given: Vec<(Place, ExprId)> = Vec::new();
-        let all = model.equations.iter_mut().chain(of_modes);
-        for equation in all.filter(|equation| !equation.is_exact) {
-            let place = place(base, PlaceKind::Equation, &equation.label, equation.dimension);
-            let earlier = given.iter().find(|(other, _)| *other == place).map(|(_, d)| *d);
-            let d = earlier.unwrap_or_else(|| {
-                let d = unknown_input(graph, inputs, &equation.label, equation.dimension);
-                given.push((place, d));
-                d
-            });
-            equation.right = graph.add(equation.right, d);
+        let all = places(model);
+        let open = |some: &[Place], diagnostics: &mut Diagnostics| {
+            assemble(&opened(model, some), diagnostics).map(|dae| lower(&dae, &[]))
+        };
+        if let Ok(program) = open(&all, &mut Diagnostics::default()) {
+            let system = Loaded::with_engine(program, engine);
+            return Ok(MissingTerms { system, places: all, closed: Vec::new() });
         }
-        places.extend(given.into_iter().map(|(place, _)| place));
-        for output in &mut model.outputs {
-            let Declared { name, unit, .. } = &output.declared;
-            let d = unknown_input(graph, inputs, name, unit.dimension);
-            output.value = graph.add(output.value, d);
-            places.push(place(base, PlaceKind::Output, name, unit.dimension));
+        let (mut places, mut closed) = (Vec::new(), Vec::new());
+        for place in all {
+            let mut own = Diagnostics::default();
+            if open(std::slice::from_ref(&place), &mut own).is_ok() {
+                places.push(place);
+            } else {
+                let first = own.sorted().first().map(|diagnostic| diagnostic.message.clone());
+                closed.push(ClosedPlace { place, reason: first.unwrap_or_default() });
+            }
         }
-        let dae = assemble(&model, diagnostics)?;
-        Ok(MissingTerms { system: Loaded::with_engine(lower(&dae, &[]), engine), places })
+        let system = Loaded::with_engine(open(&places, diagnostics)?, engine);
+        Ok(MissingTerms { system, places, closed })
     }
 
     /// The model with its unknown inputs.
@@ -99,9 +123,135 @@ impl MissingTerms {
     pub fn places(&self) -> &[Place] {
         &self.places
     }
+
+    /// Places without an unknown input, and why.
+    pub fn closed(&self) -> &[ClosedPlace] {
+        &self.closed
+    }
 }
 
-/// Adds an input, and returns it as an expression. Its name is that of no input a user can declare.
+/// All places of a model: equations, parameters, inputs, outputs, each in the model's order.
+fn places(model: &Model) -> Vec<Place> {
+    let place = |kind: PlaceKind, name: &str, dimension: Dimension| Place {
+        kind,
+        name: name.to_owned(),
+        unit: model.spelling(dimension),
+    };
+    let mut all: Vec<Place> = Vec::new();
+    for equation in model.all_equations().filter(|equation| !equation.is_exact) {
+        let own = place(PlaceKind::Equation, &equation.label, equation.dimension);
+        if !all.contains(&own) {
+            all.push(own);
+        }
+    }
+    let equations = model.all_equations().flat_map(|equation| [equation.left, equation.right]);
+    let roots = equations.chain(model.outputs.iter().map(|output| output.value));
+    let read: BTreeSet<Symbol> = roots.flat_map(|root| model.graph.symbols(root)).collect();
+    let is_read = |symbol: fn(u32) -> Symbol, i: usize| {
+        u32::try_from(i).is_ok_and(|i| read.contains(&symbol(i)))
+    };
+    for (i, parameter) in model.parameters.iter().enumerate() {
+        if is_read(Symbol::Parameter, i) {
+            let Declared { name, unit, .. } = &parameter.declared;
+            all.push(place(PlaceKind::Parameter, name, unit.dimension));
+        }
+    }
+    for (i, input) in model.inputs.iter().enumerate() {
+        if is_read(Symbol::Input, i) {
+            let Declared { name, unit, .. } = &input.declared;
+            all.push(place(PlaceKind::Input, name, unit.dimension));
+        }
+    }
+    for output in &model.outputs {
+        let Declared { name, unit, .. } = &output.declared;
+        all.push(place(PlaceKind::Output, name, unit.dimension));
+    }
+    all
+}
+
+/// A model with an unknown input at each of some places, behind its own inputs and in their order.
+fn opened(base: &Model, places: &[Place]) -> Model {
+    let mut model = base.clone();
+    let first = model.inputs.len();
+    let mut behind: HashMap<Symbol, ExprId> = HashMap::new();
+    let mut given: Vec<ExprId> = Vec::new();
+    for place in places {
+        let position = |mut names: Box<dyn Iterator<Item = &Declared> + '_>| {
+            let found = names.position(|declared| declared.name == place.name);
+            found.and_then(|i| u32::try_from(i).ok())
+        };
+        let (symbol, dimension) = match place.kind {
+            PlaceKind::Parameter => {
+                let i = position(Box::new(base.parameters.iter().map(|p| &p.declared)));
+                let unit = i.map(|i| &base.parameters[i as usize].declared.unit);
+                (i.map(Symbol::Parameter), unit.map(|unit| unit.dimension))
+            }
+            PlaceKind::Input => {
+                let i = position(Box::new(base.inputs.iter().map(|input| &input.declared)));
+                let unit = i.map(|i| &base.inputs[i as usize].declared.unit);
+                (i.map(Symbol::Input), unit.map(|unit| unit.dimension))
+            }
+            PlaceKind::Equation => {
+                let mut all = base.all_equations();
+                let own =
+                    all.find(|e| e.label == place.name && base.spelling(e.dimension) == place.unit);
+                (None, own.map(|equation| equation.dimension))
+            }
+            PlaceKind::Output => {
+                let i = position(Box::new(base.outputs.iter().map(|output| &output.declared)));
+                (None, i.map(|i| base.outputs[i as usize].declared.unit.dimension))
+            }
+        };
+        let dimension = dimension.unwrap_or(Dimension::ONE);
+        let d = unknown_input(&mut model.graph, &mut model.inputs, &place.called(), dimension);
+        given.push(d);
+        if let Some(symbol) = symbol {
+            let own = model.graph.symbol(symbol);
+            let sum = model.graph.add(own, d);
+            behind.insert(symbol, sum);
+        }
+    }
+    debug_assert_eq!(model.inputs.len(), first + places.len(), "an input for each place");
+
+    let added = |kind: PlaceKind, name: &str, unit: &str| {
+        let is_own =
+            |place: &&Place| place.kind == kind && place.name == name && place.unit == unit;
+        places.iter().zip(&given).find(|(place, _)| is_own(place)).map(|(_, d)| *d)
+    };
+    let graph = &mut model.graph;
+    let shifted = |graph: &mut Graph, root: ExprId| {
+        graph.substitute(root, |symbol| behind.get(&symbol).copied())
+    };
+    let modes = model.automata.iter_mut().flat_map(|automaton| &mut automaton.modes);
+    let of_modes = modes.flat_map(|mode| &mut mode.equations);
+    for equation in model.equations.iter_mut().chain(of_modes) {
+        equation.left = shifted(graph, equation.left);
+        equation.right = shifted(graph, equation.right);
+        let unit = base.spelling(equation.dimension);
+        let d = if equation.is_exact {
+            None
+        } else {
+            added(PlaceKind::Equation, &equation.label, &unit)
+        };
+        if let Some(d) = d {
+            equation.right = graph.add(equation.right, d);
+        }
+    }
+    for family in &mut model.families {
+        family.equation.left = shifted(graph, family.equation.left);
+        family.equation.right = shifted(graph, family.equation.right);
+    }
+    for output in &mut model.outputs {
+        output.value = shifted(graph, output.value);
+        let Declared { name, unit, .. } = &output.declared;
+        if let Some(d) = added(PlaceKind::Output, name, &base.spelling(unit.dimension)) {
+            output.value = graph.add(output.value, d);
+        }
+    }
+    model
+}
+
+/// Adds an input, and returns it as an expression. Its name is one that no user can declare.
 fn unknown_input(
     graph: &mut Graph,
     inputs: &mut Vec<Input>,
@@ -119,8 +269,4 @@ fn unknown_input(
         interpolation: Interpolation::Hold,
     });
     graph.symbol(Symbol::Input(position))
-}
-
-fn place(base: &Model, kind: PlaceKind, name: &str, dimension: Dimension) -> Place {
-    Place { kind, name: name.to_owned(), unit: base.spelling(dimension) }
 }

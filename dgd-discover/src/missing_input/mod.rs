@@ -9,13 +9,16 @@ mod deviations;
 mod kalman;
 mod missing;
 mod missing_terms;
+mod place_fit;
 mod reconstruct;
 mod unknown_input;
 
 pub use deviations::{Deviations, LinearizeError};
 pub use missing::MissingInput;
-pub(crate) use missing::{Simulated, missing_inputs, place_of, simulated, windows};
-pub use missing_terms::{MissingTerms, Place, PlaceKind};
+pub(crate) use missing::{
+    FoundPlace, Missing, PlaceTrace, TIE, alone, missing_inputs, place_of, windows,
+};
+pub use missing_terms::{ClosedPlace, MissingTerms, Place, PlaceKind};
 pub(crate) use reconstruct::inputs_with;
 pub use reconstruct::{ReconstructError, Recording, reconstruct};
 pub use unknown_input::{UnknownInput, unknown_input};

@@ -21,7 +21,7 @@ use dgd_runtime::{
 };
 
 use super::deviations::{Deviations, LinearizeError};
-use super::kalman::Chain;
+use super::kalman::{Chain, Walk};
 use super::missing_terms::MissingTerms;
 use super::unknown_input::{UnknownInput, unknown_input};
 use dgd_screen::noise::SensorNoise;
@@ -108,7 +108,7 @@ pub fn reconstruct(
         Deviations::along(model, p, &inputs, &trajectory).map_err(ReconstructError::Linearize)?;
 
     let mut residuals: Vec<f64> = measured.iter().zip(&simulated).map(|(m, s)| m - s).collect();
-    let chain = Chain::new(&deviations, place, &residuals, noise);
+    let chain = Chain::new(&deviations, place, Walk::Random, &residuals, noise);
     for (measurement, response) in chain.measurements.iter().zip(chain.response(&earlier.estimate))
     {
         residuals[measurement.sample * deviations.n_outputs + measurement.output] += response;

@@ -20,7 +20,7 @@
 //! grey-box models, Automatica 40 (2004) 225–237.
 
 use super::deviations::Deviations;
-use super::kalman::Chain;
+use super::kalman::{Chain, Walk};
 use crate::noise::{Window, gather};
 use dgd_screen::noise::{SensorNoise, median};
 
@@ -89,7 +89,7 @@ pub fn unknown_input(
     assert!(place < deviations.n_places, "a place of the model");
     assert_eq!(noise.len(), n_w, "a noise level for each output");
     assert_eq!(residuals.len(), n_w * deviations.times.len(), "residuals of all samples");
-    let chain = Chain::new(deviations, place, residuals, noise);
+    let chain = Chain::new(deviations, place, Walk::Random, residuals, noise);
     let information = chain.information_on_a_constant();
     if !(information > 0.0 && information.is_finite() && chain.duration() > 0.0) {
         return None;
@@ -129,7 +129,7 @@ pub fn unknown_input(
 
 /// Where f is largest between 0 and [`DECADES`], and how large: the best of a grid, then halved steps
 /// around it.
-fn maximum(f: impl Fn(f64) -> f64) -> (f64, f64) {
+pub(super) fn maximum(f: impl Fn(f64) -> f64) -> (f64, f64) {
     let mut best = (0.0, f(0.0));
     for decade in 1..=DECADES {
         let x = f64::from(decade);
@@ -155,7 +155,12 @@ fn maximum(f: impl Fn(f64) -> f64) -> (f64, f64) {
 }
 
 /// Windows around where |d| exceeds three standard deviations, as far as it exceeds two.
-fn standing_out(times: &[f64], estimate: &[f64], std: &[f64], intensity: f64) -> Vec<Window> {
+pub(super) fn standing_out(
+    times: &[f64],
+    estimate: &[f64],
+    std: &[f64],
+    intensity: f64,
+) -> Vec<Window> {
     let z: Vec<f64> =
         estimate.iter().zip(std).map(|(d, std)| if *std > 0.0 { d / std } else { 0.0 }).collect();
     let mut marked: Vec<Option<f64>> =

@@ -5,12 +5,14 @@
 
 mod colour;
 mod discrepancy;
+mod lonely;
 mod recorded;
 mod whiteness;
 mod windows;
 
 pub(crate) use colour::{Whitener, coloured_noise};
 pub use discrepancy::{averaging_lengths, discrepancy_windows};
+pub(crate) use lonely::{without_lonely, without_spikes};
 pub(crate) use recorded::{noise_of, readings};
 pub use whiteness::{Check, CheckKind, FEWEST, Whiteness, effective_sample_size, whiteness};
 pub(crate) use whiteness::{size, steadiness};

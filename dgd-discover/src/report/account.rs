@@ -10,7 +10,7 @@ use super::reason::{Excess, significant};
 use crate::conditions::{Circumstances, Condition};
 use crate::fit::{Data, Fitted, NoFit, chi_square, too_many_steps};
 use crate::library::StructureId;
-use crate::missing_input::MissingInput;
+use crate::missing_input::{MissingInput, Place, PlaceKind};
 use crate::noise::{averaging_lengths, discrepancy_windows};
 use crate::request::Request;
 use crate::search::{Open, Remedy, Score, Screen, Search, Silent, Thresholds, Verdict, best_first};
@@ -188,7 +188,11 @@ pub(crate) fn not_tried(
             return None;
         }
         if let Some(known) = search.doubled.get(&c) {
-            return Some(format!("does what `{}` does", search.called(*known)));
+            return Some(if search.candidates[*known].is_generic {
+                "begins as another form there, which was not among the best".to_owned()
+            } else {
+                format!("does what `{}` does", search.called(*known))
+            });
         }
         if let Some(Err(NoFit(reason))) = search.tried.get(&StructureId::one(c)) {
             // Those of the library are in the ranking with it.
@@ -229,18 +233,38 @@ pub(crate) fn given_up(search: &Search<'_>) -> Option<(Vec<String>, String)> {
 }
 
 /// A discrepancy without a name, by what explains it most.
-pub(crate) fn unexplained(missing: &MissingInput, condition: Option<Condition>) -> Unexplained {
-    let largest = missing.value.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+pub(crate) fn unexplained(
+    missing: &MissingInput,
+    condition: Option<Condition>,
+    is_tied: bool,
+) -> Unexplained {
+    let range = missing
+        .value
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], value| [a.min(*value), b.max(*value)]);
+    let largest = range[0].abs().max(range[1].abs());
+    let (name, unit) = (&missing.place.name, &missing.unit);
+    let largest = significant(largest);
+    let description = match missing.place.kind {
+        PlaceKind::Equation => format!("a missing term in `{name}` of up to {largest} {unit}"),
+        PlaceKind::Parameter => {
+            let [low, high] = range.map(significant);
+            format!("a parameter that is not constant: `{name}` between {low} and {high} {unit}")
+        }
+        PlaceKind::Input => {
+            format!("an input that is not as recorded: `{name}`, off by up to {largest} {unit}")
+        }
+        PlaceKind::Output => {
+            format!("a sensor that is wrong: `{name}`, off by up to {largest} {unit}")
+        }
+    };
     Unexplained {
-        target: missing.equation.clone(),
+        target: missing.target(),
+        is_tied,
+        gain: missing.gain,
         windows: missing.windows.iter().map(|window| [window.from, window.until]).collect(),
         condition,
-        description: format!(
-            "Of all places, an unmodelled term in `{}` explains the discrepancy best; it would reach {} {}",
-            missing.equation,
-            significant(largest),
-            missing.unit
-        ),
+        description: format!("The recordings look as if there was {description}"),
         trace: missing.clone(),
         guess: None,
     }
@@ -265,6 +289,8 @@ pub(crate) fn left_over(
     let windows = discrepancy_windows(&recording.times, &errors, &noise, &lengths);
     Some(Unexplained {
         target: output.name.to_string(),
+        is_tied: false,
+        gain: 0.0,
         windows: windows.iter().map(|window| [window.from, window.until]).collect(),
         condition,
         description: format!(
@@ -273,7 +299,11 @@ pub(crate) fn left_over(
             excess.words()
         ),
         trace: MissingInput {
-            equation: format!("sensor {}", output.name),
+            place: Place {
+                kind: PlaceKind::Output,
+                name: output.name.to_string(),
+                unit: output.unit.symbol.to_string(),
+            },
             unit: output.unit.symbol.to_string(),
             times: recording.times.clone(),
             value: errors.iter().map(|e| e / output.unit.factor).collect(),

@@ -2,9 +2,10 @@
 
 use dgd_runtime::Unit;
 
+use super::power::Power;
 use crate::conditions::Condition;
 use crate::guess::Guess;
-use crate::missing_input::MissingInput;
+use crate::missing_input::{ClosedPlace, MissingInput};
 use crate::noise::Window;
 use crate::search::{Alternative, Evidence, Verdict};
 
@@ -23,18 +24,30 @@ pub struct Discovery {
     pub left_out: Vec<(String, String)>,
     /// What was fitted alone and given up on the way, and why.
     pub given_up: Option<(Vec<String>, String)>,
+    /// How many readings of each output stand alone far outside their neighbours, and were left out.
+    pub lonely: Vec<usize>,
+    /// Whether the time that it was given had passed before everything was tried.
+    pub is_cut_short: bool,
     /// Templates that were not tried: their names, and why not.
     pub not_tried: Vec<(String, String)>,
     /// Effects that the data shows, in the order in which they were found.
     pub effects: Vec<FoundEffect>,
-    /// Discrepancies that no known effect removes.
+    /// Effects that the recordings look like without passing for them.
+    pub described: Vec<Described>,
+    /// Discrepancies that no known effect removes: places, the most likely first.
     pub unexplained: Vec<Unexplained>,
+    /// Where nothing is missing: how small an effect of the library would have been seen.
+    pub power: Vec<Power>,
     /// For each output, how large the simulation error is before and after.
     pub gap: Vec<Gap>,
     /// For each recording, measured and simulated outputs.
     pub traces: Vec<RecordingTrace>,
-    /// What each equation of the base model would have needed, on the first training recording.
+    /// What each place of the base model would have needed, on the first training recording, the most likely first.
     pub missing: Vec<MissingInput>,
+    /// Places at which nothing could be looked for.
+    pub closed: Vec<ClosedPlace>,
+    /// Why nothing could be looked for at any place.
+    pub nowhere: Option<String>,
     /// All structures that were refitted, the best first.
     pub ranking: Vec<Ranked>,
     /// What each candidate alone promised before it was refitted, the best first.
@@ -77,6 +90,28 @@ pub struct FoundEffect {
     pub evidence: Evidence,
 }
 
+/// An effect that bends to the recordings without explaining them.
+#[derive(Debug, Clone)]
+pub struct Described {
+    /// Its name, with what it is applied to.
+    pub name: String,
+    /// `plant`, `sensor` or `input`.
+    pub kind: &'static str,
+    /// Which realisation, where there are several.
+    pub form: Option<String>,
+    /// The equation, parameter, output or input that it changes.
+    pub target: String,
+    /// Its parameters in the fit.
+    pub parameters: Vec<ParameterValue>,
+    /// Mean square of the residuals over the noise, with all that is described: of training data, and of validation
+    /// data where there is any.
+    pub left: (f64, Option<f64>),
+    /// Its text, with the values of the fit, as `--apply` takes it, and the arguments that it is applied to.
+    pub file: String,
+    /// The arguments.
+    pub arguments: Vec<String>,
+}
+
 /// A parameter with its standard deviation, SI.
 #[derive(Debug, Clone)]
 pub struct ParameterValue {
@@ -93,8 +128,12 @@ pub struct ParameterValue {
 /// A discrepancy without a name.
 #[derive(Debug, Clone)]
 pub struct Unexplained {
-    /// The equation that would need it most.
+    /// The place: an equation's label, a parameter, an input or `sensor NAME`.
     pub target: String,
+    /// Whether it makes the readings nearly as likely as the best place does.
+    pub is_tied: bool,
+    /// By how much it makes the log-likelihood of the readings larger.
+    pub gain: f64,
     /// When, in the first training recording.
     pub windows: Vec<[f64; 2]>,
     /// The condition that coincides with these windows, in all training recordings.

@@ -5,17 +5,22 @@
 
 mod account;
 mod corrected;
+mod described;
 mod discovery;
 mod found;
+mod power;
 mod reason;
 
 pub(crate) use account::{
     gap, given_up, left_over, not_tried, ranking_of, screened, traces, unexplained,
 };
 pub(crate) use corrected::corrected;
+pub(crate) use described::described;
 pub use discovery::{
-    Discovery, FoundEffect, Gap, OutputTrace, ParameterValue, Ranked, RecordingTrace, Screened,
-    Unexplained,
+    Described, Discovery, FoundEffect, Gap, OutputTrace, ParameterValue, Ranked, RecordingTrace,
+    Screened, Unexplained,
 };
 pub(crate) use found::{Found, parameters};
+pub use power::Power;
+pub(crate) use power::power;
 pub(crate) use reason::reason;

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use dgd_runtime::System;
 
-use crate::fit::{Data, Fitted, chi_square, mean};
+use crate::fit::{Data, Fitted, chi_square, mean, slack};
 use crate::library::StructureId;
 use crate::search::{Outcome, Search, Thresholds};
 
@@ -64,13 +64,12 @@ impl Excess {
     /// The output that is furthest above what passes for noise.
     pub(crate) fn of(fitted: &Fitted, data: &Data<'_>, thresholds: &Thresholds) -> Option<Excess> {
         let above = |residuals: Vec<Vec<Vec<f64>>>, limit: f64, in_validation: bool| {
-            let squares = chi_square(&residuals, &data.noise).into_iter().enumerate();
-            let squares = squares.filter(|(_, (_, n))| *n > 0);
-            let of_output = move |(output, (sum, n)): (usize, (f64, usize))| Excess {
-                output,
-                square: sum / n as f64,
-                limit,
-                in_validation,
+            let squares = chi_square(&residuals, &data.noise);
+            let slack = slack(&squares, &data.noise, thresholds.explained);
+            let squares = squares.into_iter().zip(slack).enumerate();
+            let squares = squares.filter(|(_, ((_, n), _))| *n > 0);
+            let of_output = move |(output, ((sum, n), slack)): (usize, ((f64, usize), f64))| {
+                Excess { output, square: sum / n as f64, limit: slack * limit, in_validation }
             };
             squares.map(of_output).collect::<Vec<Excess>>()
         };
@@ -115,7 +114,14 @@ pub(crate) fn reason(
             sufficient(base, base.is_small(thresholds), search.is_noise(StructureId::BASE), samples)
         }
         Outcome::Effects(_) => format!("{}.", falls(base, Left::of(after, data))),
-        Outcome::NearlyAll(structure) | Outcome::Most(structure) => {
+        Outcome::Most(structure) => format!(
+            "The mean square of the residuals is {}. The recordings look as if there was {}: with it {} would be left. \
+             That is more than noise, and too much to name it.",
+            base.words(),
+            names(structure),
+            Left::of_tried(search, structure).words()
+        ),
+        Outcome::NearlyAll(structure) => {
             let mut words = format!("{}.", falls(base, Left::of(after, data)));
             if Excess::of(after, data, thresholds).is_some() {
                 words += " That is more than noise, so that something smaller is missing as well.";

@@ -13,7 +13,7 @@ use dgd_identify::{Recording, Unwatched};
 use dgd_runtime::{Inputs, Observations, Options};
 use dgd_screen::noise::SensorNoise;
 
-use crate::fit::{Data, Fitted, WorkJournal};
+use crate::fit::{Budget, Data, Fitted, WorkJournal};
 use crate::library::{BaseModel, Candidate, Structure, StructureId, Values, candidates};
 
 const MODEL: &str = "\
@@ -65,6 +65,7 @@ pub(super) fn with_effects<T>(
         counts_from: Vec::new(),
         options: Options::default(),
         own_weights: false,
+        budget: Budget::default(),
         keeping: WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY },
     };
     judge(&base, &candidates, data)

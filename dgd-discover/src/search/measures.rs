@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use dgd_screen::noise::SensorNoise;
 
 use super::ranking::{Asked, HeldOutMisfit, Misfit, Question, Ranking, Standing};
-use super::tried::Search;
-use crate::fit::{Fitted, chi_square, mean, too_many_steps, whitened, whitened_square};
+use super::tried::{Open, Search};
+use crate::fit::{Fitted, chi_square, mean, slack, too_many_steps, whitened, whitened_square};
 use crate::library::StructureId;
 use crate::noise::{size, whiteness};
 
@@ -15,10 +15,13 @@ impl Search<'_> {
     pub(crate) fn ranking(&self, question: Question) -> Ranking<'_> {
         let standing = |structure: StructureId| {
             let fitted = self.fitted(structure)?;
-            let specific = structure.effects().filter(|&c| !self.candidates[c].is_generic);
             Some(Standing {
                 structure,
-                names: specific.map(|c| self.candidates[c].name()).collect(),
+                names: structure.effects().map(|c| self.candidates[c].subject()).collect(),
+                generic: structure.effects().filter(|c| self.candidates[*c].is_generic).collect(),
+                template: self.template(structure),
+                is_sayable: self.may_be_said(structure),
+                numbers: fitted.free(),
                 criterion: self.bic(structure)?,
                 error: fitted.error,
                 misfit: Asked::new(Box::new(|| self.misfit(fitted))),
@@ -32,6 +35,15 @@ impl Search<'_> {
         Ranking { standings, question }
     }
 
+    /// The position of a template's file among all, where a structure is one template alone: that of its first
+    /// candidate, as candidates are in the order of the files.
+    fn template(&self, structure: StructureId) -> Option<usize> {
+        let mut effects = structure.effects().filter(|_| structure.len() == 1);
+        let own = effects.next().filter(|c| self.candidates[*c].is_generic)?;
+        let file = |c: usize| self.candidates[c].application.effect.full_name();
+        self.range(Open::Templates).find(|&c| file(c) == file(own))
+    }
+
     /// The structures that could be fitted, the best first, by the Bayesian information criterion.
     pub(crate) fn ranked(&self) -> Vec<StructureId> {
         let criteria = self.tried.keys().filter_map(|&one| Some((self.bic(one)?, one)));
@@ -41,11 +53,16 @@ impl Search<'_> {
     }
 
     /// Σ (e/σ)² + k ln N on the training recordings, with the sum in units of what the best
-    /// structure leaves: where that is more than noise, differences count less.
+    /// structure leaves: where that is more than noise, differences count less. Generality has its price: a template
+    /// is one of many that fit any model, and costs 2 ln M where there are M of them (the extended criterion of Chen &
+    /// Chen, Biometrika 95 (2008) 759).
     pub(crate) fn bic(&self, structure: StructureId) -> Option<f64> {
         let fitted = self.fitted(structure)?;
         let (sum, n) = fitted.error;
-        Some(sum / self.unit() + fitted.free() as f64 * (n as f64).ln())
+        let templates = self.range(Open::Templates).len().max(1) as f64;
+        let generic = structure.effects().filter(|&c| self.candidates[c].is_generic).count();
+        let generality = 2.0 * generic as f64 * templates.ln();
+        Some(sum / self.unit() + fitted.free() as f64 * (n as f64).ln() + generality)
     }
 
     /// The mean of what the best structure leaves, ε², but at least that of noise.
@@ -82,7 +99,9 @@ impl Search<'_> {
                 error: whitened_square(data.valid, &residuals, noise),
             },
         };
-        Misfit { trained: chi_square(&fitted.residuals(data), noise), held_out }
+        let trained = chi_square(&fitted.residuals(data), noise);
+        let slack = slack(&trained, noise, self.thresholds.explained);
+        Misfit { trained, slack, held_out }
     }
 
     /// Whether a structure leaves so little that nothing need be missing.

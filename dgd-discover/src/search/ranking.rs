@@ -31,8 +31,17 @@ pub(crate) enum Question {
 /// A structure, and how it compares with the recordings.
 pub(crate) struct Standing<'a> {
     pub structure: StructureId,
-    /// Names of its effects that are of the library. Forms of an effect share a name.
+    /// What its effects are about: names of the library's, which forms of an effect share, and places of templates,
+    /// which near forms share.
     pub names: BTreeSet<String>,
+    /// Its templates.
+    pub generic: Vec<usize>,
+    /// Where it is one template alone, that file's position among all.
+    pub template: Option<usize>,
+    /// Whether its templates are few enough, and at different places.
+    pub is_sayable: bool,
+    /// Numbers that were estimated.
+    pub numbers: usize,
     /// The Bayesian information criterion.
     pub criterion: f64,
     /// Σ ε² of the training recordings, and how many samples; ε is white if the errors are noise.
@@ -49,11 +58,20 @@ pub(crate) struct Standing<'a> {
     pub is_cancelling: Asked<'a, bool>,
 }
 
+impl Standing<'_> {
+    /// Whether it has an effect of the library.
+    pub(crate) fn is_specific(&self) -> bool {
+        self.generic.len() < self.structure.len()
+    }
+}
+
 /// What a structure leaves of each output: Σ (e/σ)², and how many samples.
 #[derive(Debug, Clone)]
 pub(crate) struct Misfit {
     /// Of the training recordings.
     pub trained: Vec<(f64, usize)>,
+    /// By what factor limits are raised for each output: noise and mean square are not known better.
+    pub slack: Vec<f64>,
     /// Of the validation recordings.
     pub held_out: HeldOutMisfit,
 }
@@ -73,7 +91,9 @@ impl Misfit {
     /// Whether the mean square of each output's errors is at most that, in training and in validation data.
     pub(crate) fn is_at_most(&self, training: f64, held_out: f64) -> bool {
         let all_within = |by_output: &[(f64, usize)], limit: f64| {
-            by_output.iter().all(|(sum, n)| *n == 0 || *sum <= limit * *n as f64)
+            let slack = self.slack.iter().copied().chain(std::iter::repeat(1.0));
+            let mut all = by_output.iter().zip(slack);
+            all.all(|((sum, n), slack)| *n == 0 || *sum <= slack * limit * *n as f64)
         };
         all_within(&self.trained, training)
             && match &self.held_out {

@@ -1,14 +1,17 @@
 //! Which structures are fitted, from where, and how far.
 
 use super::screen::{Remedy, Score};
-use super::tried::Search;
+use super::tried::{Open, Search};
 use dgd_runtime::parallel::in_parallel_stateless;
 
-use crate::fit::{Fitted, NoFit, StartPoint};
+use crate::fit::{Fitted, NoFit, StartPoint, not_tried};
 use crate::library::{MOST_EFFECTS, StructureId, Values};
 
 /// How many structures the search goes on from.
 pub(crate) const BEAM: usize = 3;
+
+/// How many near forms of a template are tried.
+const NEAR_FORMS: usize = 8;
 
 /// How many twins are tried for each effect of the best structure.
 const EXCHANGED: usize = 3;
@@ -27,8 +30,14 @@ const NEARLY_AS_GOOD: f64 = 1.1;
 const HOPELESS: f64 = 10.0;
 
 /// So many structures of templates are fitted to the end, in so many rounds at most.
-const FINISHED: usize = 6;
-const MOST_ROUNDS: usize = 4;
+const FINISHED: usize = 4;
+const MOST_ROUNDS: usize = 3;
+
+/// What leaves up to so many times what the best does may leave less when its fit is finished.
+const NEAR_THE_BEST: f64 = 3.0;
+
+/// A fit goes on while a round leaves less than this share of the error.
+const GOES_ON: f64 = 0.99;
 
 /// When validation recordings are simulated with a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,13 +57,28 @@ pub(crate) struct Wanted {
     points: Vec<StartPoint>,
 }
 
+/// Puts the most promising first.
+fn best_first_of(scores: &mut [&Score]) {
+    scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
+}
+
 impl Search<'_> {
     /// Tries one effect more with each of some structures.
     pub(crate) fn grow(&mut self, frontier: &[StructureId], refitted: usize) {
         let mut wanted: Vec<Wanted> = Vec::new();
-        for &structure in frontier {
-            for score in self.screened(structure).iter().take(refitted) {
-                wanted.push(self.extended(structure, score));
+        for &structure in frontier.iter().filter(|structure| structure.len() < MOST_EFFECTS) {
+            let scores = self.screened(structure);
+            let is_sayable = |score: &&Score| self.may_be_said(structure.with(score.candidate));
+            // What brings unknowns of its own does more than its derivative at nothing tells.
+            let is_understated = |c: usize| {
+                let own = &self.candidates[c];
+                structure.is_base() && !own.is_generic && own.brings_unknowns
+            };
+            let sayable = scores.iter().filter(is_sayable).enumerate();
+            for (rank, score) in sayable {
+                if rank < refitted || is_understated(score.candidate) {
+                    wanted.push(self.extended(structure, score));
+                }
             }
             for other in self.without_score(structure) {
                 match wanted.iter_mut().find(|wanted| wanted.structure == other.structure) {
@@ -70,18 +94,15 @@ impl Search<'_> {
     /// that its file has: effects of the library, and few of the templates.
     fn without_score(&mut self, structure: StructureId) -> Vec<Wanted> {
         self.screen(self.open, structure);
-        let screen = self.known_screen(self.open, structure);
-        let silent = screen.into_iter().flat_map(|screen| &screen.silent);
+        let screens = self.known_screens(self.open, structure);
+        let silent = screens.flat_map(|screen| &screen.silent);
         let is_generic = |candidate: usize| self.candidates[candidate].is_generic;
         let silent = silent.filter(|silent| match silent.remedy {
             Remedy::Fit => !is_generic(silent.candidate),
             Remedy::FitAnyway => structure.is_base() || !is_generic(silent.candidate),
             Remedy::ScoreIsZero | Remedy::LeaveOut => false,
         });
-        let points = vec![StartPoint::default()];
-        let nothing =
-            |candidate| Score { candidate, gain: 0.0, points: points.clone(), columns: vec![] };
-        silent.map(|silent| self.extended(structure, &nothing(silent.candidate))).collect()
+        silent.map(|silent| self.unscreened(structure, silent.candidate)).collect()
     }
 
     /// Refits structures that were not tried before, each from the points that its screen suggests.
@@ -121,6 +142,9 @@ impl Search<'_> {
         let count = data.keeping.count("structures fitted", wanted.len());
         let results = in_parallel_stateless(wanted.len(), self.threads, |k| {
             let Wanted { structure, from, points } = &wanted[k];
+            if data.budget.is_spent() {
+                return Err(NoFit(not_tried()));
+            }
             let structure =
                 base.structure(candidates, *structure).map_err(|refused| NoFit(refused.0))?;
             let fitted = Fitted::new(structure, from, points, data, evaluations);
@@ -132,6 +156,11 @@ impl Search<'_> {
             Ok(fitted)
         });
         for (wanted, result) in wanted.into_iter().zip(results) {
+            // What has no time to go on is as good as it is.
+            if result.is_err() && data.budget.is_spent() && self.fitted(wanted.structure).is_some()
+            {
+                continue;
+            }
             self.tried.insert(wanted.structure, result);
         }
     }
@@ -154,9 +183,34 @@ impl Search<'_> {
             |of| self.training_error(of).map_or(f64::INFINITY, |(sum, _): (f64, usize)| sum);
         let base = error(StructureId::BASE);
         let mut best = self.ranked();
-        best.retain(|&one| !one.is_base() && !self.is_specific(one) && error(one) < base);
+        let is_worth = |one: StructureId| error(one) < self.thresholds.mostly * base;
+        best.retain(|&one| !one.is_base() && self.may_be_said(one) && is_worth(one));
         best.truncate(FINISHED);
         self.finish(&best);
+    }
+
+    /// Fits to the end what is near the best, where that has templates: the first that arrives at the noise is not
+    /// always the one that leaves least. Its parts are fitted from where it ended.
+    pub(crate) fn finish_rivals(&mut self) {
+        let is_generic = |search: &Self, one: StructureId| {
+            one.effects().any(|effect| search.candidates[effect].is_generic)
+        };
+        let ranked = self.ranked();
+        let best = ranked.iter().copied().find(|one| self.may_be_said(*one) && self.explains(*one));
+        let Some(best) = best.filter(|best| is_generic(self, *best)) else { return };
+        let error =
+            |of| self.training_error(of).map_or(f64::INFINITY, |(sum, _): (f64, usize)| sum);
+        let is_rival = |one: &StructureId| {
+            *one != best
+                && one.len() <= best.len()
+                && self.may_be_said(*one)
+                && error(*one) < NEAR_THE_BEST * error(best)
+        };
+        let rivals: Vec<StructureId> = ranked.into_iter().filter(is_rival).take(FINISHED).collect();
+        self.finish(&rivals);
+        for effect in best.effects().filter(|_| best.len() > 1) {
+            self.settle(best.without(effect), best);
+        }
     }
 
     /// Fits some structures to the end, and simulates validation recordings with them.
@@ -167,8 +221,16 @@ impl Search<'_> {
             if open.is_empty() {
                 break;
             }
+            let before: Vec<Option<f64>> =
+                open.iter().map(|one| self.training_error(*one).map(|(sum, _)| sum)).collect();
             let wanted = open.iter().map(|one| self.continued(*one)).collect();
             self.refit(wanted, EVALUATIONS, HeldOut::Later);
+            // A fit that gains hardly anything in so many simulations will not come far.
+            let mut gains = before.into_iter();
+            open.retain(|one| {
+                let now = self.training_error(*one).map(|(sum, _)| sum);
+                matches!((gains.next().flatten(), now), (Some(before), Some(now)) if now < GOES_ON * before)
+            });
         }
         self.hold_out(structures);
     }
@@ -193,6 +255,37 @@ impl Search<'_> {
                 return;
             }
         }
+    }
+
+    /// Tries templates at the place of one that the best structure has: which form it is shows only when all of them
+    /// are fitted.
+    pub(crate) fn try_near_forms(&mut self) {
+        let Some(best) = self.ranked().into_iter().find(|one| self.may_be_said(*one)) else {
+            return;
+        };
+        let mut wanted = Vec::new();
+        let generic: Vec<usize> =
+            best.effects().filter(|c| self.candidates[*c].is_generic).collect();
+        // Beside the others of the structure, and alone: the right form may need none beside it.
+        let beside = generic.iter().map(|effect| (*effect, best.without(*effect)));
+        let alone = generic.iter().map(|effect| (*effect, StructureId::BASE));
+        let mut places: Vec<(usize, StructureId)> = beside.chain(alone).collect();
+        places.dedup();
+        for (effect, rest) in places {
+            let is_near = |c: &usize| self.are_near(*c, effect);
+            let near: Vec<usize> = self.range(Open::Templates).filter(is_near).collect();
+            let scores = self.screened(rest);
+            let of = |c: usize| scores.iter().find(|score| score.candidate == c);
+            let mut scored: Vec<&Score> = near.iter().copied().filter_map(of).collect();
+            best_first_of(&mut scored);
+            let new = scored.into_iter().map(|score| self.extended(rest, score));
+            // Forms that begin alike are screened as one, and part as they grow.
+            let alike = near.iter().filter(|c| self.doubled.get(c) == Some(&effect));
+            let alike = alike.map(|c| self.unscreened(rest, *c));
+            let is_new = |wanted: &Wanted| !self.tried.contains_key(&wanted.structure);
+            wanted.extend(alike.chain(new).filter(is_new).take(NEAR_FORMS));
+        }
+        self.confirm(wanted);
     }
 
     /// Tries other forms of an effect that explains the data only with a parameter at its bound, from where
@@ -231,7 +324,7 @@ impl Search<'_> {
             let is_good = |fitted: &Fitted| fitted.error.0 < NEARLY_AS_GOOD * of_whole;
             tried.as_ref().map_or(true, |fitted| fitted.is_converged && is_good(fitted))
         };
-        let is_new = self.settled.insert((part, whole));
+        let is_new = self.settled.insert((part, whole)) && !self.data.budget.is_spent();
         if !is_new || self.tried.get(&part).is_some_and(is_settled) {
             return;
         }
@@ -254,6 +347,12 @@ impl Search<'_> {
     fn extended(&self, structure: StructureId, score: &Score) -> Wanted {
         let longer = structure.with(score.candidate);
         Wanted { structure: longer, from: self.values(structure), points: score.points.clone() }
+    }
+
+    /// A structure with one effect more, to be fitted from the values that its file has.
+    fn unscreened(&self, structure: StructureId, candidate: usize) -> Wanted {
+        let points = vec![StartPoint::default()];
+        Wanted { structure: structure.with(candidate), from: self.values(structure), points }
     }
 
     /// A structure to be fitted from where its fit ended.

@@ -5,7 +5,10 @@ use std::ops::Range;
 use super::screen::{Resolution, Score, Screen, Trial, best_first, screen};
 use super::tried::{Open, Search};
 use crate::fit::Fitted;
-use crate::library::StructureId;
+use crate::library::{MOST_EFFECTS, StructureId};
+
+/// Templates with unknowns of their own that are screened on top of a structure.
+const PROMISING: usize = 6;
 
 impl Search<'_> {
     /// What open candidates promise on top of a structure, the best first.
@@ -15,8 +18,8 @@ impl Search<'_> {
 
     pub(crate) fn screened_of(&mut self, some: Open, structure: StructureId) -> Vec<Score> {
         self.screen(some, structure);
-        let screen = self.known_screen(some, structure);
-        let mut scores = screen.map_or_else(Vec::new, |screen| screen.scores.clone());
+        let screens = self.known_screens(some, structure);
+        let mut scores: Vec<Score> = screens.flat_map(|screen| &screen.scores).cloned().collect();
         scores.retain(|score| !self.doubled.contains_key(&score.candidate));
         best_first(&mut scores);
         scores
@@ -25,8 +28,7 @@ impl Search<'_> {
     /// What each of the open candidates could gain there.
     pub(crate) fn trials(&mut self, structure: StructureId) -> Vec<Trial> {
         self.screen(self.open, structure);
-        let screen = self.known_screen(self.open, structure);
-        let trials = screen.into_iter().flat_map(|screen| &screen.trials);
+        let trials = self.known_screens(self.open, structure).flat_map(|screen| &screen.trials);
         trials.filter(|trial| !self.doubled.contains_key(&trial.candidate)).cloned().collect()
     }
 
@@ -36,7 +38,8 @@ impl Search<'_> {
         match known.or_else(|| self.base_screens.get(&some)) {
             Some(screen) => screen.clone(),
             None => self.fitted(StructureId::BASE).map_or_else(Screen::default, |fitted| {
-                self.screen_of(fitted, self.range(some), Resolution::Grid)
+                let all: Vec<usize> = self.range(some).collect();
+                self.screen_of(fitted, &all, Resolution::Grid)
             }),
         }
     }
@@ -46,25 +49,61 @@ impl Search<'_> {
         self.screens.get(&(some, structure))
     }
 
-    /// Screens candidates on top of a structure, unless that was done.
-    pub(crate) fn screen(&mut self, some: Open, structure: StructureId) {
-        let (range, key) = (self.range(some), (some, structure));
-        if range.is_empty() || self.screens.contains_key(&key) {
-            return;
-        }
-        let Some(fitted) = self.fitted(structure) else { return };
-        let screen = self.screen_of(fitted, range, Resolution::Refined);
-        self.screens.insert(key, screen);
+    /// The screens of a structure that were made, of the library and of templates where both are asked for.
+    pub(crate) fn known_screens(
+        &self,
+        some: Open,
+        structure: StructureId,
+    ) -> impl Iterator<Item = &Screen> {
+        some.parts().iter().filter_map(move |part| self.known_screen(*part, structure))
     }
 
-    fn screen_of(&self, fitted: &Fitted, some: Range<usize>, resolution: Resolution) -> Screen {
+    /// Screens candidates on top of a structure, unless that was done.
+    pub(crate) fn screen(&mut self, some: Open, structure: StructureId) {
+        for part in some.parts() {
+            let (range, key) = (self.range(*part), (*part, structure));
+            let is_late = self.data.budget.is_spent();
+            if range.is_empty() || self.screens.contains_key(&key) || is_late {
+                continue;
+            }
+            let Some(fitted) = self.fitted(structure) else { return };
+            let some = self.worth_screening(*part, structure, range);
+            let screen = self.screen_of(fitted, &some, Resolution::Refined);
+            self.screens.insert(key, screen);
+        }
+    }
+
+    /// Candidates that are screened on top of a structure. Templates beside others only if they may be said together,
+    /// and, where each takes simulations of its own, if they promised most in the base model.
+    fn worth_screening(&self, part: Open, structure: StructureId, all: Range<usize>) -> Vec<usize> {
+        if part != Open::Templates || structure.is_base() {
+            return all.collect();
+        }
+        let base = self.known_screen(Open::Templates, StructureId::BASE);
+        let is_apart = |c: usize| self.candidates[c].brings_unknowns;
+        let promising: Vec<usize> = (base.into_iter().flat_map(|screen| &screen.scores))
+            .map(|score| score.candidate)
+            .filter(|c| is_apart(*c))
+            .take(PROMISING)
+            .collect();
+        let is_worth = |c: &usize| {
+            let is_new = !structure.contains(*c);
+            is_new
+                && self.may_be_said(structure.with(*c))
+                && (!is_apart(*c) || promising.contains(c))
+        };
+        if structure.len() == MOST_EFFECTS { Vec::new() } else { all.filter(is_worth).collect() }
+    }
+
+    fn screen_of(&self, fitted: &Fitted, some: &[usize], resolution: Resolution) -> Screen {
         let is_refused = |c: &usize| {
             let alone = self.tried.get(&StructureId::one(*c));
             self.doubled.contains_key(c) || matches!(alone, Some(Err(_)))
         };
         let structure = fitted.structure.id;
-        let others = some.filter(|c| !structure.contains(*c) && !is_refused(c));
-        let others: Vec<usize> = others.collect();
+        let others = some.iter().copied();
+        let others: Vec<usize> =
+            others.filter(|c| !structure.contains(*c) && !is_refused(c)).collect();
         screen(self.base, self.candidates, &others, fitted, &self.data, resolution, self.threads)
     }
 }

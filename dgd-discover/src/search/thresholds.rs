@@ -21,7 +21,9 @@ pub(crate) struct Thresholds {
     /// And where the Bayesian information criterion falls by this: three times what is called very strong
     /// evidence (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773), since it is the best of a library.
     pub least_gain: f64,
-    /// Effects of the library that leave at most this share of the base model's mean square are named although
+    /// Templates whose criteria differ by less say the same: not worth more than a bare mention (Kass & Raftery).
+    pub even: f64,
+    /// Effects that leave at most this share of what the base model leaves beyond noise are named although
     /// they leave more than noise …
     pub nearly_all: f64,
     /// … if it is at most this share on validation recordings, where parameters are no better than what is
@@ -31,10 +33,9 @@ pub(crate) struct Thresholds {
     pub essential: f64,
     /// … and all other names leave so many times as much, on one or the other of the recordings.
     pub unrivalled: f64,
-    /// Templates that leave at most this share of the base model's mean square name most of what is missing …
+    /// Templates that leave at most this share of the base model's mean square, on validation recordings too, are what
+    /// the recordings look like.
     pub mostly: f64,
-    /// … where that is at most this share of what the next best leaves.
-    pub clearly: f64,
     /// A third effect is looked for where two have left less than this share of Σ(ε² − 1) of the base model.
     pub promising: f64,
     /// The largest p-value of an effect that is named.
@@ -61,12 +62,12 @@ impl Default for Thresholds {
             false_alarm: 1e-4,
             worth_its_place: 0.5,
             least_gain: 30.0,
+            even: 2.0,
             nearly_all: 0.02,
             nearly_all_held_out: 0.1,
             essential: 3.0,
             unrivalled: 1.5,
             mostly: 0.4,
-            clearly: 0.8,
             promising: 0.1,
             significant: 0.01,
             included: 0.5,

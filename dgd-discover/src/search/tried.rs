@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use dgd_compiler::effects::Application;
+use dgd_compiler::effects::{Application, Brought};
+use dgd_runtime::System;
 
 use super::evidence::Weighed;
 use super::screen::Screen;
@@ -22,7 +23,7 @@ pub(crate) struct Search<'a> {
     pub tried: BTreeMap<StructureId, Result<Fitted, NoFit>>,
     /// Candidates that the search may take.
     pub open: Open,
-    /// Templates that come to the same as an effect of the library, with that.
+    /// Templates that begin as an effect of the library does, or as another form at their place, with that.
     pub doubled: BTreeMap<usize, usize>,
     /// Screens of structures by which candidates were screened.
     pub screens: BTreeMap<(Open, StructureId), Screen>,
@@ -47,6 +48,19 @@ pub(crate) enum Open {
     Library,
     /// Templates.
     Templates,
+    /// Both, in one ranking.
+    All,
+}
+
+impl Open {
+    /// What is screened apart.
+    pub(crate) fn parts(self) -> &'static [Open] {
+        match self {
+            Open::Library => &[Open::Library],
+            Open::Templates => &[Open::Templates],
+            Open::All => &[Open::Library, Open::Templates],
+        }
+    }
 }
 
 impl<'a> Search<'a> {
@@ -95,6 +109,7 @@ impl Search<'_> {
         match of {
             Open::Library => 0..first,
             Open::Templates => first..self.candidates.len(),
+            Open::All => 0..self.candidates.len(),
         }
     }
 
@@ -103,9 +118,15 @@ impl Search<'_> {
         self.range(self.open).contains(&candidate)
     }
 
-    /// Whether a structure has an effect of the library.
-    pub(crate) fn is_specific(&self, structure: StructureId) -> bool {
-        structure.effects().any(|c| !self.candidates[c].is_generic)
+    /// Whether the templates of a structure are few enough to be a finding: two at most, at different places. More of
+    /// them bend to anything.
+    pub(crate) fn may_be_said(&self, structure: StructureId) -> bool {
+        let generic = structure.effects().map(|c| &self.candidates[c]).filter(|c| c.is_generic);
+        match generic.collect::<Vec<_>>().as_slice() {
+            [] | [_] => true,
+            [one, other] => one.target() != other.target(),
+            _ => false,
+        }
     }
 
     /// What an effect is called, with what it is applied to.
@@ -120,6 +141,12 @@ impl Search<'_> {
             (&effect.name.text, arguments.iter().map(|name| &name.text).collect::<Vec<_>>())
         };
         one != other && place(one) == place(other)
+    }
+
+    /// Whether two candidates are templates of one kind at one place.
+    pub(crate) fn are_near(&self, one: usize, other: usize) -> bool {
+        let [a, b] = [one, other].map(|c| &self.candidates[c]);
+        a.is_generic && b.is_generic && a.target() == b.target() && a.kind() == b.kind()
     }
 
     /// Since when an effect of a structure acts, s, where it has an onset.
@@ -143,7 +170,25 @@ impl Search<'_> {
             fitted.estimates.iter().any(|e| e.name == *name && e.at_bound.is_some())
         };
         let effects = structure.effects().zip(&fitted.structure.brought);
-        let at_bound = effects.filter(|(_, brought)| brought.parameters.iter().any(is_at_bound));
+        let at_bound = effects.filter(|(effect, brought)| {
+            let idle = self.idle(*effect, brought, fitted);
+            let mut parameters = brought.parameters.iter();
+            parameters.any(|name| is_at_bound(name) && !idle.contains(&name))
+        });
         at_bound.map(|(effect, _)| effect).collect()
+    }
+
+    /// Parameters of an effect that rest where they do nothing while another one acts, as the lower limit of an
+    /// input that only ever comes to its upper one.
+    fn idle<'b>(&self, effect: usize, brought: &'b Brought, fitted: &Fitted) -> Vec<&'b String> {
+        let declared = &fitted.structure.system.signature().parameters;
+        let rests = |name: &str| {
+            let own = brought.names.iter().find(|(_, known)| known == name);
+            let declared = declared.iter().find(|parameter| *parameter.name == *name);
+            own.is_some_and(|(own, _)| self.candidates[effect].is_declared_at_null(own))
+                && declared.is_some_and(|d| fitted.values.p.get(name) == Some(&d.value))
+        };
+        let idle: Vec<&String> = brought.null.iter().filter(|name| rests(name)).collect();
+        if idle.len() == brought.null.len() { Vec::new() } else { idle }
     }
 }

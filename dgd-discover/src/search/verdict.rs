@@ -66,13 +66,19 @@ impl Outcome {
         }
     }
 
-    /// The structure that it is about.
+    /// The structure whose effects are named.
     pub(crate) fn structure(self) -> StructureId {
         match self {
-            Outcome::Sufficient | Outcome::Unexplained => StructureId::BASE,
-            Outcome::Effects(structure)
-            | Outcome::NearlyAll(structure)
-            | Outcome::Most(structure) => structure,
+            Outcome::Sufficient | Outcome::Most(_) | Outcome::Unexplained => StructureId::BASE,
+            Outcome::Effects(structure) | Outcome::NearlyAll(structure) => structure,
+        }
+    }
+
+    /// The structure that the recordings look like, where it is not named.
+    pub(crate) fn described(self) -> Option<StructureId> {
+        match self {
+            Outcome::Most(structure) => Some(structure),
+            _ => None,
         }
     }
 }
@@ -99,19 +105,38 @@ impl<'a, 'r> Judge<'a, 'r> {
     fn simplest(self) -> Option<Outcome> {
         let Thresholds { explained, nearly_explained_held_out, .. } = *self.thresholds;
         let ranked = &self.ranking.standings;
-        let mut best =
-            ranked.iter().find(|standing| self.explains(standing) && is_believable(standing))?;
+        let mut best = ranked
+            .iter()
+            .find(|standing| self.explains(standing) && self.may_be_named(standing))?;
         // A simpler one is believed although it predicts a little worse: that may be its estimates,
         // and a name that only noise suggests is worse than none.
         let nearly = |standing: &&Standing<'_>| {
             standing.misfit.is_at_most(explained, nearly_explained_held_out)
-                && is_believable(standing)
+                && self.may_be_named(standing)
         };
-        while let Some(simpler) = ranked.iter().filter(nearly).find(|simpler| {
-            simpler.structure.len() < best.structure.len() && !self.is_worth(best, simpler)
-        }) {
+        // Of two forms of a template at one place the one with more numbers has to be worth them, too.
+        let is_simpler = |simpler: &Standing<'_>, best: &Standing<'_>| {
+            let is_form = !best.is_specific() && simpler.names == best.names;
+            simpler.structure.len() < best.structure.len()
+                || (is_form
+                    && simpler.structure.len() == best.structure.len()
+                    && simpler.numbers < best.numbers)
+        };
+        while let Some(simpler) = ranked
+            .iter()
+            .filter(nearly)
+            .find(|simpler| is_simpler(simpler, best) && !self.is_worth(best, simpler))
+        {
             best = simpler;
         }
+        // What two templates say alike goes by the plainer one, whatever rounding says.
+        let even = self.thresholds.even;
+        let plainer = ranked.iter().filter(nearly).filter(|other| {
+            self.explains(other)
+                && other.template.is_some_and(|other| best.template.is_some_and(|own| other < own))
+                && other.criterion - best.criterion < even
+        });
+        best = plainer.min_by_key(|other| other.template).unwrap_or(best);
         // Where little is left of the base model already, every effect explains the rest.
         let base = self.ranking.get(StructureId::BASE);
         let is_idle = base.is_some_and(|base| {
@@ -124,7 +149,7 @@ impl<'a, 'r> Judge<'a, 'r> {
         }
     }
 
-    /// A structure of effects of the library that takes nearly all of the discrepancy away, none of which
+    /// A structure of effects that takes nearly all of the discrepancy away, none of which
     /// can be spared, and with which no other names compare. What it leaves is more than noise: a plant
     /// is never all in its model.
     fn nearly_all(self, structure: StructureId) -> Option<Outcome> {
@@ -135,30 +160,30 @@ impl<'a, 'r> Judge<'a, 'r> {
         .then_some(Outcome::NearlyAll(structure))
     }
 
-    /// A structure of templates that leaves more than noise and yet is the answer as far as it goes:
-    /// it takes most of the discrepancy away, from validation recordings as well, and every other that
-    /// is no longer takes away clearly less.
+    /// The best structure of templates alone that takes most of the discrepancy away, of validation recordings as well,
+    /// and leaves more than noise: the recordings look as if there were such effects.
     fn most(self) -> Option<Outcome> {
-        let Thresholds { mostly, clearly, .. } = *self.thresholds;
+        let Thresholds { mostly, .. } = *self.thresholds;
         let ranked = &self.ranking.standings;
-        let best = ranked.first()?;
         let [all_trained, all_held_out] = self.ranking.get(StructureId::BASE)?.misfit.squares()?;
-        let [trained, held_out] = best.misfit.squares()?;
-        let [trained, held_out] = [trained / all_trained, held_out / all_held_out];
-        let structure = best.structure;
-        let rivals = ranked.iter().filter(|Standing { structure: other, .. }| {
-            let shares_one = structure.effects().any(|effect| other.contains(effect));
-            other.len() <= structure.len() && !shares_one && !other.is_base()
-        });
-        let of_rivals = rivals.filter_map(|rival| rival.misfit.training_square());
-        let rival = of_rivals.fold(f64::INFINITY, f64::min) / all_trained;
-        let is_clear = !structure.is_base()
-            && best.names.is_empty()
-            && is_believable(best)
-            && trained < mostly
-            && held_out < mostly
-            && trained < clearly * rival;
-        is_clear.then_some(Outcome::Most(structure))
+        let looks_like = |standing: &&Standing<'_>| {
+            !standing.structure.is_base()
+                && !standing.is_specific()
+                && is_believable(standing)
+                && standing.misfit.squares().is_some_and(|[trained, held_out]| {
+                    trained < mostly * all_trained && held_out < mostly * all_held_out
+                })
+        };
+        let best = ranked.iter().find(looks_like)?;
+        Some(Outcome::Most(best.structure))
+    }
+
+    /// Whether effects may be named. Of two templates neither may be there for the rest alone: what one place with
+    /// another form of its own leaves, a second template somewhere else mostly takes.
+    fn may_be_named(self, standing: &Standing<'_>) -> bool {
+        let is_one = standing.structure.len() < 2 || standing.is_specific();
+        let is_needed = |effect: &usize| self.is_essential(*effect, standing.structure);
+        is_believable(standing) && (is_one || standing.generic.iter().all(is_needed))
     }
 
     /// Whether a structure leaves so little that nothing need be missing.
@@ -188,7 +213,7 @@ impl<'a, 'r> Judge<'a, 'r> {
     /// The best structure, or a part of it whose rest the Bayesian information criterion hardly asks for.
     pub(crate) fn without_spare_parts(self) -> Option<StructureId> {
         let ranked = &self.ranking.standings;
-        let mut best = ranked.first()?;
+        let mut best = ranked.iter().find(|standing| standing.is_sayable)?;
         while let Some(part) = ranked.iter().find(|part| {
             part.structure.is_part_of(best.structure)
                 && part.criterion - best.criterion < self.thresholds.least_gain
@@ -207,8 +232,11 @@ impl<'a, 'r> Judge<'a, 'r> {
         is_believable(standing)
             && match (squares(standing), base.and_then(squares)) {
                 (Some([trained, held_out]), Some([all_trained, all_held_out])) => {
-                    trained <= nearly_all * all_trained
-                        && held_out <= nearly_all_held_out * all_held_out
+                    // The noise itself is nothing that an effect could take away.
+                    let is_within =
+                        |left: f64, share: f64, all: f64| left - 1.0 <= share * (all - 1.0);
+                    is_within(trained, nearly_all, all_trained)
+                        && is_within(held_out, nearly_all_held_out, all_held_out)
                 }
                 _ => false,
             }
@@ -250,7 +278,7 @@ impl<'a, 'r> Judge<'a, 'r> {
 
 /// Whether the effects of a structure may be named: none is at a bound, takes another back or is doubted.
 fn is_believable(standing: &Standing<'_>) -> bool {
-    standing.is_sound && !standing.is_doubted && !*standing.is_cancelling
+    standing.is_sayable && standing.is_sound && !standing.is_doubted && !*standing.is_cancelling
 }
 
 #[cfg(test)]
@@ -274,11 +302,16 @@ mod tests {
         let specific = effects.iter().filter(|effect| **effect < TEMPLATE);
         let misfit = Misfit {
             trained: vec![all(training)],
+            slack: Vec::new(),
             held_out: HeldOutMisfit::Left { by_output: vec![all(held_out)], error: all(held_out) },
         };
         Standing {
             structure: effects.iter().copied().collect(),
             names: specific.map(|effect| format!("effect {effect}")).collect(),
+            generic: effects.iter().copied().filter(|effect| *effect >= TEMPLATE).collect(),
+            template: effects.first().copied().filter(|one| effects.len() == 1 && *one >= TEMPLATE),
+            is_sayable: true,
+            numbers: 2 * effects.len(),
             criterion: all(training).0 + 2.0 * effects.len() as f64 * (SAMPLES as f64).ln(),
             error: all(training),
             misfit: known(misfit),
@@ -332,6 +365,18 @@ mod tests {
         };
         assert_eq!(explaining(tried(1.2)), Outcome::Effects(both));
         assert_eq!(explaining(tried(1.04)), Outcome::Effects(one(LEAK)));
+    }
+
+    #[test]
+    fn two_templates_are_named_where_neither_is_there_for_the_rest_alone() {
+        let both: StructureId = [TEMPLATE, OTHER_TEMPLATE].into_iter().collect();
+        let verdict = |alone: f64| {
+            let whole = left(&[TEMPLATE, OTHER_TEMPLATE], 1.0, 1.0);
+            let parts = [left(&[TEMPLATE], alone, alone), left(&[OTHER_TEMPLATE], 5.0, 5.0)];
+            explaining([left(&[], 9.0, 9.0), whole].into_iter().chain(parts).collect())
+        };
+        assert_eq!(verdict(4.0), Outcome::Effects(both));
+        assert_eq!(verdict(2.0), Outcome::Unexplained);
     }
 
     #[test]
@@ -390,29 +435,53 @@ mod tests {
     }
 
     #[test]
-    fn templates_that_leave_clearly_least_name_most() {
-        let verdict = |best: f64, rival: f64, effect| {
-            let tried = vec![
-                left(&[], 100.0, 100.0),
-                left(&[effect], best, best),
-                left(&[OTHER_TEMPLATE], rival, rival),
-            ];
+    fn templates_that_take_most_away_are_described() {
+        let verdict = |best: f64, effect| {
+            let tried = vec![left(&[], 100.0, 100.0), left(&[effect], best, best)];
             of(Question::WhatIsMost, tried)
         };
         let most = Outcome::Most(one(TEMPLATE));
-        assert_eq!(verdict(30.0, 40.0, TEMPLATE), most);
-        assert_eq!(verdict(30.0, 35.0, TEMPLATE), Outcome::Unexplained);
-        assert_eq!(verdict(45.0, 90.0, TEMPLATE), Outcome::Unexplained);
-        assert_eq!(verdict(30.0, 40.0, LEAK), Outcome::Unexplained);
+        assert_eq!(verdict(30.0, TEMPLATE), most);
+        assert_eq!(verdict(45.0, TEMPLATE), Outcome::Unexplained);
+        // What the library has a name for is named, or it is not said.
+        assert_eq!(verdict(30.0, LEAK), Outcome::Unexplained);
         assert_eq!(most.verdict(), Verdict::Unexplained);
-        assert_eq!(most.structure(), one(TEMPLATE));
+        assert_eq!((most.structure(), most.described()), (StructureId::BASE, Some(one(TEMPLATE))));
+        // One that fits better and predicts worse does not stand in the way.
+        let bent = left(&[OTHER_TEMPLATE], 20.0, 60.0);
+        let tried = vec![left(&[], 100.0, 100.0), bent, left(&[TEMPLATE], 30.0, 30.0)];
+        assert_eq!(of(Question::WhatIsMost, tried), most);
+    }
+
+    #[test]
+    fn of_two_forms_the_one_with_fewer_numbers_is_named_unless_the_other_is_worth_more() {
+        let names: std::collections::BTreeSet<String> = ["at force".to_owned()].into();
+        let verdict = |plain: f64| {
+            let plain = Standing { names: names.clone(), ..left(&[TEMPLATE], plain, plain) };
+            let more = left(&[OTHER_TEMPLATE], 1.0, 1.0);
+            let more = Standing { names: names.clone(), numbers: 4, ..more };
+            explaining(vec![left(&[], 5.0, 5.0), plain, more])
+        };
+        assert_eq!(verdict(1.02), Outcome::Effects(one(TEMPLATE)));
+        assert_eq!(verdict(1.09), Outcome::Effects(one(OTHER_TEMPLATE)));
+    }
+
+    #[test]
+    fn of_two_templates_that_leave_the_same_the_plainer_is_named() {
+        let verdict = |plain: f64| {
+            let base = left(&[], 5.0, 5.0);
+            explaining(vec![base, left(&[TEMPLATE], plain, 1.0), left(&[OTHER_TEMPLATE], 1.0, 1.0)])
+        };
+        assert_eq!(verdict(1.001), Outcome::Effects(one(TEMPLATE)));
+        assert_eq!(verdict(1.01), Outcome::Effects(one(OTHER_TEMPLATE)));
     }
 
     #[test]
     fn nothing_is_believed_of_what_validation_recordings_cannot_be_simulated_with() {
         let mut best = left(&[LEAK], 1.0, 1.0);
         let trained = best.misfit.trained.clone();
-        best.misfit = known(Misfit { trained, held_out: HeldOutMisfit::NoSimulation });
+        let slack = Vec::new();
+        best.misfit = known(Misfit { trained, slack, held_out: HeldOutMisfit::NoSimulation });
         assert_eq!(explaining(vec![left(&[], 5.0, 5.0), best]), Outcome::Unexplained);
     }
 }

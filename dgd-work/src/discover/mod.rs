@@ -1,5 +1,6 @@
 //! Where a model and recordings disagree, and which known effect is missing.
 
+mod adopt;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -13,11 +14,11 @@ use dgd_compiler::syntax::ast::{Item, ItemKind};
 use dgd_data::files::Files;
 use dgd_data::files::journal::RunJournal;
 use dgd_data::{FileSystem, InMemory, Reading};
-use dgd_discover::{BaseModel, DiscoverError, Discovery, Request, templates};
+use dgd_discover::{BaseModel, DiscoverError, Discovery, Gap, Request, templates};
 use dgd_identify::journal::{Forgetful, Journal};
 use dgd_identify::{Recording, Unwatched};
 use dgd_plot::Figure;
-use dgd_runtime::System;
+use dgd_runtime::{Signature, System};
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
@@ -25,10 +26,12 @@ use crate::error::WorkError;
 use crate::model::Compilation;
 use crate::model::effects::{self, FOLDER, load_folder};
 use crate::output::provenance::{self, DataFile, Provenance};
+use crate::output::quantity::{of_differences, rounded};
 use crate::request::{Choices, DiscoverRequest, Start};
 use crate::run::recording;
 use crate::run::{executable, keeping, options, reservations, verify_memory_of_fit};
 use crate::session::Session;
+pub use adopt::{Adopted, adopt};
 use report::Subject;
 pub use report::file_names;
 
@@ -105,6 +108,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         options: integration,
         threads: session.threads,
         seed: session.seed,
+        budget: request.budget,
         journal: &Forgetful,
         watch: &Unwatched,
     };
@@ -128,6 +132,31 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
             .iter()
             .map(|(names, why)| format!("fits of {} were given up where {why}", names.join(", "))),
     );
+    let system = executable(compiled.program.clone(), &request.solve)?;
+    reservations.extend(found.gap.iter().filter_map(|gap| other_noise(gap, system.signature())));
+    let outputs = system.signature().outputs.iter().zip(&found.lonely);
+    reservations.extend(outputs.filter(|(_, lost)| **lost > 0).map(|(output, lost)| {
+        let (readings, stand) =
+            if *lost == 1 { ("reading", "stands") } else { ("readings", "stand") };
+        format!(
+            "{lost} {readings} of `{}` {stand} alone, far outside the neighbours: left out",
+            output.name
+        )
+    }));
+    if held_out.recordings.is_empty() {
+        reservations.push(
+            "there is no validation data (`--valid`): an effect is named only if it predicts quarters of the recordings \
+             that it was not fitted to"
+                .to_owned(),
+        );
+    }
+    if found.is_cut_short {
+        reservations.push(
+            "the search ended when the time of `--budget` had passed: this is the best so far, and `not_tried` and the \
+             ranking list what was not tried"
+                .to_owned(),
+        );
+    }
     let is_model =
         |source: &&Source| Path::new(&source.name).extension().is_some_and(|e| e == "dgd");
     let texts = compilation.sources.iter().filter(is_model);
@@ -217,6 +246,37 @@ fn failed(
         }
         DiscoverError::BaseModel(_) => WorkError::Computation(error.to_string()),
     }
+}
+
+/// A declared noise and one that readings show are said where they differ by more than this factor.
+const OTHER_NOISE: f64 = 1.5;
+/// Mean square of residuals over the noise that passes for noise.
+const PASSES: f64 = 1.1;
+
+/// What is said of an output whose declared noise is not what its readings show: how the model is judged by both.
+fn other_noise(gap: &Gap, signature: &Signature) -> Option<String> {
+    let output = signature.outputs.iter().find(|output| *output.name == *gap.output)?;
+    let declared = output.noise?;
+    let ratio = gap.noise / declared;
+    if !(ratio.is_finite() && ratio > 0.0 && !(1.0 / OTHER_NOISE..=OTHER_NOISE).contains(&ratio)) {
+        return None;
+    }
+    let unit = of_differences(&gap.unit);
+    let shown = |x: f64| format!("{} {}", rounded(x / unit.factor, 3), unit.symbol);
+    let judged = |noise: f64| {
+        let square = (gap.train_before / noise).powi(2);
+        let passes = if square <= PASSES { ", which passes for noise" } else { "" };
+        format!("{} times the noise variance{passes}", rounded(square, 3))
+    };
+    Some(format!(
+        "the model declares a noise of {} for `{}`, and the readings show {}: by the declared noise the base model leaves \
+         {}, by the readings' {}",
+        shown(declared),
+        gap.output,
+        shown(gap.noise),
+        judged(declared),
+        judged(gap.noise)
+    ))
 }
 
 /// Recordings that are kept out of the fits.

@@ -37,6 +37,8 @@ pub struct DiscoverRequest {
     pub effects: Vec<PathBuf>,
     /// What is estimated.
     pub sought: Sought,
+    /// How long the search may take, s; as long as it takes where that is open.
+    pub budget: Option<f64>,
     /// Where finished work is kept.
     pub keep: Keep,
     /// How the model is run.
@@ -55,10 +57,28 @@ impl DiscoverRequest {
             valid: Vec::new(),
             effects: Vec::new(),
             sought: Sought::default(),
+            budget: None,
             keep: Keep::default(),
             solve: Solve::default(),
             command: String::new(),
         }
+    }
+}
+
+/// A formula or an effect that a discovery described, for the library of its model.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct AdoptRequest {
+    /// The folder of the discovery's result, or a file in it.
+    pub result: PathBuf,
+    /// What the effect is to be called.
+    pub name: String,
+}
+
+impl AdoptRequest {
+    /// Of this result, by this name.
+    pub fn new(result: impl Into<PathBuf>, name: impl Into<String>) -> Self {
+        AdoptRequest { result: result.into(), name: name.into() }
     }
 }
 

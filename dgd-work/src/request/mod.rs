@@ -14,7 +14,7 @@ use dgd_runtime::linearize::LinearAt;
 use dgd_runtime::{Inputs, Steps};
 
 pub use dgd_execute::Engine;
-pub use estimate::{DiscoverRequest, Keep, TrackRequest, Tracker};
+pub use estimate::{AdoptRequest, DiscoverRequest, Keep, TrackRequest, Tracker};
 pub use fit::{
     Estimator, FitRequest, IntervalRequest, NoiseFrom, Normalise, RegressionRequest, SearchRequest,
 };

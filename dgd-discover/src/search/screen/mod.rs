@@ -47,6 +47,9 @@ const MOST_ZOOMS: usize = 4;
 /// … and while that gains a candidate so much.
 const WORTH_ZOOMING: f64 = 1.02;
 
+/// Most candidates of a simulation: the work to compile them grows faster than their number.
+const TOGETHER: usize = 12;
+
 /// How closely a screen looks for onsets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Resolution {
@@ -138,12 +141,19 @@ struct Parts<'a> {
 
 impl Parts<'_> {
     /// Candidates that are screened in one simulation: all that have no inner constants, all whose
-    /// inner constants are onsets, unless one of them hides another, and each of the others alone,
-    /// since it may bring states and steps of its own.
+    /// inner constants are onsets, and templates with other constants, unless one of them hides another; and each of
+    /// the others alone, since it may bring states and steps of its own.
     fn groups(&self, others: &[usize], silent: &mut Vec<Silent>) -> Vec<Vec<usize>> {
         let (mut plain, mut with_onset, mut alone) = (Vec::new(), Vec::new(), Vec::new());
+        let mut with_constants = Vec::new();
         let structure = self.fitted.structure.id;
         for &other in others {
+            let is_apart = structure.effects().any(|one| self.all[one].excludes(&self.all[other]));
+            // Whether it can be applied shows when its group is screened.
+            if self.all[other].is_generic && !self.all[other].has_inner && !is_apart {
+                plain.push(other);
+                continue;
+            }
             let mut leave_out = |why: String| {
                 silent.push(Silent { candidate: other, why, remedy: Remedy::LeaveOut });
             };
@@ -165,17 +175,19 @@ impl Parts<'_> {
                 ));
                 continue;
             }
-            if structure.effects().any(|one| self.all[one].excludes(&self.all[other])) {
+            if is_apart {
                 alone.push(vec![other]);
             } else if inner.is_empty() {
                 plain.push(other);
             } else if inner.iter().all(|inner| inner.is_onset) {
                 with_onset.push(other);
+            } else if self.all[other].is_generic && !self.all[other].brings_unknowns {
+                with_constants.push(other);
             } else {
                 alone.push(vec![other]);
             }
         }
-        [self.apart(&plain), self.apart(&with_onset), alone].concat()
+        [self.apart(&plain), self.apart(&with_onset), self.apart(&with_constants), alone].concat()
     }
 
     /// Candidates in groups in which none hides another.
@@ -183,7 +195,9 @@ impl Parts<'_> {
         let mut groups: Vec<Vec<usize>> = Vec::new();
         for &one in some {
             let is_hidden = |other: &usize| self.all[*other].excludes(&self.all[one]);
-            match groups.iter_mut().find(|group| !group.iter().any(is_hidden)) {
+            let has_room =
+                |group: &&mut Vec<usize>| group.len() < TOGETHER && !group.iter().any(is_hidden);
+            match groups.iter_mut().find(has_room) {
                 Some(group) => group.push(one),
                 None => groups.push(vec![one]),
             }
@@ -191,15 +205,15 @@ impl Parts<'_> {
         groups
     }
 
-    /// Screens some candidates by simulations that hold them all; where these cannot be had, one by
-    /// one.
+    /// Screens some candidates by simulations that hold them all; where these cannot be had, in halves.
     fn screen(&self, others: &[usize], screen: &mut Screen) {
         if self.screen_together(others, Blending::Null, screen).is_some() {
             return;
         }
         let [candidate] = *others else {
-            for &other in others {
-                self.screen(&[other], screen);
+            let (some, rest) = others.split_at(others.len() / 2);
+            for half in [some, rest].into_iter().filter(|half| !half.is_empty()) {
+                self.screen(half, screen);
             }
             return;
         };

@@ -79,6 +79,11 @@ impl Contrast {
         (self.as_it_is / self.length).clamp(lower, upper)
     }
 
+    /// One over the standard deviation of λ.
+    pub(crate) fn length(&self) -> f64 {
+        self.length
+    }
+
     /// The most that it takes from Σ (e/σ)².
     pub(crate) fn gain(&self) -> f64 {
         self.gain_of(self.as_it_is)

@@ -166,6 +166,9 @@ pub struct Minimum<T, E> {
     pub termination: Termination,
 }
 
+/// Share of Σ r² that a variable of no influence changes at most, where it moves by 1.
+const NO_INFLUENCE: f64 = 1e-20;
+
 /// Minimises Σ r² from `x`, where it is `at`.
 ///
 /// `evaluate` gives Σ r² and its derivatives, and whatever else the caller wants to know of the
@@ -246,8 +249,12 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
         }
 
         // Trials from this point, until one is accepted.
-        let lower = DVector::from_fn(n, |i, _| lower[i].max(-reach[i]));
-        let upper = DVector::from_fn(n, |i, _| upper[i].min(reach[i]));
+        let reach = |i: usize| {
+            let size = minimum.x[i].abs().max(1.0);
+            if has_influence(normal, i) { reach[i] } else { reach[i].min(size) }
+        };
+        let lower = DVector::from_fn(n, |i, _| lower[i].max(-reach(i)));
+        let upper = DVector::from_fn(n, |i, _| upper[i].min(reach(i)));
         let mut failed = false;
         loop {
             let normal = minimum.at.as_ref();
@@ -338,6 +345,12 @@ fn widen(scale: &mut DVector<f64>, information: &DMatrix<f64>) {
     for (i, scale) in scale.iter_mut().enumerate() {
         *scale = scale.max(information[(i, i)]);
     }
+}
+
+/// Whether a variable changes anything beyond rounding. What does not would have to move by ten decades to gain
+/// anything, and goes no further than its size in one step.
+fn has_influence(normal: &NormalEquations, i: usize) -> bool {
+    normal.information[(i, i)] > NO_INFLUENCE * normal.cost
 }
 
 /// The minimum of the damped model within what the bounds leave.

@@ -188,3 +188,21 @@ fn a_plain_among_bounds_is_no_minimum() {
     // Nor is a place that lies on it from the start, if its slopes are there but for rounding.
     assert_eq!(search(10_f64.ln(), 40_f64.ln()).termination, Termination::Flat);
 }
+
+#[test]
+fn what_has_no_influence_yet_but_rounding_stays_near_the_start() {
+    // The second variable acts through the first, which is nothing at the start.
+    let rows = |x: &[f64]| {
+        let rounding = 1e-11;
+        vec![(1.0 - x[0], [-1.0, 0.0]), (3.0 + x[0] * (x[1] - 5.0), [x[1] - 5.0, x[0] + rounding])]
+    };
+    let evaluate = |x: &[f64]| if x[1].abs() < 1e3 { Ok(normal(&rows(x))) } else { Err(()) };
+    let start = vec![0.0, 0.0];
+    let at = normal(&rows(&start));
+    let found = minimise(start, at, &[ANYWHERE; 2], &StoppingRule::default(), evaluate);
+    assert!(found.termination.is_converged(), "{:?}", found.termination);
+    assert_eq!(found.failures, 0);
+    for (x, truth) in found.x.iter().zip([1.0, 2.0]) {
+        assert!((x - truth).abs() < 1e-8, "{:?}", found.x);
+    }
+}

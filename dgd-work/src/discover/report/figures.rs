@@ -101,7 +101,7 @@ pub(super) fn missing<'a>(traces: impl IntoIterator<Item = &'a MissingInput>) ->
             trace.value.iter().zip(&trace.std).map(|(value, std)| value + side * std).collect()
         };
         Panel {
-            title: Text::plain(&trace.equation),
+            title: Text::plain(&trace.target()),
             y_label: Text::default().with_unit(&trace.unit),
             series: vec![series("missing", Style::Line, &trace.times, trace.value.clone())],
             bands: bands(&trace.windows),

@@ -1,7 +1,7 @@
 //! A formula that looks like what is missing, in words and for programs.
 
-use dgd_discover::{Guess, Unexplained};
-use serde_json::{Value, json};
+use dgd_discover::{Guess, LawRange, Unexplained};
+use serde_json::{Map, Value, json};
 
 use super::result_json::tidy;
 use crate::output::quantity::rounded;
@@ -47,5 +47,32 @@ pub(super) fn value(guess: Option<&Guess>) -> Value {
         "held_out": if guess.is_of_recordings { "recordings" } else { "parts" },
         "left_before": tidy(guess.left_before),
         "left_after": tidy(guess.left_after),
+    })
+}
+
+/// The formula as an effect file, with its parameters and the ranges over which it was compared with recordings.
+pub(super) fn law(guess: &Guess, file: &str) -> Value {
+    let parameters: Vec<Value> = (guess.terms.iter().enumerate())
+        .map(|(i, term)| {
+            json!({
+                "name": format!("law_{}", i + 1),
+                "value": tidy(term.coefficient / term.unit.factor),
+                "unit": term.unit.symbol,
+                "std": term.std.map(|std| tidy(std / term.unit.factor)),
+            })
+        })
+        .collect();
+    let range = |range: &LawRange| {
+        let shown = |x: f64| tidy(x / range.unit.factor);
+        (
+            range.name.clone(),
+            json!({ "low": shown(range.low), "high": shown(range.high), "unit": range.unit.symbol }),
+        )
+    };
+    json!({
+        "file": file,
+        "formula": guess.formula,
+        "parameters": parameters,
+        "range": guess.ranges.iter().map(range).collect::<Map<String, Value>>(),
     })
 }

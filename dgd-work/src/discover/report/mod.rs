@@ -4,7 +4,8 @@
 //!   Discovery ─┬─ page (figures, equations, diff) ─► report.html
 //!              ├─ result_json ──────────────────────► result.json
 //!              ├─ corrected text, diff ─────────────► MODEL.dgd, MODEL.diff
-//!              └─ trace ────────────────────────────► unexplained.csv
+//!              ├─ trace ────────────────────────────► unexplained.csv
+//!              └─ kept apart ───────────────────────► described_1.dgd, law_1.dgd
 //! ```
 //!
 //! All files appear together or none does, and equal discoveries give equal files.
@@ -14,6 +15,7 @@ mod diff;
 mod equations;
 mod figures;
 mod guess;
+mod kept_apart;
 mod page;
 mod result_json;
 mod summary;
@@ -75,7 +77,8 @@ impl Subject<'_> {
 pub fn file_names(model: &Path) -> Vec<String> {
     let name = model.file_stem().unwrap_or_default().to_string_lossy();
     let fixed = ["report.html", "result.json", UNEXPLAINED].map(str::to_owned);
-    [format!("{name}.diff"), format!("{name}.dgd")].into_iter().chain(fixed).collect()
+    let own = [format!("{name}.diff"), format!("{name}.dgd")];
+    own.into_iter().chain(fixed).chain(kept_apart::names()).collect()
 }
 
 /// The result as programs read it.
@@ -113,5 +116,9 @@ pub(super) fn files(subject: &Subject<'_>) -> Result<Files, WorkError> {
         Some(table) => add(UNEXPLAINED, table),
         None => files.removed.push(UNEXPLAINED.to_owned()),
     }
+    let apart = kept_apart::files(subject.discovery);
+    let gone = kept_apart::names().filter(|name| apart.iter().all(|(other, _)| other != name));
+    files.removed.extend(gone);
+    files.written.extend(apart.into_iter().map(|(name, text)| (name, text.into_bytes())));
     Ok(files)
 }

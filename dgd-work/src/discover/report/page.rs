@@ -27,6 +27,10 @@ struct Page<'a> {
     reservations: &'a [String],
     verdict: &'static str,
     sentence: String,
+    /// What to do next, as markup.
+    next: String,
+    /// Effects that the recordings look like: names, and what there is to say.
+    described: Vec<(String, String)>,
     effects: Vec<Effect<'a>>,
     left_over: Vec<LeftOver<'a>>,
     gap: Vec<[String; 8]>,
@@ -98,6 +102,14 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
         reservations: subject.reservations,
         verdict: discovery.verdict.word(),
         sentence: verdict::sentence(discovery),
+        next: prose(&verdict::next(discovery)),
+        described: (discovery.described.iter())
+            .map(|one| {
+                let rows = summary::described_rows(one);
+                let rows = rows.into_iter().map(|[name, value]| format!("{name}: {value}"));
+                (one.name.clone(), rows.collect::<Vec<_>>().join("; "))
+            })
+            .collect(),
         effects: discovery.effects.iter().map(effect).collect(),
         left_over: discovery
             .unexplained

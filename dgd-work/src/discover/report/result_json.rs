@@ -3,10 +3,13 @@
 //! Numbers are in the units that the model declares. Errors and noise are differences, which have
 //! no zero of their own: those of an output in `bara` are in `bar`, those of one in `°C` in `K`.
 
-use dgd_discover::{Discovery, FoundEffect, Gap, ParameterValue, Ranked, Unexplained};
+use dgd_discover::{
+    ClosedPlace, Described, Discovery, FoundEffect, Gap, ParameterValue, PlaceKind, Power, Ranked,
+    Unexplained,
+};
 use serde_json::{Map, Value, json};
 
-use super::{Subject, UNEXPLAINED, condition, guess};
+use super::{Subject, UNEXPLAINED, condition, guess, kept_apart};
 use crate::output::quantity::of_differences;
 
 /// The text of the file.
@@ -34,14 +37,21 @@ pub(super) fn value(subject: &Subject<'_>) -> Value {
         .iter()
         .map(|candidate| json!({ "name": candidate.name, "share": tidy(candidate.share) }))
         .collect();
+    let described: Vec<Value> =
+        subject.discovery.described.iter().enumerate().map(of_described).collect();
+    let closed: Vec<Value> = subject.discovery.closed.iter().map(of_closed).collect();
     let mut all = json!({
         "verdict": verdict.word(),
         "reason": reason,
         "p_value": p_value.map(tidy),
         "reservations": subject.reservations,
         "model": subject.model_name(),
+        "model_file": subject.model.display().to_string(),
         "effects": effects.iter().map(effect).collect::<Vec<_>>(),
-        "unexplained": unexplained.iter().map(left_over).collect::<Vec<_>>(),
+        "described": described,
+        "unexplained": unexplained.iter().enumerate().map(left_over).collect::<Vec<_>>(),
+        "places_not_tried": closed,
+        "power": subject.discovery.power.iter().map(smallest).collect::<Vec<_>>(),
         "gap": named(gap.iter().map(|gap| (&gap.output, errors(gap)))),
         "parameters": parameters(&subject.discovery.corrected_parameters),
         "base_parameters": parameters(&subject.discovery.base_parameters),
@@ -83,14 +93,59 @@ fn effect(effect: &FoundEffect) -> Value {
     })
 }
 
-fn left_over(unexplained: &Unexplained) -> Value {
+fn of_described((k, described): (usize, &Described)) -> Value {
+    let file = kept_apart::described(k);
+    let apply = match described.arguments.as_slice() {
+        [] => file.clone(),
+        arguments => format!("{file}({})", arguments.join(", ")),
+    };
+    json!({
+        "name": described.name,
+        "kind": described.kind,
+        "form": described.form,
+        "target": described.target,
+        "parameters": parameters(&described.parameters),
+        "left": { "train": tidy(described.left.0), "valid": described.left.1.map(tidy) },
+        "file": file,
+        "apply": apply,
+    })
+}
+
+fn of_closed(closed: &ClosedPlace) -> Value {
+    json!({ "target": closed.place.called(), "reason": closed.reason })
+}
+
+fn smallest(power: &Power) -> Value {
+    json!({
+        "name": power.name,
+        "parameter": power.parameter,
+        "smallest": tidy(power.smallest / power.unit.factor),
+        "unit": of_differences(&power.unit).symbol,
+    })
+}
+
+/// What kind of place something is missing at.
+fn kind(kind: PlaceKind) -> &'static str {
+    match kind {
+        PlaceKind::Equation => "equation",
+        PlaceKind::Parameter => "parameter",
+        PlaceKind::Input => "input",
+        PlaceKind::Output => "sensor",
+    }
+}
+
+fn left_over((k, unexplained): (usize, &Unexplained)) -> Value {
     json!({
         "target": unexplained.target,
+        "kind": kind(unexplained.trace.place.kind),
+        "tied": unexplained.is_tied,
+        "gain": tidy(unexplained.gain),
         "windows": windows(&unexplained.windows),
         "condition": condition::value(unexplained.condition.as_ref()),
         "trace": UNEXPLAINED,
         "description": unexplained.description,
         "guess": guess::value(unexplained.guess.as_ref()),
+        "law": unexplained.guess.as_ref().map(|guess| guess::law(guess, &kept_apart::law(k))),
     })
 }
 

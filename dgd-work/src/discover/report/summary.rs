@@ -3,7 +3,9 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use dgd_discover::{Condition, Discovery, FoundEffect, Gap, Verdict};
+use dgd_discover::{
+    Condition, Described, Discovery, FoundEffect, Gap, ParameterValue, Power, Verdict,
+};
 
 use super::{condition, guess, verdict};
 use crate::output::quantity::{Quantity, of_differences, percent, probability, rounded, stretches};
@@ -33,6 +35,7 @@ fn write_text(
     if !discovery.reason.is_empty() {
         writeln!(text, "{}", discovery.reason)?;
     }
+    writeln!(text, "{}", verdict::next(discovery))?;
     for words in reservations {
         writeln!(text, "But {words}.")?;
     }
@@ -40,8 +43,20 @@ fn write_text(
         writeln!(text, "\n{}: {}", effect.name, verdict::place(effect))?;
         write_table(text, &effect_rows(effect), &[])?;
     }
+    for described in &discovery.described {
+        writeln!(text, "\nthe recordings look as if there was {}", described.name)?;
+        write_table(text, &described_rows(described), &[])?;
+    }
+    if let Some(reason) = discovery
+        .nowhere
+        .as_ref()
+        .filter(|_| discovery.unexplained.is_empty() && discovery.verdict == Verdict::Unexplained)
+    {
+        writeln!(text, "\nNo place can be named: {reason}.")?;
+    }
     for left in &discovery.unexplained {
-        writeln!(text, "\nwithout a name: {}", left.target)?;
+        let tie = if left.is_tied { ", about as likely" } else { "" };
+        writeln!(text, "\nwithout a name: {}{tie}", left.target)?;
         let mut rows = vec![["what".to_owned(), left.description.clone()]];
         if !left.windows.is_empty() {
             rows.push(["when".to_owned(), stretches(left.windows.iter().copied())]);
@@ -59,6 +74,20 @@ fn write_text(
         let mut rows = vec![head.map(str::to_owned)];
         rows.extend(discovery.gap.iter().map(gap_row));
         write_table(text, &rows, &[2, 3, 4, 5, 6, 7])?;
+    }
+    if !discovery.power.is_empty() {
+        writeln!(text, "\nthese recordings would have shown")?;
+        let shown = |power: &Power| {
+            let unit = of_differences(&power.unit);
+            let symbol = if unit.symbol == "1" { "" } else { &*unit.symbol };
+            let size = rounded(power.smallest / unit.factor, 2);
+            [
+                power.name.clone(),
+                format!("`{}` from {size} {symbol}", power.parameter).trim_end().to_owned(),
+            ]
+        };
+        let rows: Vec<[String; 2]> = discovery.power.iter().map(shown).collect();
+        write_table(text, &rows, &[])?;
     }
     let off = discovery
         .gap
@@ -98,15 +127,24 @@ pub(super) fn not_tried(discovery: &Discovery, named: usize) -> Vec<[String; 2]>
     by_reason.iter().map(row).collect()
 }
 
+pub(super) fn described_rows(described: &Described) -> Vec<[String; 2]> {
+    let mut rows: Vec<[String; 2]> = described.parameters.iter().map(parameter_row).collect();
+    let (training, validation) = described.left;
+    let validation = validation
+        .map_or_else(String::new, |left| format!(", {} on validation data", rounded(left, 2)));
+    let left =
+        format!("residuals of {} times the noise variance{validation}", rounded(training, 2));
+    rows.push(["leaves".to_owned(), left]);
+    rows
+}
+
+fn parameter_row(p: &ParameterValue) -> [String; 2] {
+    let unit = if p.unit.symbol == "1" { "" } else { &*p.unit.symbol };
+    [p.name.clone(), format!("{} {unit}", Quantity::of(p))]
+}
+
 fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
-    let mut rows: Vec<[String; 2]> = effect
-        .parameters
-        .iter()
-        .map(|p| {
-            let unit = if p.unit.symbol == "1" { "" } else { &*p.unit.symbol };
-            [p.name.clone(), format!("{} {unit}", Quantity::of(p))]
-        })
-        .collect();
+    let mut rows: Vec<[String; 2]> = effect.parameters.iter().map(parameter_row).collect();
     if let Some(onset) = effect.onset {
         rows.push(["since".to_owned(), format!("{onset:.0} s")]);
     }

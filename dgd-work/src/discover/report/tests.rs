@@ -8,8 +8,8 @@ use dgd_data::Disk;
 use dgd_data::files::write_folder;
 use dgd_discover::{
     Alternative, Condition, ConditionKind, Discovery, Evidence, FoundEffect, Gap, Guess,
-    GuessedTerm, MissingInput, OutputTrace, ParameterValue, Ranked, RecordingTrace, Screened,
-    Unexplained, Verdict, Window,
+    GuessedTerm, MissingInput, OutputTrace, ParameterValue, Place, PlaceKind, Ranked,
+    RecordingTrace, Screened, Unexplained, Verdict, Window,
 };
 use dgd_runtime::{Signature, System, Unit};
 
@@ -83,7 +83,11 @@ fn window(from: f64, until: f64) -> Window {
 fn missing(equation: &str, times: &[f64], size: f64) -> MissingInput {
     let hump = |t: f64| size * (-((t - 300.0) / 60.0).powi(2)).exp();
     MissingInput {
-        equation: equation.to_owned(),
+        place: Place {
+            kind: PlaceKind::Equation,
+            name: equation.to_owned(),
+            unit: "m^3/s".to_owned(),
+        },
         unit: "m^3/s".to_owned(),
         times: times.to_vec(),
         value: times.iter().map(|&t| hump(t) + 2e-4 * (t / 20.0).sin()).collect(),
@@ -122,6 +126,8 @@ fn guess() -> Guess {
         is_of_recordings: true,
         left_before: 41.23,
         left_after: 1.32,
+        file: "/// A formula.\neffect law on mud_circulation\n".to_owned(),
+        ranges: Vec::new(),
     }
 }
 
@@ -192,6 +198,9 @@ fn discovery() -> Discovery {
         p_value: Some(0.001),
         left_out: Vec::new(),
         given_up: None,
+        lonely: Vec::new(),
+        is_cut_short: false,
+        power: Vec::new(),
         not_tried: ["sensor_lag(p_r)", "sensor_lag(q_ssp)"]
             .map(|name| (name.to_owned(), "cannot be applied: `q_tf` is held".to_owned()))
             .to_vec(),
@@ -217,7 +226,10 @@ fn discovery() -> Discovery {
                 inclusion: 0.985,
             },
         }],
+        described: Vec::new(),
         unexplained: Vec::new(),
+        closed: Vec::new(),
+        nowhere: None,
         gap: gap.collect(),
         traces: vec![trace("monday", false), trace("friday", true)],
         missing: vec![
@@ -248,6 +260,8 @@ fn left_over() -> Discovery {
         effects: Vec::new(),
         unexplained: vec![Unexplained {
             target: "riser".to_owned(),
+            is_tied: false,
+            gain: 1234.5,
             windows: vec![[210.0, 395.0]],
             condition: Some(Condition {
                 kind: ConditionKind::Above,
@@ -321,6 +335,7 @@ fn a_report_is_the_same_twice_and_leaves_no_stale_trace() {
     let (first, second) = (place.path().join("a"), place.path().join("b"));
     let names = written(&first, &left_over());
     let expected = [
+        "law_1.dgd",
         "mud_circulation.dgd",
         "mud_circulation.diff",
         "report.html",
@@ -330,9 +345,9 @@ fn a_report_is_the_same_twice_and_leaves_no_stale_trace() {
     assert_eq!(names, expected);
     let trace = read(&first, "unexplained.csv");
     assert!(trace.starts_with("time [s],riser [m^3/s],riser_std [m^3/s]\n"), "{trace}");
-    assert_eq!(written(&first, &discovery()), &expected[..4]);
+    assert_eq!(written(&first, &discovery()), &expected[1..5]);
     written(&second, &discovery());
-    for name in &expected[..4] {
+    for name in &expected[1..5] {
         assert_eq!(read(&first, name), read(&second, name), "{name}");
     }
 }
@@ -402,9 +417,15 @@ fn a_discovery_with_nothing_in_it_is_written_too() {
         p_value: None,
         left_out: Vec::new(),
         given_up: None,
+        power: Vec::new(),
+        lonely: Vec::new(),
+        is_cut_short: false,
         not_tried: Vec::new(),
         effects: Vec::new(),
+        described: Vec::new(),
         unexplained: Vec::new(),
+        closed: Vec::new(),
+        nowhere: None,
         gap: discovery()
             .gap
             .into_iter()

@@ -19,11 +19,11 @@ pub(super) fn table(unexplained: &[Unexplained]) -> Result<Option<Vec<u8>>, Work
     for Unexplained { trace, .. } in unexplained {
         let unit = Unit { symbol: trace.unit.clone().into(), factor: 1.0, offset: 0.0 };
         let times = &first.trace.times;
-        if columns.iter().any(|(name, ..)| *name == trace.equation) {
+        if columns.iter().any(|(name, ..)| *name == trace.target()) {
             continue;
         }
-        columns.push((trace.equation.clone(), unit.clone(), at(trace, &trace.value, times)));
-        columns.push((format!("{}_std", trace.equation), unit, at(trace, &trace.std, times)));
+        columns.push((trace.target(), unit.clone(), at(trace, &trace.value, times)));
+        columns.push((format!("{}_std", trace.target()), unit, at(trace, &trace.std, times)));
     }
     let columns: Vec<Written<'_>> =
         columns.iter().map(|(name, unit, values)| Written { name, unit, values }).collect();

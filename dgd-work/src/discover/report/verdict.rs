@@ -1,6 +1,6 @@
 //! What was found, in a sentence.
 
-use dgd_discover::{Discovery, FoundEffect, Unexplained};
+use dgd_discover::{Discovery, FoundEffect, Unexplained, Verdict};
 
 /// One plain sentence, or two where something is left over.
 pub(super) fn sentence(discovery: &Discovery) -> String {
@@ -15,17 +15,48 @@ pub(super) fn sentence(discovery: &Discovery) -> String {
             Some(format!("Missing from the model: {}, and {last}.", first.join(", ")))
         }
     };
-    let targets: Vec<&str> = discovery.unexplained.iter().map(target).collect();
+    let ties = discovery.unexplained.iter().enumerate().filter(|(k, one)| *k == 0 || one.is_tied);
+    let targets: Vec<&str> = ties.map(|(_, one)| target(one)).collect();
     match (found, targets.is_empty()) {
+        (None, true) if discovery.verdict == Verdict::Unexplained => {
+            "Something is missing that no known effect explains, and the recordings do not show where.".to_owned()
+        }
         (None, true) => "The model explains the data: no effect is missing.".to_owned(),
         (None, false) => format!(
             "Something is missing in {} that no known effect explains.",
-            targets.join(" and ")
+            targets.join(" or ")
         ),
         (Some(found), true) => found,
         (Some(found), false) => {
-            format!("{found} Something without a name is left in {}.", targets.join(" and "))
+            format!("{found} Something without a name is left in {}.", targets.join(" or "))
         }
+    }
+}
+
+/// What to do next, in a sentence.
+pub(super) fn next(discovery: &Discovery) -> String {
+    let untold = discovery.effects.iter().find_map(|effect| effect.told_apart_by.as_ref());
+    match (discovery.verdict, untold) {
+        (Verdict::Sufficient, _) => {
+            "Keep the model. Whether it holds where these recordings do not go, only another recording shows.".to_owned()
+        }
+        (Verdict::Effects, Some(test)) => format!("To tell the effects apart, take {test}."),
+        (Verdict::Effects, None) => {
+            "Check the corrected model on a recording that it has not seen, then use it in the place of the old one."
+                .to_owned()
+        }
+        (Verdict::Unexplained, _) => match discovery.unexplained.first() {
+            None => "Record more, with inputs that move, or measure another quantity.".to_owned(),
+            Some(first) if first.guess.is_some() => format!(
+                "Look at `{}` first: `dgd adopt` takes the formula below into the library, and another recording \
+                 confirms it or does not.",
+                first.target
+            ),
+            Some(first) => format!(
+                "Look at `{}` first: the trace below shows when it is off, and by how much.",
+                first.target
+            ),
+        },
     }
 }
 

@@ -1,0 +1,29 @@
+//! `dgd adopt`: a formula or an effect that a discovery described, into the library of its model.
+
+use dgd_data::files::write_whole;
+use dgd_work::adopt;
+
+use crate::args::AdoptArgs;
+use crate::console::Console;
+use crate::failure::CommandError;
+
+pub(crate) fn run(args: &AdoptArgs, console: Console<'_>) -> Result<(), CommandError> {
+    let adopted = adopt(&args.request(), console.session())?;
+    if let Some(out) = console.out() {
+        write_whole(out, |file| file.write_all(adopted.text.as_bytes()))?;
+        console.remark(&format!("wrote {}", out.display()));
+        return Ok(());
+    }
+    if let Some(folder) = adopted.path.parent() {
+        std::fs::create_dir_all(folder).map_err(|error| {
+            CommandError::Found(format!("cannot make the folder `{}`: {error}", folder.display()))
+        })?;
+    }
+    write_whole(&adopted.path, |file| file.write_all(adopted.text.as_bytes()))?;
+    console.remark(&format!(
+        "wrote {}: `dgd discover` and `--apply {}` find it there",
+        adopted.path.display(),
+        adopted.name
+    ));
+    Ok(())
+}

@@ -1,0 +1,96 @@
+//! What the recordings look like where no effect passes.
+
+use std::fmt::Write as _;
+
+use dgd_compiler::syntax::ast::{AttributeKind, Expr, ExprKind, ItemKind};
+use dgd_compiler::syntax::print::print;
+use dgd_runtime::System;
+
+use super::discovery::Described;
+use super::found::parameters;
+use crate::fit::Fitted;
+use crate::library::StructureId;
+use crate::search::Search;
+
+/// The effects of a structure that bends to the recordings.
+pub(crate) fn described(search: &Search<'_>, structure: StructureId) -> Vec<Described> {
+    let Some(fitted) = search.fitted(structure) else { return Vec::new() };
+    let left =
+        (search.training_square(structure).unwrap_or(f64::NAN), search.held_out_square(structure));
+    let one = |candidate: usize| {
+        let of = &search.candidates[candidate];
+        let effect = of.application.effect;
+        let own = fitted.structure.brought_by(candidate);
+        let own = own.map(|brought| brought.parameters.clone()).unwrap_or_default();
+        Described {
+            name: of.application.name(),
+            kind: of.kind(),
+            form: effect.form.as_ref().map(|form| form.text.clone()),
+            target: of.target(),
+            parameters: parameters(fitted, &own),
+            left,
+            file: text(search, fitted, candidate),
+            arguments: of.application.arguments.iter().map(|name| name.text.clone()).collect(),
+        }
+    };
+    structure.effects().map(one).collect()
+}
+
+/// An effect's text with the values that its parameters have in a fit.
+fn text(search: &Search<'_>, fitted: &Fitted, candidate: usize) -> String {
+    let of = &search.candidates[candidate];
+    let mut ast = of.application.effect.ast.clone();
+    let signature = fitted.structure.system.signature();
+    let brought = fitted.structure.brought_by(candidate);
+    let value = |own: &str| {
+        let (_, name) = brought?.names.iter().find(|(known, _)| known == own)?;
+        let parameter = signature.parameters.iter().find(|p| *p.name == **name)?;
+        let value = fitted.values.p.get(name).copied()?;
+        Some(value / parameter.unit.factor)
+    };
+    for item in &mut ast.items {
+        let ItemKind::Parameter { name, value: own, attributes, .. } = &mut item.kind else {
+            continue;
+        };
+        let Some(value) = value(&name.text) else { continue };
+        *own = number(value, own);
+        // A value that has come to a bound is written beside it, rounded.
+        for attribute in attributes {
+            if let AttributeKind::Bounds(lower, upper) = &mut attribute.kind {
+                let beyond = |bound: &Expr, side: f64| {
+                    matches!(
+                        bound.kind, ExprKind::Number { value: limit, .. } if side * (limit - value) > 0.0
+                    )
+                };
+                if lower.as_ref().is_some_and(|bound| beyond(bound, 1.0)) {
+                    *lower = None;
+                }
+                if upper.as_ref().is_some_and(|bound| beyond(bound, -1.0)) {
+                    *upper = None;
+                }
+            }
+        }
+    }
+    let mut text = print(&ast);
+    if !text.ends_with('\n') {
+        let _ = writeln!(text);
+    }
+    text
+}
+
+/// A number in the place of an expression.
+fn number(value: f64, place: &Expr) -> Expr {
+    let text = format!("{:e}", value.abs());
+    let text = if (1e-3..1e6).contains(&value.abs()) || value == 0.0 {
+        format!("{}", value.abs())
+    } else {
+        text
+    };
+    let plain =
+        Expr { kind: ExprKind::Number { value: value.abs(), text, unit: None }, ..place.clone() };
+    if value < 0.0 {
+        Expr { kind: ExprKind::Negate(Box::new(plain)), ..place.clone() }
+    } else {
+        plain
+    }
+}

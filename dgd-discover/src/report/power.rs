@@ -1,0 +1,54 @@
+//! What recordings would have shown: how small an effect of the library may be and still be seen.
+
+use dgd_runtime::{System, Unit};
+
+use crate::library::StructureId;
+use crate::search::{Screen, Search};
+
+/// The smallest size at which an effect would have been seen.
+#[derive(Debug, Clone)]
+pub struct Power {
+    /// The effect, with what it is applied to.
+    pub name: String,
+    /// The parameter that is its size.
+    pub parameter: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Smallest distance from where the effect vanishes, SI.
+    pub smallest: f64,
+}
+
+/// For each effect of the library that has one size: how far it would have to be from nothing to be worth its place in
+/// the base model, as far as derivatives tell. Of an effect with an onset, at the middle one of those that were tried.
+pub(crate) fn power(search: &Search<'_>, screen: &Screen) -> Vec<Power> {
+    let samples = search.training_error(StructureId::BASE).map_or(1, |(_, n)| n) as f64;
+    let mut all: Vec<Power> = Vec::new();
+    let library = search.candidates.iter().enumerate().filter(|(_, one)| !one.is_generic);
+    for (candidate, _) in library {
+        let trials = screen.trials.iter().filter(|trial| trial.candidate == candidate);
+        let lengths = trials.filter_map(|trial| match trial.contrasts.as_slice() {
+            [only] => Some(only.length()),
+            _ => None,
+        });
+        let mut lengths: Vec<f64> = lengths.filter(|length| *length > 0.0).collect();
+        lengths.sort_by(f64::total_cmp);
+        let Some(length) = lengths.get(lengths.len() / 2) else { continue };
+        let Ok(structure) = search.base.structure(search.candidates, StructureId::one(candidate))
+        else {
+            continue;
+        };
+        let brought = structure.brought.first();
+        let Some([name]) = brought.map(|brought| brought.null.as_slice()) else { continue };
+        let mut parameters = structure.system.signature().parameters.iter();
+        let Some(parameter) = parameters.find(|p| *p.name == **name) else { continue };
+        let numbers = brought.map_or(1, |brought| brought.parameters.len()) as f64;
+        let gain = search.thresholds.least_gain + numbers * samples.ln();
+        all.push(Power {
+            name: search.called(candidate),
+            parameter: name.clone(),
+            unit: parameter.unit.clone(),
+            smallest: gain.sqrt() / length,
+        });
+    }
+    all
+}

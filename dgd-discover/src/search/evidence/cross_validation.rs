@@ -1,0 +1,76 @@
+//! What structures predict of parts of the recordings that they were not fitted to, where no recording is kept out.
+//!
+//! Each recording is cut into [`PARTS`] of time. One part of all recordings at a time is left out of a fit, which then
+//! predicts it: the inputs of that part are known, its readings are not.
+
+use dgd_identify::journal::{Digest, Forgetful};
+use dgd_identify::{Recording, Unwatched};
+
+use super::super::refits::EVALUATIONS;
+use super::super::tried::Search;
+use crate::fit::{Data, Fitted, StartPoint, WorkJournal, chi_square, mean};
+use crate::library::StructureId;
+
+/// Parts that are left out in turn.
+pub(crate) const PARTS: usize = 4;
+
+impl Search<'_> {
+    /// Mean square of the errors over the noise in parts that were left out, for each output that has readings there;
+    /// `None` where a part cannot be predicted.
+    pub(crate) fn cross_validated(&self, structure: StructureId) -> Option<Vec<f64>> {
+        let fitted = self.fitted(structure)?;
+        let (whole, values) = (&self.data, &fitted.values);
+        let sums = (0..PARTS).map(|part| {
+            let train: Vec<Recording> =
+                whole.train.iter().map(|recording| without(recording, part)).collect();
+            // Keys of what is kept know nothing of parts.
+            let keeping =
+                WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
+            let data = Data { train: &train, keeping, own_weights: false, ..whole.clone() };
+            let points = [StartPoint::default()];
+            let again = Fitted::new(fitted.structure.clone(), values, &points, &data, EVALUATIONS);
+            let mut left = again.ok()?.residuals(whole);
+            for (recording, outputs) in whole.train.iter().zip(&mut left) {
+                for residuals in outputs {
+                    for (k, residual) in residuals.iter_mut().enumerate() {
+                        if part_of(recording, k) != part {
+                            *residual = f64::NAN;
+                        }
+                    }
+                }
+            }
+            Some(chi_square(&left, &whole.noise))
+        });
+        let sums = sums.collect::<Option<Vec<Vec<(f64, usize)>>>>()?;
+        let outputs = self.data.noise.len();
+        let of_output = |output: usize| {
+            let parts = sums.iter().map(|of_part| of_part[output]);
+            parts.fold((0.0, 0), |(sum, n), (more, m)| (sum + more, n + m))
+        };
+        let all: Vec<(f64, usize)> = (0..outputs).map(of_output).collect();
+        Some(all.iter().filter_map(|one| mean(std::slice::from_ref(one))).collect())
+    }
+}
+
+/// The part of a recording that a sample belongs to.
+fn part_of(recording: &Recording, k: usize) -> usize {
+    let (Some(first), Some(last)) = (recording.times.first(), recording.times.last()) else {
+        return 0;
+    };
+    let share = (recording.times[k] - first) / (last - first);
+    ((share * PARTS as f64) as usize).min(PARTS - 1)
+}
+
+/// A recording without the readings of one part.
+fn without(recording: &Recording, part: usize) -> Recording {
+    let mut recording = recording.clone();
+    let parts: Vec<usize> = (0..recording.times.len()).map(|k| part_of(&recording, k)).collect();
+    for readings in recording.measured.iter_mut().flatten() {
+        for (reading, own) in readings.iter_mut().zip(&parts) {
+            if *own == part {
+                *reading = f64::NAN;
+            }
+        }
+    }
+    recording
+}

@@ -1,0 +1,87 @@
+//! How strongly the data speaks for an effect.
+//!
+//! Residuals are correlated in time, so that resampling keeps blocks of them together.
+//!
+//! - p-value: the signs of blocks of the residual before the effect came in are drawn at random,
+//!   which leaves their size and correlation and destroys what they have in common with any
+//!   candidate; how often does the *best* of all candidates then gain as much (`resampled.rs`)?
+//! - inclusion: blocks are drawn with replacement; how often has the structure with the least
+//!   criterion the effect?
+
+mod cross_validation;
+mod gates;
+
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
+
+use super::screen::{BLOCKS, MANY_RESAMPLES, RESAMPLES, Trial, gain, p_value, resampled_p_value};
+
+/// Why an effect is believed.
+#[derive(Debug, Clone, Copy)]
+pub struct Evidence {
+    /// Probability that the best of the library gains as much where nothing is hidden.
+    pub p_value: f64,
+    /// Resamples behind it.
+    pub resamples: usize,
+    /// By how much the Bayesian information criterion falls.
+    pub bic_gain: f64,
+    /// Share of resamples of the recordings in which the best structure has the effect.
+    pub inclusion: f64,
+}
+
+/// Evidence for an effect of a structure.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Weighed {
+    pub evidence: Evidence,
+    /// Share of resamples in which the best structure has the effect or what the data cannot tell from it.
+    pub with_alike: f64,
+}
+
+/// A structure, as it is resampled.
+pub(crate) struct Contender {
+    /// Whether it has the effect, and whether it has that or what the data cannot tell from it.
+    pub has: [bool; 2],
+    /// What its parameters cost.
+    pub penalty: f64,
+    /// Σ ε² of each block.
+    pub sums: Vec<f64>,
+}
+
+/// Whether the best candidate gains more in the base model than in any of ten thousand resamples of its errors.
+pub(crate) fn is_no_chance(trials: &[Trial], seed: u64) -> bool {
+    let p_value = p_value_of_the_base(trials, seed, true);
+    p_value.is_some_and(|p| p <= 1.0 / (1 + MANY_RESAMPLES) as f64)
+}
+
+/// Probability that, with nothing hidden, the best candidate promises as much as it does in the base
+/// model, from many resamples where few say that it does not. `None` where there is nothing to try.
+pub(crate) fn p_value_of_the_base(trials: &[Trial], seed: u64, many: bool) -> Option<f64> {
+    let mut random = Pcg64::new(u128::from(seed), 0);
+    let p = (!trials.is_empty()).then(|| p_value(trials, gain(trials), &mut random))?;
+    if !many || p > 1.0 / (1 + RESAMPLES) as f64 {
+        return Some(p);
+    }
+    Some(resampled_p_value(trials, gain(trials), MANY_RESAMPLES, &mut random))
+}
+
+/// Shares of resamples whose best structure has an effect, and has that or what the data cannot tell from it.
+/// Sums are in units of what the best structure leaves.
+pub(crate) fn inclusion(contenders: &[Contender], unit: f64, random: &mut Pcg64) -> [f64; 2] {
+    let mut included = [0; 2];
+    let mut counts = [0.0; BLOCKS];
+    for _ in 0..RESAMPLES {
+        counts.fill(0.0);
+        for _ in 0..BLOCKS {
+            counts[(random.next_u64() % BLOCKS as u64) as usize] += 1.0;
+        }
+        let criterion = |Contender { penalty, sums, .. }: &Contender| {
+            penalty + sums.iter().zip(&counts).map(|(sum, count)| sum * count).sum::<f64>() / unit
+        };
+        let best = contenders.iter().min_by(|a, b| criterion(a).total_cmp(&criterion(b)));
+        let has = best.map_or([false; 2], |best| best.has);
+        for (included, has) in included.iter_mut().zip(has) {
+            *included += usize::from(has);
+        }
+    }
+    included.map(|included| included as f64 / RESAMPLES as f64)
+}

@@ -1,0 +1,132 @@
+//! A formula or an effect that a discovery described, taken into the library of its model.
+
+use std::path::{Path, PathBuf};
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::effects::Effect;
+use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::syntax::parse;
+use dgd_data::FileSystem;
+use dgd_data::open::read_text;
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::error::WorkError;
+use crate::model::effects::folder_of;
+use crate::request::AdoptRequest;
+use crate::session::Session;
+
+/// A file for the library.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct Adopted {
+    /// The name that the effect has there.
+    pub name: String,
+    /// The file that it came from.
+    pub from: PathBuf,
+    /// Where it belongs: in the folder `effects` beside the model.
+    pub path: PathBuf,
+    /// Its text.
+    pub text: String,
+}
+
+/// Gives a formula or an effect that a discovery described a name, and says where it belongs. Nothing is written.
+///
+/// # Errors
+///
+/// [`WorkError`]: the result has nothing to adopt or several such files, the name is taken or is none.
+pub fn adopt(request: &AdoptRequest, session: Session<'_>) -> Result<Adopted, WorkError> {
+    let files = session.files;
+    let (from, folder) = chosen(request, files)?;
+    let model = model_of(&folder, files)?;
+    let own = text_of(&from, files)?;
+    let text = renamed(&from, &own, &request.name)?;
+    let beside = folder_of(&model);
+    let path = beside.join(format!("{}.dgd", request.name));
+    if read_text(files, &path).is_ok() || files.is_folder(&beside.join(&request.name)) {
+        return Err(WorkError::Usage(format!(
+            "the library has an effect `{}` already: choose another name",
+            request.name
+        )));
+    }
+    Ok(Adopted { name: request.name.clone(), from, path, text })
+}
+
+/// The file that is meant, and the folder of the result.
+fn chosen(request: &AdoptRequest, files: &dyn FileSystem) -> Result<(PathBuf, PathBuf), WorkError> {
+    let given = &request.result;
+    if !files.is_folder(given) {
+        let folder = given.parent().map_or_else(PathBuf::new, Path::to_owned);
+        return Ok((given.clone(), folder));
+    }
+    let result = result_of(given, files)?;
+    let list = |key: &str| result[key].as_array().cloned().unwrap_or_default();
+    let laws = list("unexplained").into_iter().map(|one| one["law"]["file"].clone());
+    let described = list("described").into_iter().map(|one| one["file"].clone());
+    let named: Vec<String> =
+        laws.chain(described).filter_map(|file| file.as_str().map(str::to_owned)).collect();
+    match named.as_slice() {
+        [] => Err(WorkError::Found(format!(
+            "there is nothing to adopt in `{}`: the discovery found no formula and described no effect",
+            given.display()
+        ))),
+        [one] => Ok((given.join(one), given.clone())),
+        several => Err(WorkError::Usage(format!(
+            "there are several files to adopt in `{0}`; name one: {1}",
+            given.display(),
+            several
+                .iter()
+                .map(|file| format!("`{}`", given.join(file).display()))
+                .collect::<Vec<_>>()
+                .join(", ")
+        ))),
+    }
+}
+
+/// The model that the result is about, as the discovery was given it.
+fn model_of(folder: &Path, files: &dyn FileSystem) -> Result<PathBuf, WorkError> {
+    let result = result_of(folder, files)?;
+    result["model_file"].as_str().map(PathBuf::from).ok_or_else(|| {
+        WorkError::Found(format!(
+            "`{}` does not say which model it is about",
+            folder.join("result.json").display()
+        ))
+    })
+}
+
+fn result_of(folder: &Path, files: &dyn FileSystem) -> Result<Value, WorkError> {
+    let path = folder.join("result.json");
+    serde_json::from_str(&text_of(&path, files)?).map_err(|error| {
+        WorkError::Found(format!("`{}` is not the result of a discovery: {error}", path.display()))
+    })
+}
+
+fn text_of(path: &Path, files: &dyn FileSystem) -> Result<String, WorkError> {
+    read_text(files, path)
+        .map_err(|why| WorkError::Found(format!("cannot read `{}`: {why}", path.display())))
+}
+
+/// The text of an effect with another name in its first line.
+fn renamed(path: &Path, text: &str, name: &str) -> Result<String, WorkError> {
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let id = sources.add(Source { name: path.display().to_string(), text: text.to_owned() });
+    let effect = parse(id, &sources, &mut diagnostics)
+        .and_then(|ast| Effect::read(ast, &mut diagnostics))
+        .map_err(|_| WorkError::diagnosed(&diagnostics, sources.clone()))?;
+    let span = effect.name.span;
+    let (start, end) = (span.start as usize, span.end as usize);
+    let text = format!("{}{name}{}", &text[..start], &text[end..]);
+    let is_read = {
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let id = sources.add(Source { name: name.to_owned(), text: text.clone() });
+        let ast = parse(id, &sources, &mut diagnostics);
+        ast.and_then(|ast| Effect::read(ast, &mut diagnostics)).is_ok_and(|e| e.name.text == name)
+    };
+    if is_read {
+        Ok(text)
+    } else {
+        Err(WorkError::Usage(format!(
+            "`{name}` is not a name: letters, digits and `_`, a letter first, and not a reserved word"
+        )))
+    }
+}

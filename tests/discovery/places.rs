@@ -1,0 +1,148 @@
+//! Where something is missing, what it is like, and what is said without validation data.
+
+use dgd_discover::{Discovery, PlaceKind, Verdict};
+
+use crate::examined::{Examined, Samples, Texts};
+use crate::random::Random;
+
+/// A mass on a spring with a damper, driven by a force.
+const OSCILLATOR: &str = "model oscillator
+input F [N] linear
+constant m [kg] = 1.5
+parameter c [N*s/m] = 0.5 in 0.01 .. 10, log
+parameter k [N/m] = 30 in 1 .. 300, log
+state x [m] = 0
+state v [m/s] = 0
+equation speed: der(x) = v exact
+equation force: m*der(v) = F - c*v - k*x
+output x [m] noise 0.001
+output v [m/s] noise 0.01
+";
+
+/// A tank that empties through a valve, whose surroundings are recorded.
+const TANK: &str = "model tank
+input q [l/min] hold
+input T [K] linear    /// of the oil
+constant A [m^2] = 0.1
+parameter k [l/(min*m^(1/2))] = 12 in 1 .. 100, log
+state h [m] = 0.5
+equation level: A*der(h) = q - k*sqrt(h^2 + (1 [mm])^2)^(1/2) + 0*T/(1 [K])*q
+output h [m] noise 0.002
+";
+
+fn examined(name: &str, text: &str) -> Examined {
+    Texts { model: (name.to_owned(), text.to_owned()), effects: Vec::new() }.read()
+}
+
+/// Steps of random height between 0 and 1, each held for so many samples.
+fn steps(random: &mut Random, samples: usize, held: usize) -> Vec<f64> {
+    let mut level = 0.5;
+    (0..samples)
+        .map(|i| {
+            if i.is_multiple_of(held) {
+                level = random.between(0.0, 1.0);
+            }
+            level
+        })
+        .collect()
+}
+
+/// The oscillator with a cubic spring, by a scheme of its own: 40 half-implicit steps a sample.
+fn oscillator(seed: u64, cubic: f64) -> Samples {
+    let mut random = Random::new(seed, 0);
+    let (n, h) = (800, 0.02);
+    let force: Vec<f64> =
+        steps(&mut random, n, 25).iter().map(|level| 40.0 * (level - 0.5)).collect();
+    let (mut x, mut v) = (0.0_f64, 0.0_f64);
+    let (mut read_x, mut read_v) = (Vec::new(), Vec::new());
+    for i in 0..n {
+        read_x.push(x + 0.001 * random.normal());
+        read_v.push(v + 0.01 * random.normal());
+        let next = force[(i + 1).min(n - 1)];
+        for j in 0..200 {
+            let share = f64::from(j) / 200.0;
+            let f = force[i] + share * (next - force[i]);
+            v += h / 200.0 * (f - 0.8 * v - 40.0 * x - cubic * x.powi(3)) / 1.5;
+            x += h / 200.0 * v;
+        }
+    }
+    let columns = vec![("F".to_owned(), force), ("x".to_owned(), read_x), ("v".to_owned(), read_v)];
+    Samples { times: (0..n).map(|i| h * i as f64).collect(), columns }
+}
+
+/// The tank, whose valve passes more when the oil is warm.
+fn tank(seed: u64) -> Samples {
+    let mut random = Random::new(seed, 0);
+    let (n, h) = (900, 2.0);
+    let q: Vec<f64> = steps(&mut random, n, 60).iter().map(|level| 4.0 + 8.0 * level).collect();
+    let phase = 6.0 * random.between(0.0, 1.0);
+    let warm = |i: usize| 300.0 + 20.0 * (i as f64 / 130.0 + phase).sin();
+    let mut level = 0.5_f64;
+    let mut read = Vec::new();
+    for (i, q) in q.iter().enumerate() {
+        read.push(level + 0.002 * random.normal());
+        for j in 0..50 {
+            let temperature = warm(i) + (warm(i + 1) - warm(i)) * f64::from(j) / 50.0;
+            let k = 10.0 * (0.02 * (temperature - 300.0)).exp();
+            level += h / 50.0 * (q - k * level.max(0.0).sqrt()) / 60_000.0 / 0.1;
+        }
+    }
+    let temperature = (0..n).map(warm).collect();
+    let columns = vec![("q".to_owned(), q), ("T".to_owned(), temperature), ("h".to_owned(), read)];
+    Samples { times: (0..n).map(|i| h * i as f64).collect(), columns }
+}
+
+fn found(examined: &Examined, train: &Samples, valid: Option<&Samples>) -> Discovery {
+    let train = [examined.recording_without_start(train)];
+    let valid: Vec<_> = valid.iter().map(|one| examined.recording_without_start(one)).collect();
+    examined.discover(&train, &valid, 2)
+}
+
+#[test]
+fn a_cubic_spring_is_named_with_validation_data_and_without() {
+    let examined = examined("oscillator.dgd", OSCILLATOR);
+    let [train, valid] = [1, 2].map(|seed| oscillator(seed, 200.0));
+    for valid in [Some(&valid), None] {
+        let discovery = found(&examined, &train, valid);
+        assert_eq!(discovery.verdict, Verdict::Effects, "{}", discovery.reason);
+        let [effect] = discovery.effects.as_slice() else { panic!("{}", discovery.reason) };
+        assert_eq!((&*effect.name, &*effect.target), ("cubic_stiffness(x, force)", "force"));
+        let size = effect.parameters[0].value;
+        assert!((size / 200.0 - 1.0).abs() < 0.05, "{size}");
+    }
+}
+
+#[test]
+fn an_exact_equation_is_no_place() {
+    let examined = examined("oscillator.dgd", OSCILLATOR);
+    let [train, valid] = [3, 4].map(|seed| oscillator(seed, 200.0));
+    let discovery = found(&examined, &train, Some(&valid));
+    let places: Vec<(PlaceKind, &str)> =
+        discovery.missing.iter().map(|one| (one.place.kind, &*one.place.name)).collect();
+    assert!(!places.iter().any(|(_, name)| *name == "speed"), "{places:?}");
+    // A spring that stiffens is a missing force, or a stiffness that is not constant.
+    let first = places.first().expect("a place");
+    assert!(["force", "k", "F"].contains(&first.1), "{places:?}");
+}
+
+#[test]
+fn a_parameter_that_depends_on_a_recorded_quantity_is_the_place() {
+    let examined = examined("tank.dgd", TANK);
+    let [train, valid] = [tank(5), tank(6)];
+    let discovery = found(&examined, &train, Some(&valid));
+    assert_eq!(discovery.verdict, Verdict::Effects, "{}", discovery.reason);
+    let [effect] = discovery.effects.as_slice() else { panic!("{}", discovery.reason) };
+    assert_eq!((&*effect.name, &*effect.target), ("parameter_varies(k, T)", "k"));
+    // The trace of the parameter, whatever the name: within a tenth of the truth where it stands.
+    let place = &discovery.missing[0];
+    assert_eq!((place.place.kind, &*place.place.name), (PlaceKind::Parameter, "k"));
+    let columns = &train.columns;
+    let warm = &columns.iter().find(|(name, _)| name == "T").expect("a column").1;
+    let off = place.times.iter().zip(&place.value).map(|(t, k)| {
+        let at = train.times.iter().position(|time| time == t).expect("a sample");
+        let truth = 10.0 * (0.02 * (warm[at] - 300.0)).exp();
+        (k / truth - 1.0).powi(2)
+    });
+    let rms = (off.sum::<f64>() / place.times.len() as f64).sqrt();
+    assert!(rms < 0.1, "{rms}");
+}
