@@ -4,7 +4,8 @@ use dgd_compiler::effects::{Application, Effect, Reach, bind};
 use dgd_compiler::model::Model;
 use dgd_compiler::syntax::ast::Ast;
 use dgd_compiler::syntax::ast::{
-    Attribute, AttributeKind, ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, Target,
+    Attribute, AttributeKind, ClauseKind, EffectKind, Expr, ExprKind, ItemKind, Name, SlotKind,
+    Target,
 };
 use dgd_compiler::syntax::visit::{self, Part};
 
@@ -48,6 +49,21 @@ impl Candidate<'_> {
     /// Whether one of two hides the other, so that they cannot be screened together.
     pub(crate) fn excludes(&self, other: &Candidate<'_>) -> bool {
         self.reach.excludes(&other.reach)
+    }
+
+    /// Whether one of two bends what the other makes of the same name: at a kink that has no slope, as within a band
+    /// of no width, the other would seem to do nothing.
+    pub(crate) fn bends(&self, other: &Candidate<'_>) -> bool {
+        let has_kink = |of: &Candidate<'_>| has_kink(of.application.effect);
+        self.target() == other.target() && (has_kink(self) || has_kink(other))
+    }
+
+    /// Whether it is a template that any quantity of the model may be put into.
+    pub(crate) fn depends_on_a_quantity(&self) -> bool {
+        match &self.application.effect.target {
+            Target::Template(slots) => slots.iter().any(|slot| slot.kind == SlotKind::Quantity),
+            Target::Model(_) => false,
+        }
     }
 
     /// `plant`, `sensor` or `input`.
@@ -156,18 +172,34 @@ fn has_inner(effect: &Effect) -> bool {
     })
 }
 
+/// Whether an expression by which an effect changes a model has a kink: `min`, `max`, `abs`, `sign` or a choice.
+fn has_kink(effect: &Effect) -> bool {
+    fn is_in(expr: &Expr) -> bool {
+        let own = match &expr.kind {
+            ExprKind::Call { function, .. } => {
+                ["min", "max", "abs", "sign"].contains(&function.text.as_str())
+            }
+            ExprKind::If { .. } => true,
+            _ => false,
+        };
+        own || visit::operands(expr).into_iter().any(is_in)
+    }
+    changes(effect).any(is_in)
+}
+
+/// Expressions by which an effect changes a model.
+fn changes(effect: &Effect) -> impl Iterator<Item = &Expr> {
+    let clauses = effect.ast.effect.iter().flat_map(|header| &header.clauses);
+    clauses.filter_map(|clause| match &clause.kind {
+        ClauseKind::Replace { by, .. } | ClauseKind::ReplaceOutput { by, .. } => Some(by),
+        ClauseKind::Add { value, .. } => Some(value),
+        ClauseKind::Kind(_) | ClauseKind::Form(_) | ClauseKind::Null { .. } => None,
+    })
+}
+
 /// Parameters of an effect that time is compared with, and those by which something is delayed.
 fn moments(effect: &Effect) -> (Vec<String>, Vec<String>) {
-    let mut expressions: Vec<Expr> = Vec::new();
-    for clause in effect.ast.effect.iter().flat_map(|header| &header.clauses) {
-        match &clause.kind {
-            ClauseKind::Replace { by, .. } | ClauseKind::ReplaceOutput { by, .. } => {
-                expressions.push(by.clone());
-            }
-            ClauseKind::Add { value, .. } => expressions.push(value.clone()),
-            ClauseKind::Kind(_) | ClauseKind::Form(_) | ClauseKind::Null { .. } => {}
-        }
-    }
+    let mut expressions: Vec<Expr> = changes(effect).cloned().collect();
     let mut parameters: Vec<String> = Vec::new();
     for item in &effect.ast.items {
         if let ItemKind::Parameter { name, .. } = &item.kind {

@@ -13,6 +13,9 @@ pub(crate) const BEAM: usize = 3;
 /// How many near forms of a template are tried.
 const NEAR_FORMS: usize = 8;
 
+/// How many templates of each kind are fitted, whatever others promise.
+const OF_EACH_KIND: usize = 2;
+
 /// How many twins are tried for each effect of the best structure.
 const EXCHANGED: usize = 3;
 
@@ -74,9 +77,11 @@ impl Search<'_> {
                 let own = &self.candidates[c];
                 structure.is_base() && !own.is_generic && own.brings_unknowns
             };
-            let sayable = scores.iter().filter(is_sayable).enumerate();
-            for (rank, score) in sayable {
-                if rank < refitted || is_understated(score.candidate) {
+            let sayable: Vec<&Score> = scores.iter().filter(is_sayable).collect();
+            let of_kinds = if structure.is_base() { self.first_of_kinds(&sayable) } else { vec![] };
+            for (rank, score) in sayable.into_iter().enumerate() {
+                let is_asked = of_kinds.contains(&score.candidate);
+                if rank < refitted || is_asked || is_understated(score.candidate) {
                     wanted.push(self.extended(structure, score));
                 }
             }
@@ -88,6 +93,20 @@ impl Search<'_> {
             }
         }
         self.confirm(wanted);
+    }
+
+    /// The most promising templates of each kind. Where the base model is bent far, a screen understates what acts in
+    /// several equations, as an error of an input does, and overstates what acts in one.
+    fn first_of_kinds(&self, scores: &[&Score]) -> Vec<usize> {
+        let mut chosen: Vec<usize> = Vec::new();
+        for score in scores {
+            let own = &self.candidates[score.candidate];
+            let is_alike = |c: &&usize| self.candidates[**c].kind() == own.kind();
+            if own.is_generic && chosen.iter().filter(is_alike).count() < OF_EACH_KIND {
+                chosen.push(score.candidate);
+            }
+        }
+        chosen
     }
 
     /// A structure with each effect that has no score on top of another, to be fitted from the values

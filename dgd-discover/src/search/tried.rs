@@ -118,13 +118,16 @@ impl Search<'_> {
         self.range(self.open).contains(&candidate)
     }
 
-    /// Whether the templates of a structure are few enough to be a finding: two at most, at different places. More of
-    /// them bend to anything.
+    /// Whether the templates of a structure are few enough to be a finding: two at most, at different places, of which
+    /// one may depend on any quantity that it likes. More of them bend to anything.
     pub(crate) fn may_be_said(&self, structure: StructureId) -> bool {
         let generic = structure.effects().map(|c| &self.candidates[c]).filter(|c| c.is_generic);
         match generic.collect::<Vec<_>>().as_slice() {
             [] | [_] => true,
-            [one, other] => one.target() != other.target(),
+            [one, other] => {
+                one.target() != other.target()
+                    && !(one.depends_on_a_quantity() && other.depends_on_a_quantity())
+            }
             _ => false,
         }
     }

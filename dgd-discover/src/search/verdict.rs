@@ -103,7 +103,7 @@ impl<'a, 'r> Judge<'a, 'r> {
 
     /// The simplest structure that explains the data, unless one with more effects is worth them.
     fn simplest(self) -> Option<Outcome> {
-        let Thresholds { explained, nearly_explained_held_out, .. } = *self.thresholds;
+        let Thresholds { explained, nearly_explained_held_out, least_gain, .. } = *self.thresholds;
         let ranked = &self.ranking.standings;
         let mut best = ranked
             .iter()
@@ -122,10 +122,17 @@ impl<'a, 'r> Judge<'a, 'r> {
                     && simpler.structure.len() == best.structure.len()
                     && simpler.numbers < best.numbers)
         };
+        let is_worth = |best: &Standing<'_>, simpler: &Standing<'_>| {
+            if simpler.structure.len() < best.structure.len() {
+                return self.is_worth(best, simpler);
+            }
+            // Forms of one thing: which it is, the criterion says.
+            simpler.criterion - best.criterion > least_gain
+        };
         while let Some(simpler) = ranked
             .iter()
             .filter(nearly)
-            .find(|simpler| is_simpler(simpler, best) && !self.is_worth(best, simpler))
+            .find(|simpler| is_simpler(simpler, best) && !is_worth(best, simpler))
         {
             best = simpler;
         }

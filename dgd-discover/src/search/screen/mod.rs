@@ -194,7 +194,10 @@ impl Parts<'_> {
     fn apart(&self, some: &[usize]) -> Vec<Vec<usize>> {
         let mut groups: Vec<Vec<usize>> = Vec::new();
         for &one in some {
-            let is_hidden = |other: &usize| self.all[*other].excludes(&self.all[one]);
+            let is_hidden = |other: &usize| {
+                let (other, one) = (&self.all[*other], &self.all[one]);
+                other.excludes(one) || other.bends(one)
+            };
             let has_room =
                 |group: &&mut Vec<usize>| group.len() < TOGETHER && !group.iter().any(is_hidden);
             match groups.iter_mut().find(has_room) {
