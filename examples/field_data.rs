@@ -17,14 +17,13 @@ use std::path::PathBuf;
 
 use dgd_data::write::save;
 
-use field_rig::{Rig, files::truth_json, schedule::schedules};
+use field_rig::{files::truth_json, schedule::schedules};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "data".into()));
     fs::create_dir_all(&folder)?;
-    let rig = Rig::field();
     for schedule in schedules() {
-        let recording = rig.record(&schedule);
+        let recording = schedule.rig().record(&schedule);
         let name = schedule.name;
         for (file, text) in [
             (format!("{name}.csv.gz"), recording.csv()),
@@ -34,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("{file}");
         }
     }
-    fs::write(folder.join("truth.json"), truth_json(&rig, &schedules()))?;
+    fs::write(folder.join("truth.json"), truth_json(&schedules()))?;
     println!("truth.json");
     Ok(())
 }

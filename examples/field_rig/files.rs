@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use super::drilling_rig::plant::{A_B, A_R, G, H_IN, H_OUT, H_PR, L_B, LPM, P_ATM, RHO};
-use super::schedule::{Course, Drive, Schedule};
+use super::plant::{Plant, Suction};
+use super::schedule::{Course, Drive, Fitting, Schedule};
 use super::{Recording, Rig};
 
 /// Columns of a recording: Table 3.2, pressures from both of the redundant sensors.
@@ -63,8 +64,8 @@ impl Recording {
 }
 
 /// Everything that was put into the recordings, as JSON.
-pub(crate) fn truth_json(rig: &Rig, schedules: &[Schedule]) -> String {
-    let Rig { plant, instruments: i, control, unrest } = rig;
+pub(crate) fn truth_json(schedules: &[Schedule]) -> String {
+    let Rig { plant, instruments: i, control, unrest } = Rig::field();
     let bar = |p: f64| p / 1e5;
     let [in_a, in_b, out_a, out_b] = i.offsets.map(bar);
     let pipe = |p: &super::plant::Pipe| {
@@ -102,14 +103,8 @@ pub(crate) fn truth_json(rig: &Rig, schedules: &[Schedule]) -> String {
         ),
         ("return_line", pipe(&plant.return_line)),
         ("booster_line", pipe(&plant.booster_line)),
-        (
-            "booster_pump",
-            object(&[
-                ("bulk_modulus_of_the_line [Pa]", plant.bulk_modulus),
-                ("missing_share_at_0_barg [1]", plant.filling.missing),
-                ("pressure_over_which_it_decays [bar]", bar(plant.filling.pressure)),
-            ]),
-        ),
+        ("booster_pump", object(&booster_pump(&plant))),
+        ("booster_line_refitted", object(&refitted(&Rig::refitted().plant))),
         (
             "sensors",
             object(&[
@@ -152,6 +147,33 @@ pub(crate) fn truth_json(rig: &Rig, schedules: &[Schedule]) -> String {
     text
 }
 
+/// The booster pump and what it sucks from.
+fn booster_pump(plant: &Plant) -> Vec<(&'static str, f64)> {
+    let mut entries = vec![("bulk_modulus_of_the_line [Pa]", plant.bulk_modulus)];
+    entries.extend(match plant.suction {
+        Suction::Tank { missing, pressure } => [
+            ("missing_share_at_0_barg [1]", missing),
+            ("pressure_over_which_it_decays [bar]", pressure / 1e5),
+        ],
+        Suction::ChargePump { through, pressure } => [
+            ("uncounted_flow_at_0_barg [lpm]", through / LPM),
+            ("pressure_of_the_charge_pump [bar]", pressure / 1e5),
+        ],
+    });
+    entries
+}
+
+/// The booster line and its pump as they were refitted, in what is not as it was.
+fn refitted(plant: &Plant) -> Vec<(&'static str, f64)> {
+    let mut entries = vec![("minor_losses [1], over rho v^2/2", plant.booster_line.minor_losses)];
+    if let Some(valve) = plant.outlet {
+        entries.push(("spring_of_the_outlet_valve [bar]", valve.spring / 1e5));
+        entries.push(("flow_that_lifts_its_disc [lpm]", valve.full_lift / LPM));
+    }
+    entries.extend(booster_pump(plant));
+    entries
+}
+
 fn object(entries: &[(&str, f64)]) -> String {
     let lines: Vec<String> = entries
         .iter()
@@ -177,9 +199,13 @@ fn recording_json(schedule: &Schedule) -> String {
             format!("\"set point of p_r [bar], above the first\": {}", course(above))
         }
     };
-    let Schedule { name, about, seconds, level, boost, top_fill, .. } = schedule;
+    let Schedule { name, about, fitting, seconds, level, boost, top_fill, .. } = schedule;
+    let line = match fitting {
+        Fitting::AsBuilt => "as built",
+        Fitting::Refitted => "refitted",
+    };
     format!(
-        "    {name:?}: {{\n      \"about\": {about:?},\n      \"seconds\": {seconds},\n      \
+        "    {name:?}: {{\n      \"about\": {about:?},\n      \"booster line\": {line:?},\n      \"seconds\": {seconds},\n      \
          \"h_r at the start [m]\": {level},\n      \
          \"changes\": \"at [s], within [s], to\",\n      \
          \"q_boost [lpm], calculated\": {},\n      \"q_tf [lpm]\": {},\n      {drive}\n    }}",

@@ -22,7 +22,7 @@ use super::drilling_rig;
 use drilling_rig::plant::{A_B, G, H_PR, L_B, LPM, P_ATM, RHO};
 use drilling_rig::random::Random;
 use instruments::{Instruments, Row};
-use plant::{Controls, Filling, Pipe, Plant, Pressures, State};
+use plant::{Controls, OutletValve, Pipe, Plant, Pressures, State, Suction};
 use schedule::{Drive, Schedule};
 
 /// Everything random depends on it and on nothing else.
@@ -83,7 +83,7 @@ pub(crate) struct Truth {
 }
 
 impl Rig {
-    /// The rig that the recordings are of.
+    /// The rig that the recordings are of but for `booster_restarts`.
     pub(crate) fn field() -> Self {
         let viscosity = 0.012;
         let return_line = Pipe {
@@ -111,8 +111,9 @@ impl Rig {
                 speed_lag: 1.0,
                 return_line,
                 booster_line,
+                outlet: None,
                 bulk_modulus: 1.2e9,
-                filling: Filling { missing: 0.03, pressure: 1e5 },
+                suction: Suction::Tank { missing: 0.03, pressure: 1e5 },
             },
             instruments: Instruments {
                 offsets: [0.0, 0.5e5, 0.06e5, -0.06e5],
@@ -137,6 +138,16 @@ impl Rig {
             },
             unrest: 2.0 * LPM,
         }
+    }
+
+    /// The same with its booster line refitted: a valve in the place of the narrow outlet, and a charge
+    /// pump in that of the tank. `data/README.md` tells what was tuned, and why.
+    pub(crate) fn refitted() -> Self {
+        let Self { mut plant, instruments, control, unrest } = Self::field();
+        plant.booster_line.minor_losses = 2.0;
+        plant.outlet = Some(OutletValve { spring: 12e5, full_lift: 1880.0 * LPM });
+        plant.suction = Suction::ChargePump { through: 900.0 * LPM, pressure: 1.2e5 };
+        Self { plant, instruments, control, unrest }
     }
 
     /// Records what the schedule says.
@@ -178,7 +189,7 @@ impl Rig {
             truth.push(Truth {
                 state,
                 pressures,
-                pumped: plant.pumped(boost, state.p_b),
+                pumped: plant.pumped(boost, boost > 0.0, state.p_b),
                 top_fill,
             });
 

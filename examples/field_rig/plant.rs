@@ -15,6 +15,22 @@
 //! A full booster line has a pressure, `V_b/β ṗ_b = q_pump − q_bo` (2.11) and h_b = 0. It opens to
 //! the air when that pressure falls below the air's; then p_b = 0 and `A_b ḣ_b = q_bo − q_pump`
 //! (3.11), until it is full again. All pressures are above the atmosphere.
+//!
+//! The line may end in a non-return valve. Its spring takes a part of the pressure that drives the mud
+//! out, and shuts the valve, q_bo = 0, when no more is left than that; a flow that lifts the disc all
+//! the way is throttled by it as by an orifice:
+//!
+//! ```text
+//! p_v(q_bo) = p_s max(1, (q_bo/q_l)²), beside F_b(q_bo)
+//! ```
+//!
+//! And a charge pump may feed the booster pump and run while that runs. As long as the pressure in the
+//! line is lower than its own, mud flows through the open valves of the booster pump's chambers, which
+//! no count of strokes shows:
+//!
+//! ```text
+//! q_pump = q_boost + q_c max(0, 1 − p_b/p_c)
+//! ```
 
 use std::f64::consts::PI;
 
@@ -31,9 +47,11 @@ pub(crate) struct Plant {
     pub(crate) speed_lag: f64,
     pub(crate) return_line: Pipe,
     pub(crate) booster_line: Pipe,
+    /// Valve at the outlet of the booster line; without it mud may flow either way.
+    pub(crate) outlet: Option<OutletValve>,
     /// Bulk modulus of the booster line with its mud, Pa.
     pub(crate) bulk_modulus: f64,
-    pub(crate) filling: Filling,
+    pub(crate) suction: Suction,
 }
 
 /// A pipe with bends, valves and an outlet, filled with the mud.
@@ -49,13 +67,33 @@ pub(crate) struct Pipe {
     pub(crate) viscosity: f64,
 }
 
-/// How the chambers of the mud pump fill: less at a low outlet pressure (§3.3.2).
+/// A non-return valve whose disc is held by a spring.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Filling {
-    /// Share of the calculated flow that is missing against the air's pressure.
-    pub(crate) missing: f64,
-    /// Pressure over which that decays, Pa.
-    pub(crate) pressure: f64,
+pub(crate) struct OutletValve {
+    /// Difference of pressures that lifts the disc, Pa. A soft spring takes no more of a greater flow.
+    pub(crate) spring: f64,
+    /// Flow that lifts the disc all the way, m³/s. The loss of a greater one goes with its square.
+    pub(crate) full_lift: f64,
+}
+
+/// What the booster pump sucks from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Suction {
+    /// A tank. The pump's chambers fill less at a low outlet pressure (§3.3.2).
+    Tank {
+        /// Share of the calculated flow that is missing against the air's pressure.
+        missing: f64,
+        /// Pressure over which that decays, Pa.
+        pressure: f64,
+    },
+    /// A charge pump, which runs while the booster pump does and fills the chambers. Against less than
+    /// its own pressure it opens their valves and flows through, between the strokes that are counted.
+    ChargePump {
+        /// What flows through against the air's pressure, m³/s.
+        through: f64,
+        /// Pressure against which nothing does, Pa.
+        pressure: f64,
+    },
 }
 
 /// Where the rig is.
@@ -75,6 +113,8 @@ pub(crate) struct State {
     pub(crate) speed: f64,
     /// Whether the booster line is full.
     pub(crate) full: bool,
+    /// Whether the valve at its outlet is shut.
+    pub(crate) shut: bool,
 }
 
 /// What is done to the rig during a second.
@@ -105,6 +145,11 @@ pub(crate) struct Pressures {
 impl Controls {
     pub(crate) fn boost_at(&self, t: f64) -> f64 {
         self.boost + self.boost_slope * (t - self.since)
+    }
+
+    /// Whether the booster pump runs within the second.
+    pub(crate) fn boosting(&self) -> bool {
+        self.boost > 0.0 || self.boost_slope > 0.0
     }
 
     /// The solution of τ dω/dt = ω_ref − ω, which nothing feeds back into.
@@ -149,10 +194,30 @@ impl Pipe {
 const LAMINAR: f64 = 2300.0;
 const TURBULENT: f64 = 4000.0;
 
+impl OutletValve {
+    /// Pressure lost to a flow outwards, Pa; of none, what the spring holds.
+    fn loss(&self, q: f64) -> f64 {
+        self.spring * (q / self.full_lift).powi(2).max(1.0)
+    }
+}
+
 impl Plant {
-    /// What the booster pump delivers of its calculated flow against a pressure.
-    pub(crate) fn pumped(&self, calculated: f64, p_b: f64) -> f64 {
-        (1.0 - self.filling.missing * (-p_b / self.filling.pressure).exp()) * calculated
+    /// What the booster pump delivers at its calculated flow, running or not, against a pressure.
+    pub(crate) fn pumped(&self, calculated: f64, runs: bool, p_b: f64) -> f64 {
+        match self.suction {
+            Suction::Tank { missing, pressure } => {
+                (1.0 - missing * (-p_b / pressure).exp()) * calculated
+            }
+            Suction::ChargePump { through, pressure } if runs => {
+                calculated + through * (1.0 - p_b / pressure).max(0.0)
+            }
+            Suction::ChargePump { .. } => calculated,
+        }
+    }
+
+    /// Pressure that the booster line with its outlet loses to a flow, Pa.
+    pub(crate) fn booster_loss(&self, q: f64) -> f64 {
+        self.booster_line.loss(q) + self.outlet.map_or(0.0, |valve| valve.loss(q))
     }
 
     /// Head of the subsea pump, m.
@@ -169,16 +234,29 @@ impl Plant {
     /// At rest at a riser level with a calculated booster flow and a top fill.
     pub(crate) fn at_rest(&self, h_r: f64, boost: f64, top_fill: f64) -> State {
         // p_b = F_b(q_bo) − ρ g h_r where that is positive, and where not, ρ g (h_r − h_b) = F_b.
-        // The pumped flow hardly depends on p_b, so that the fixed point is soon reached.
-        let (mut q_bo, mut net) = (boost, 0.0);
-        for _ in 0..50 {
-            net = self.booster_line.loss(q_bo) - RHO * G * h_r;
-            q_bo = self.pumped(boost, net.max(0.0));
+        // What is pumped less q_bo falls with q_bo: half the interval until no number is left in it.
+        let net = |q_bo: f64| self.booster_loss(q_bo) - RHO * G * h_r;
+        let pumped = |q_bo: f64| self.pumped(boost, boost > 0.0, net(q_bo).max(0.0));
+        let (mut low, mut q_bo) = (0.0, pumped(0.0).max(boost));
+        loop {
+            let middle = q_bo.midpoint(low);
+            if middle <= low || middle >= q_bo {
+                break;
+            }
+            if middle < pumped(middle) {
+                low = middle;
+            } else {
+                q_bo = middle;
+            }
         }
-        let (h_b, p_b) = ((-net).max(0.0) / (RHO * G), net.max(0.0));
+        let net = net(q_bo);
+        let (full, shut) = (net > 0.0, q_bo == 0.0 && self.outlet.is_some());
+        // A shut valve holds what is above it without a pressure.
+        let p_b = if shut { 0.0 } else { net.max(0.0) };
+        let h_b = (-net).max(0.0) / (RHO * G);
         let q_ssp = q_bo + top_fill;
         let speed = self.steady_speed(h_r, q_ssp);
-        State { h_r, h_b, q_ssp, q_bo, p_b, metered: q_ssp, speed, full: net > 0.0 }
+        State { h_r, h_b, q_ssp, q_bo, p_b, metered: q_ssp, speed, full, shut }
     }
 
     /// Derivatives of q_ssp and q_bo.
@@ -190,7 +268,10 @@ impl Plant {
 
         let net = RHO * G * (H_IN - s.h_r + self.head(s.speed, s.q_ssp) - H_OUT)
             - self.return_line.loss(s.q_ssp);
-        let booster_net = s.p_b + RHO * G * (s.h_r - s.h_b) - self.booster_line.loss(s.q_bo);
+        if s.shut {
+            return [net / m_ssp, 0.0];
+        }
+        let booster_net = s.p_b + RHO * G * (s.h_r - s.h_b) - self.booster_loss(s.q_bo);
 
         // | m_ssp  −riser |  | q̇_ssp |     | net         |
         // | −riser   m_b  |  | q̇_bo  |  =  | booster_net |
@@ -216,7 +297,7 @@ impl Plant {
         while t < end {
             let mut reached = end;
             let mut next = self.step(t, &state, controls, end);
-            if next.leaves() {
+            if self.leaves(&next) {
                 // Half the interval until no number is left in it; the line changes at its end.
                 let mut before = t;
                 loop {
@@ -225,13 +306,13 @@ impl Plant {
                         break;
                     }
                     let there = self.step(t, &state, controls, middle);
-                    if there.leaves() {
+                    if self.leaves(&there) {
                         (reached, next) = (middle, there);
                     } else {
                         before = middle;
                     }
                 }
-                next = State { full: !next.full, h_b: 0.0, p_b: 0.0, ..next };
+                next = self.changed(&next);
             }
             (t, state) = (reached, next);
         }
@@ -257,13 +338,40 @@ impl Plant {
     fn slope(&self, t: f64, s: &State, controls: &Controls) -> [f64; 6] {
         let [dq_ssp, dq_bo] = self.accelerations(s);
         let riser = (s.q_ssp - s.q_bo - controls.top_fill) / A_R;
-        let surplus = self.pumped(controls.boost_at(t), s.p_b) - s.q_bo;
+        let pumped = self.pumped(controls.boost_at(t), controls.boosting(), s.p_b);
+        let surplus = pumped - s.q_bo;
         let (level, pressure) = if s.full {
             (0.0, self.bulk_modulus / (A_B * L_B) * surplus)
         } else {
             (-surplus / A_B, 0.0)
         };
         [riser, level, dq_ssp, dq_bo, pressure, (s.q_ssp - s.metered) / controls.damping]
+    }
+
+    /// Whether the booster line is in another mode than it says, at its top or at its outlet.
+    fn leaves(&self, s: &State) -> bool {
+        s.top_leaves() || self.outlet_leaves(s)
+    }
+
+    /// Whether mud would flow back through the valve at the outlet, or pushes a shut one open.
+    fn outlet_leaves(&self, s: &State) -> bool {
+        if s.shut {
+            self.accelerations(&State { shut: false, ..*s })[1] > 0.0
+        } else {
+            self.outlet.is_some() && s.q_bo < 0.0
+        }
+    }
+
+    /// The state in the mode that it goes to.
+    fn changed(&self, s: &State) -> State {
+        let mut next = *s;
+        if s.top_leaves() {
+            next = State { full: !s.full, h_b: 0.0, p_b: 0.0, ..next };
+        }
+        if self.outlet_leaves(s) {
+            next = State { shut: !s.shut, q_bo: 0.0, ..next };
+        }
+        next
     }
 }
 
@@ -279,11 +387,12 @@ impl State {
             metered: self.metered + h * slope[5],
             speed,
             full: self.full,
+            shut: self.shut,
         }
     }
 
     /// Whether the booster line would suck while full, or hold more than it can.
-    fn leaves(&self) -> bool {
+    fn top_leaves(&self) -> bool {
         if self.full { self.p_b < 0.0 } else { self.h_b < 0.0 }
     }
 }

@@ -1,5 +1,6 @@
 //! What the crew does in each of the recordings.
 
+use super::Rig;
 use super::drilling_rig::plant::LPM;
 
 /// From one value to another: at a time, s, within so many seconds.
@@ -27,12 +28,22 @@ pub(crate) enum Drive {
     Pressure(Course),
 }
 
+/// How the booster line is fitted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Fitting {
+    /// As it was built: a narrow outlet, the pump fed from a tank.
+    AsBuilt,
+    /// With a valve at its outlet and a charge pump.
+    Refitted,
+}
+
 /// One recording.
 #[derive(Debug, Clone)]
 pub(crate) struct Schedule {
     /// The file's name without ending, and what is recorded.
     pub(crate) name: &'static str,
     pub(crate) about: &'static str,
+    pub(crate) fitting: Fitting,
     /// Stream of random numbers.
     pub(crate) stream: u64,
     pub(crate) seconds: usize,
@@ -66,6 +77,14 @@ impl Schedule {
     pub(crate) fn boost_at(&self, t: f64) -> f64 {
         self.boost.at(t) * LPM
     }
+
+    /// The rig that it is a recording of.
+    pub(crate) fn rig(&self) -> Rig {
+        match self.fitting {
+            Fitting::AsBuilt => Rig::field(),
+            Fitting::Refitted => Rig::refitted(),
+        }
+    }
 }
 
 /// Level at which the riser balances the full return line when nothing turns: h_in − h_out, m.
@@ -73,13 +92,14 @@ const BALANCE: f64 = 5.0;
 
 /// All recordings.
 pub(crate) fn schedules() -> Vec<Schedule> {
-    vec![no_flow(), normal_circulation(), booster_ramps(), pump_tests()]
+    vec![no_flow(), normal_circulation(), booster_ramps(), booster_restarts(), pump_tests()]
 }
 
 fn no_flow() -> Schedule {
     Schedule {
         name: "no_flow",
         about: "everything stands still (section 3.3.1)",
+        fitting: Fitting::AsBuilt,
         stream: 1,
         seconds: 800,
         level: BALANCE,
@@ -100,6 +120,7 @@ fn normal_circulation() -> Schedule {
     Schedule {
         name: "normal_circulation",
         about: "constant inflow, the riser pressure steered up and down (section 3.6, case 1)",
+        fitting: Fitting::AsBuilt,
         stream: 2,
         seconds: 3600,
         level: 146.0,
@@ -133,11 +154,42 @@ fn booster_ramps() -> Schedule {
     Schedule {
         name: "booster_ramps",
         about: "the booster pump stopped and started again and again (section 3.7, case 2)",
+        fitting: Fitting::AsBuilt,
         stream: 3,
         seconds: 6600,
         level: 160.0,
         boost: course(2200.0, &boost),
         top_fill: course(350.0, &top_fill),
+        drive: Drive::Pressure(course(0.0, &set_point)),
+    }
+}
+
+fn booster_restarts() -> Schedule {
+    let boost = [
+        // Stopped for long and for longer, ...
+        [500.0, 30.0, 0.0],
+        [900.0, 35.0, 2430.0],
+        [1500.0, 25.0, 0.0],
+        [1850.0, 30.0, 2430.0],
+        [2500.0, 30.0, 0.0],
+        [3100.0, 40.0, 2450.0],
+        // ... for a short while, and for long again.
+        [3800.0, 20.0, 0.0],
+        [3960.0, 30.0, 2450.0],
+        [4600.0, 25.0, 0.0],
+        [5000.0, 35.0, 2480.0],
+    ];
+    let top_fill = [[2200.0, 10.0, 350.0], [4350.0, 10.0, 250.0]];
+    let set_point = [[2000.0, 200.0, 0.6], [4250.0, 200.0, 0.1]];
+    Schedule {
+        name: "booster_restarts",
+        about: "the booster pump stopped and started again at a deep level (section 3.7, case 2)",
+        fitting: Fitting::Refitted,
+        stream: 5,
+        seconds: 6000,
+        level: 218.0,
+        boost: course(2430.0, &boost),
+        top_fill: course(250.0, &top_fill),
         drive: Drive::Pressure(course(0.0, &set_point)),
     }
 }
@@ -169,6 +221,7 @@ fn pump_tests() -> Schedule {
     Schedule {
         name: "pump_tests",
         about: "the pump's speed set by hand, three booster flows at each (sections 3.4, 3.5)",
+        fitting: Fitting::AsBuilt,
         stream: 4,
         seconds: (HELD * 3.0) as usize * PUMP_TESTS.len(),
         level: 55.0,

@@ -17,11 +17,12 @@ pub(crate) fn all() -> Fallible<Vec<Section>> {
     let pump_tests = Field::read("pump_tests")?;
     let circulation = Field::read("normal_circulation")?;
     let ramps = Field::read("booster_ramps")?;
+    let restarts = Field::read("booster_restarts")?;
 
     let (friction_section, friction) = friction::identify(&pump_tests)?;
     let (pump_section, pump) = pump::identify(&pump_tests, &circulation, &friction)?;
     let (flow_section, theta_1) = flow_correction::identify(&circulation)?;
-    let (booster_section, booster) = booster::identify(&ramps, theta_1)?;
+    let (booster_section, booster) = booster::identify(&restarts, theta_1)?;
     let (inertia_section, inertia) = inertia::identify(&ramps, &friction, &pump)?;
     let identified = Identified { friction, pump, theta_1, booster, inertia };
     Ok(vec![
@@ -32,6 +33,6 @@ pub(crate) fn all() -> Fallible<Vec<Section>> {
         flow_section,
         booster_section,
         inertia_section,
-        verification::draw(&circulation, &ramps, &identified)?,
+        verification::draw(&circulation, &restarts, &identified)?,
     ])
 }

@@ -49,6 +49,15 @@ pub(crate) fn quality(fit: &RegressionFit) -> (f64, f64) {
     })
 }
 
+/// Root mean square of the errors of the parabola through the origin that fits best.
+fn about_a_parabola(x: &[f64], y: &[f64]) -> f64 {
+    let pairs = || x.iter().zip(y);
+    let size =
+        pairs().map(|(x, y)| x * x * y).sum::<f64>() / pairs().map(|(x, _)| x.powi(4)).sum::<f64>();
+    let squares: f64 = pairs().map(|(x, y)| (y - size * x * x).powi(2)).sum();
+    (squares / x.len() as f64).sqrt()
+}
+
 /// Figs 3.5 to 3.7, and the polynomial of fourth order.
 pub(crate) fn identify(tests: &Field) -> Fallible<(Section, Polynomial)> {
     let (t, q) = (&tests.times, tests.column("q_ssp"));
@@ -58,6 +67,19 @@ pub(crate) fn identify(tests: &Field) -> Fallible<(Section, Polynomial)> {
     let window = |k: &usize| (1000.0..3000.0).contains(&t[*k]);
     let shown: Vec<usize> = (0..t.len()).filter(window).collect();
     let shown_steady: Vec<usize> = steady.iter().copied().filter(window).collect();
+    let range = |values: &[f64]| {
+        let (least, most) = values
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(*q), high.max(*q)));
+        most - least
+    };
+    let covers = claim(
+        steady.len() < t.len() * 9 / 10 && range(&q_steady) > 0.9 * range(q),
+        format!(
+            "What is left out are transients, not flows: steady samples go over {:.0} % of the range.",
+            100.0 * range(&q_steady) / range(q)
+        ),
+    );
     let steady_flow = Finding {
         number: "3.5",
         title: "Steady flow, part of the pump tests",
@@ -68,7 +90,7 @@ pub(crate) fn identify(tests: &Field) -> Fallible<(Section, Polynomial)> {
             t.len(),
             STEADY / LPM
         ),
-        claims: Vec::new(),
+        claims: vec![covers],
         figure: over_time(vec![panel(
             "Return flow",
             "lpm",
@@ -78,12 +100,23 @@ pub(crate) fn identify(tests: &Field) -> Fallible<(Section, Polynomial)> {
             ],
         )]),
     };
+    let spreads = [about_a_parabola(&q_steady, &loss_steady), about_a_parabola(q, &loss)];
+    let on_a_curve = claim(
+        spreads[0] < spreads[1] && spreads[1] < 0.1 * range(&loss),
+        format!(
+            "Friction goes with the square of the flow: steady samples lie within {:.2} bar of it, all within {:.2} \
+             bar, root mean square.",
+            spreads[0] / BAR,
+            spreads[1] / BAR
+        ),
+    );
     let all_points = Finding {
         number: "3.6",
         title: "Friction of the return line over the flow",
         thesis: "Steady samples lie on a curve; all samples scatter about it.",
-        here: "The same; readings far off the curve are those in which the flow meter lags.".into(),
-        claims: Vec::new(),
+        here: "Steady samples lie on a curve; all samples spread wider, as the flow meter lags."
+            .into(),
+        claims: vec![on_a_curve],
         figure: over(
             "Return flow",
             "lpm",

@@ -56,6 +56,19 @@ pub(crate) fn identify(
 ) -> Fallible<(Section, f64)> {
     let (t, q) = (&field.times, field.column("q_ssp"));
     let chosen = transients(field);
+    // Over ten samples, as one is mostly noise.
+    let squares = |samples: &mut dyn Iterator<Item = usize>| -> f64 {
+        samples.filter(|k| *k >= 10).map(|k| (q[k] - q[k - 10]).powi(2)).sum()
+    };
+    let share = squares(&mut chosen.iter().copied()) / squares(&mut (0..q.len()));
+    let telling = claim(
+        chosen.len() < q.len() * 3 / 5 && share > 0.95,
+        format!(
+            "{:.0} % of the samples have {:.1} % of the changes of the flow in ten seconds, squared.",
+            100.0 * chosen.len() as f64 / q.len() as f64,
+            100.0 * share
+        ),
+    );
     let extracted = Finding {
         number: "3.20",
         title: "Transients of the flow, and the riser's level",
@@ -65,7 +78,7 @@ pub(crate) fn identify(
             chosen.len(),
             t.len()
         ),
-        claims: Vec::new(),
+        claims: vec![telling],
         figure: over_time(vec![
             panel(
                 "Return flow",
