@@ -41,9 +41,9 @@ fn lonely(readings: &[f64], residuals: &[f64], std: f64) -> Vec<usize> {
     let stands_alone = |near: &&[usize]| {
         let [before, k, after] = **near else { return false };
         let height = |of: &[f64]| of[k] - 0.5 * (of[before] + of[after]);
-        let (own, left) = (height(residuals), residuals);
+        let own = height(residuals);
         own.abs() > clear
-            && (left[before] - left[after]).abs() < 0.5 * own.abs()
+            && (residuals[before] - residuals[after]).abs() < 0.5 * own.abs()
             && height(readings) * own.signum() > OF_ITS_OWN * own.abs()
     };
     valid.windows(3).filter(stands_alone).map(|near| near[1]).collect()
@@ -129,6 +129,6 @@ mod tests {
             *reading += 5.0;
         }
         residuals[300] += 5.0;
-        assert!(lonely(&readings, &residuals, 0.006).iter().all(|k| [90, 250].contains(k)));
+        assert_eq!(lonely(&readings, &residuals, 0.006), [90, 250]);
     }
 }

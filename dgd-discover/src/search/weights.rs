@@ -130,11 +130,16 @@ impl Search<'_> {
         }
     }
 
-    /// Weighs the errors of all structures anew, after the noise has changed.
-    pub(crate) fn reweigh(&mut self) {
+    /// Weighs the errors of all structures anew, so that they can be compared.
+    fn weigh_all(&mut self) {
         for fitted in self.tried.values_mut().flatten() {
             fitted.weigh(&self.data);
         }
+    }
+
+    /// The same after the noise has changed by what matters to screens and evidence.
+    pub(crate) fn reweigh(&mut self) {
+        self.weigh_all();
         self.screens.clear();
         self.doubted.clear();
         self.base_screens.clear();
@@ -173,6 +178,8 @@ impl Search<'_> {
         let Some(best) = self.ranked().first().copied() else { return };
         let Some(Ok(fitted)) = self.tried.get(&best).cloned() else { return };
         let is_tightened = self.tighten_noise(&fitted);
+        // However little less the noise is, all errors are in units of it.
+        self.weigh_all();
         let before = self.data.noise.clone();
         let is_recoloured = self.recolour(best) && before != self.data.noise;
         if !is_tightened && !is_recoloured {

@@ -130,13 +130,26 @@ pub(crate) fn percent(share: f64) -> String {
     if share.is_finite() { format!("{} %", fixed(100.0 * share, 0)) } else { "–".to_owned() }
 }
 
-/// Stretches of time in seconds, `612–1034 s, 2100–2230 s`.
+/// Stretches of time in seconds, `612–1034 s, 2100–2230 s`; the last of them has three digits or more.
 pub(crate) fn stretches(windows: impl IntoIterator<Item = [f64; 2]>) -> String {
+    let windows: Vec<[f64; 2]> = windows.into_iter().collect();
+    let decimals = decimals(windows.iter().map(|[_, until]| *until).fold(0.0, f64::max));
     let all: Vec<String> = windows
-        .into_iter()
-        .map(|[from, until]| format!("{}–{} s", fixed(from, 0), fixed(until, 0)))
+        .iter()
+        .map(|[from, until]| format!("{}–{} s", fixed(*from, decimals), fixed(*until, decimals)))
         .collect();
     all.join(", ")
+}
+
+/// A moment in seconds, of three digits or more.
+pub(crate) fn moment(t: f64) -> String {
+    format!("{} s", fixed(t, decimals(t)))
+}
+
+/// Decimals with which a time has three digits: none for minutes, more for milliseconds.
+fn decimals(t: f64) -> i32 {
+    let size = t.abs().log10().floor();
+    if size.is_finite() { (2.0 - size).clamp(0.0, 12.0) as i32 } else { 0 }
 }
 
 #[cfg(test)]
@@ -175,5 +188,10 @@ mod tests {
         assert_eq!(probability(0.034, 999), "p = 0.034");
         assert_eq!(percent(0.987), "99 %");
         assert_eq!(stretches([[612.0, 1034.4], [2.0, 3.0]]), "612–1034 s, 2–3 s");
+        assert_eq!(stretches([[0.01, 0.0402], [1.0, 1.2]]), "0.01–0.04 s, 1.00–1.20 s");
+        assert_eq!(
+            ["118.4", "0.01184"].map(|t| moment(t.parse().expect("a number"))),
+            ["118 s", "0.0118 s"]
+        );
     }
 }

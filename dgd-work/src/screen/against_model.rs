@@ -16,6 +16,7 @@ use dgd_screen::{Estimate, RARE, Stretch, Weight, mean};
 
 use super::notice::{Amount, Notice, difference_unit};
 use super::{Screened, balances, quoted};
+use crate::output::quantity::stretches;
 
 /// A model, and what of it recordings hold.
 pub(crate) struct Model<'a> {
@@ -295,7 +296,7 @@ impl Model<'_> {
             Amount::of(&Estimate { value, std_error, dof: means[k].dof }, &unit).signed()
         };
         let name = |k: usize| format!("`{}`", one.table.columns[pair[k]].name);
-        let from = format!("{:.0}–{:.0} s", steady.stretch.from, steady.stretch.until);
+        let from = stretches([[steady.stretch.from, steady.stretch.until]]);
         let agrees = |error: f64| error.abs() <= AGREES * apart;
         Some(match (agrees(errors[0]), agrees(errors[1])) {
             (true, false) | (false, true) => {

@@ -13,7 +13,7 @@ use super::equations::{self, Equation};
 use super::figures::{self, Correction};
 use super::{Subject, UNEXPLAINED, condition, guess, summary, verdict};
 use crate::error::WorkError;
-use crate::output::quantity::{Quantity, percent, rounded, stretches};
+use crate::output::quantity::{Quantity, moment, percent, rounded, stretches};
 
 /// Candidates of the screen that the page lists.
 const SCREENED: usize = 15;
@@ -161,7 +161,7 @@ fn effect(found: &FoundEffect) -> Effect<'_> {
         place: verdict::place(found),
         doc: found.doc.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" "),
         parameters: parameters(&[], &found.parameters),
-        onset: found.onset.map(|onset| format!("{onset:.0} s")),
+        onset: found.onset.map(moment),
         windows: stretches(found.windows.iter().copied()),
         condition: found.condition.as_ref().map(told_condition),
         alternatives: found

@@ -8,7 +8,9 @@ use dgd_discover::{
 };
 
 use super::{condition, guess, verdict};
-use crate::output::quantity::{Quantity, of_differences, percent, probability, rounded, stretches};
+use crate::output::quantity::{
+    Quantity, moment, of_differences, percent, probability, rounded, stretches,
+};
 
 /// Templates that are named for each reason not to try them; all are in the report.
 const NAMED: usize = 3;
@@ -146,7 +148,7 @@ fn parameter_row(p: &ParameterValue) -> [String; 2] {
 fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
     let mut rows: Vec<[String; 2]> = effect.parameters.iter().map(parameter_row).collect();
     if let Some(onset) = effect.onset {
-        rows.push(["since".to_owned(), format!("{onset:.0} s")]);
+        rows.push(["since".to_owned(), moment(onset)]);
     }
     if !effect.windows.is_empty() {
         rows.push(["active".to_owned(), stretches(effect.windows.iter().copied())]);
