@@ -164,7 +164,7 @@ fn chosen(name: Option<&str>) -> Result<Vec<&'static Domain>, String> {
         let names = names.join(", ");
         domains.retain(|domain| domain.name == name);
         if domains.is_empty() {
-            return Err(format!("there is no domain `{name}`; there are {names}"));
+            return Err(format!("no domain is called `{name}`; choose from {names}"));
         }
     }
     Ok(domains)
@@ -186,13 +186,13 @@ fn parse(mut words: impl Iterator<Item = String>) -> Result<Arguments, Box<dyn E
             "--domain" => arguments.domain = Some(value),
             "--kind" => {
                 let kind = Kind::ALL.into_iter().find(|kind| kind.word() == value);
-                arguments.kind = Some(kind.ok_or_else(|| format!("`{value}` is no kind"))?);
+                arguments.kind = Some(kind.ok_or_else(|| format!("no kind is called `{value}`"))?);
             }
             "--nulls" => arguments.nulls = Some(value.parse()?),
             "--threads" => arguments.threads = value.parse::<usize>()?.max(1),
             "--out" => arguments.out = Some(PathBuf::from(value)),
             "--write" => arguments.write = Some(PathBuf::from(value)),
-            _ => return Err(format!("`{word}` is no option").into()),
+            _ => return Err(format!("unknown option `{word}`").into()),
         }
     }
     Ok(arguments)

@@ -191,7 +191,7 @@ pub(crate) enum Mark {
     Noticed,
     /// Nothing was noticed, or what is not there was; a twin's answer is another.
     Missed,
-    /// There is no answer.
+    /// The search ended without an answer.
     Failed,
 }
 

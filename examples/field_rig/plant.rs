@@ -72,7 +72,7 @@ pub(crate) struct Pipe {
 pub(crate) struct OutletValve {
     /// Difference of pressures that lifts the disc, Pa. A soft spring takes no more of a greater flow.
     pub(crate) spring: f64,
-    /// Flow that lifts the disc all the way, m³/s. The loss of a greater one goes with its square.
+    /// Flow that lifts the disc all the way, m³/s. Beyond it the pressure loss grows as the square of the flow.
     pub(crate) full_lift: f64,
 }
 

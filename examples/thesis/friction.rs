@@ -104,7 +104,7 @@ pub(crate) fn identify(tests: &Field) -> Fallible<(Section, Polynomial)> {
     let on_a_curve = claim(
         spreads[0] < spreads[1] && spreads[1] < 0.1 * range(&loss),
         format!(
-            "Friction goes with the square of the flow: steady samples lie within {:.2} bar of it, all within {:.2} \
+            "Friction grows as the square of the flow: steady samples lie within {:.2} bar of it, all within {:.2} \
              bar, root mean square.",
             spreads[0] / BAR,
             spreads[1] / BAR

@@ -28,3 +28,11 @@ pub(crate) struct Data<'a> {
     /// What was computed before, and who looks on.
     pub keeping: WorkJournal<'a>,
 }
+
+impl<'a> Data<'a> {
+    /// The same for fits that are not kept: their keys know a structure by the positions of its candidates, and nothing
+    /// of recordings that are not the request's.
+    pub(crate) fn not_kept(&self) -> Data<'a> {
+        Data { keeping: WorkJournal::NONE, own_weights: false, ..self.clone() }
+    }
+}

@@ -6,8 +6,8 @@
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dgd_identify::journal::{Digest, Journal};
-use dgd_identify::{Of, Progress, Watch};
+use dgd_identify::journal::{Digest, Forgetful, Journal};
+use dgd_identify::{Of, Progress, Unwatched, Watch};
 
 /// Where results are kept, and what watches them.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +19,10 @@ pub(crate) struct WorkJournal<'a> {
 }
 
 impl WorkJournal<'_> {
+    /// Keeps nothing, and nobody looks on: for fits whose keys would not tell them apart.
+    pub(crate) const NONE: WorkJournal<'static> =
+        WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
+
     /// The key of what is computed, `what`, from further arguments.
     pub(crate) fn key(
         &self,

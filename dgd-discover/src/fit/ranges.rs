@@ -61,28 +61,27 @@ pub(crate) fn period(fitted: &Fitted, data: &Data<'_>) -> Option<f64> {
     let outputs: Vec<(&[f64], f64)> = (residuals.first()?.iter().zip(&data.noise))
         .filter_map(|(residuals, noise)| Some((residuals.as_slice(), noise.as_ref()?.std)))
         .collect();
-    let step = 1.0 / (FINER * duration);
-    let power = |frequency: f64| -> f64 {
-        let of_output = |(residuals, std): &(&[f64], f64)| {
-            let mut sums = [0.0; 2];
-            for (t, r) in times.iter().zip(*residuals).filter(|(_, r)| r.is_finite()) {
-                let (sine, cosine) = (TAU * frequency * (t - first)).sin_cos();
-                sums[0] += sine * r;
-                sums[1] += cosine * r;
-            }
-            (sums[0] * sums[0] + sums[1] * sums[1]) / (std * std)
-        };
-        outputs.iter().map(of_output).sum()
-    };
+    let frequency = |k: usize| (FEWEST + k as f64 / FINER) / duration;
+    // e^(iωt) of each sample, and what turns it to the next frequency: one sine for all frequencies and outputs.
+    let turned =
+        |frequency: f64| times.iter().map(move |t| (TAU * frequency * (t - first)).sin_cos());
+    let mut wave: Vec<(f64, f64)> = turned(frequency(0)).collect();
+    let turns: Vec<(f64, f64)> = turned(1.0 / (FINER * duration)).collect();
     let mut best: Option<(f64, f64)> = None;
-    for k in 0..MOST {
-        let frequency = FEWEST / duration + k as f64 * step;
-        if frequency > fastest {
-            break;
-        }
-        let power = power(frequency);
+    for frequency in (0..MOST).map(frequency).take_while(|frequency| *frequency <= fastest) {
+        let of_output = |(residuals, std): &(&[f64], f64)| {
+            let read = wave.iter().zip(*residuals).filter(|(_, r)| r.is_finite());
+            let [sine, cosine] = read.fold([0.0, 0.0], |sums, ((sine, cosine), r)| {
+                [sums[0] + sine * r, sums[1] + cosine * r]
+            });
+            (sine * sine + cosine * cosine) / (std * std)
+        };
+        let power: f64 = outputs.iter().map(of_output).sum();
         if power.is_finite() && best.is_none_or(|(_, most)| power > most) {
             best = Some((frequency, power));
+        }
+        for ((sine, cosine), (s, c)) in wave.iter_mut().zip(&turns) {
+            (*sine, *cosine) = (*sine * c + *cosine * s, *cosine * c - *sine * s);
         }
     }
     best.map(|(frequency, _)| 1.0 / frequency)

@@ -23,16 +23,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::effects::{Application, Effect, Reach};
+use dgd_compiler::effects::Effect;
 use dgd_compiler::model::Model;
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
 use dgd_compiler::units::{Unit, parse_unit};
-use dgd_identify::journal::{Digest, Forgetful};
-use dgd_identify::{Recording, Unwatched};
+use dgd_identify::Recording;
 use dgd_runtime::{Point, Problem, Solution, System, simulate};
 
-use crate::fit::{Data, Fitted, StartPoint, WorkJournal, held_out_starts, whitened_square};
+use crate::fit::{Data, Fitted, StartPoint, held_out_starts, whitened_square};
 use crate::library::{BaseModel, Candidate, StructureId};
 use crate::missing_input::{
     self, FoundPlace, MissingTerms, PlaceKind, PlaceTrace, inputs_with, place_of,
@@ -330,19 +329,7 @@ impl Guessing<'_> {
         let values: Vec<f64> = ranked.terms.iter().map(|(_, value)| *value).collect();
         let nothing = vec![None; values.len()];
         let effect = self.effect(&text(model, site, ranked, &values, &units, &names, &nothing))?;
-        let application =
-            Application { effect: &effect, arguments: Vec::new(), span: effect.name.span };
-        let (onsets, delays) = (Vec::new(), Vec::new());
-        let reach = Reach::default();
-        let candidate = Candidate {
-            application,
-            onsets,
-            delays,
-            is_generic: false,
-            reach,
-            has_inner: false,
-            brings_unknowns: false,
-        };
+        let candidate = Candidate::new(&effect, &[], false);
         let structure =
             base.structure(std::slice::from_ref(&candidate), StructureId::one(0)).ok()?;
         let own = |name: &str| {
@@ -352,7 +339,7 @@ impl Guessing<'_> {
         };
         let brought = names.iter().map(|name| own(name)).collect::<Option<Vec<String>>>()?;
 
-        let data = Self::not_kept(data);
+        let data = data.not_kept();
         let suggested = brought.iter().cloned().zip(ranked.terms.iter().map(|(_, c)| *c));
         let values: Vec<(String, f64)> = suggested.collect();
         let at_nothing = brought.iter().map(|name| (name.clone(), 0.0)).collect();
@@ -371,7 +358,7 @@ impl Guessing<'_> {
     ) -> Option<Guess> {
         let Guessing { fitted, data, .. } = *self;
         let Inserted { mut after, names, units } = inserted;
-        let data = &Self::not_kept(data);
+        let data = &data.not_kept();
         after.know_correlations(data);
         after.hold_out(data, EVALUATIONS);
         let (left_before, left_after) = (left(fitted, data)?, left(&after, data)?);
@@ -444,13 +431,6 @@ impl Guessing<'_> {
         let values: Vec<f64> = terms.iter().map(|(value, ..)| *value).collect();
         let text = text(self.model, site, ranked, &values, &units, &names, stds);
         format!("{doc}\n{text}").replacen("effect guess on", "effect law on", 1)
-    }
-
-    /// Data whose fits are not kept: their keys know a structure by the positions of its candidates.
-    fn not_kept<'b>(data: &Data<'b>) -> Data<'b> {
-        let keeping =
-            WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
-        Data { keeping, own_weights: false, ..data.clone() }
     }
 
     /// An effect from its text.

@@ -28,6 +28,7 @@ use dgd_identify::Recording;
 use dgd_screen::usual_spacing;
 
 use super::levels::Ranges;
+use super::number::signed;
 
 /// A template with what it is applied to.
 pub(crate) struct Adapted {
@@ -113,7 +114,7 @@ impl Quantity {
         })
     }
 
-    /// What a name says of a quantity; nothing where there is no such name.
+    /// How a name such as `size` is computed from a quantity, if there is such a name.
     fn named(name: &str) -> Option<fn(&Quantity) -> Option<f64>> {
         Some(match name {
             // What rests at nothing has the size of its unit.
@@ -162,26 +163,15 @@ fn settle_all(effect: &mut Effect, meaning: &Meaning<'_>) -> Option<()> {
     Some(())
 }
 
-/// What names in a template stand for, by the name and the argument of a call: nothing where it is no such name, and a
-/// number where there is one.
+/// Looks up a name in a template, with the argument if it is called: `None` if the name has no meaning here,
+/// `Some(None)` if it has one but the recordings give no number for it.
 type Meaning<'a> = dyn Fn(&str, Option<&str>) -> Option<Option<f64>> + 'a;
 
 /// Puts a number in the place of an expression that has such names; nothing where one of them has no number.
 fn settle(expr: &mut Expr, meaning: &Meaning<'_>) -> Option<()> {
     match value_of(expr, meaning) {
         Value::Number(value, true) => {
-            let text = format!("{value}");
-            let number = ExprKind::Number {
-                value: value.abs(),
-                text: format!("{}", value.abs()),
-                unit: None,
-            };
-            expr.kind = if value < 0.0 {
-                let operand = Expr { kind: number, ..expr.clone() };
-                ExprKind::Negate(Box::new(operand))
-            } else {
-                ExprKind::Number { value, text, unit: None }
-            };
+            *expr = signed(value, expr, |size| format!("{size}"));
             Some(())
         }
         Value::Number(_, false) | Value::Other => Some(()),

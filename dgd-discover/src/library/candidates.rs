@@ -10,6 +10,7 @@ use dgd_compiler::syntax::ast::{
 use dgd_compiler::syntax::visit::{self, Part};
 
 use super::adapted::Adapted;
+use super::number::plain;
 
 /// An effect with the arguments it could have.
 #[derive(Debug, Clone)]
@@ -28,6 +29,25 @@ pub(crate) struct Candidate<'a> {
     pub has_inner: bool,
     /// Whether it brings unknowns of its own.
     pub brings_unknowns: bool,
+}
+
+impl<'a> Candidate<'a> {
+    /// An effect with these arguments; it replaces and hides nothing that is known of.
+    pub(crate) fn new(effect: &'a Effect, arguments: &[String], is_generic: bool) -> Self {
+        let span = effect.name.span;
+        let name = |text: &String| Name { text: text.clone(), span };
+        let arguments = arguments.iter().map(name).collect();
+        let (onsets, delays) = moments(effect);
+        Candidate {
+            application: Application { effect, arguments, span },
+            onsets,
+            delays,
+            is_generic,
+            reach: Reach::default(),
+            has_inner: has_inner(effect),
+            brings_unknowns: brings_unknowns(effect),
+        }
+    }
 }
 
 impl Candidate<'_> {
@@ -85,23 +105,11 @@ pub(crate) fn candidates<'a>(
 ) -> Vec<Candidate<'a>> {
     let mut all = Vec::new();
     for effect in library.iter().filter(|effect| effect.changes_model()) {
-        let (onsets, delays) = moments(effect);
         for arguments in bind(effect, model) {
-            let span = effect.name.span;
-            let arguments = arguments.into_iter().map(|text| Name { text, span }).collect();
-            let application = Application { effect, arguments, span };
-            let (onsets, delays) = (onsets.clone(), delays.clone());
+            let candidate = Candidate::new(effect, &arguments, false);
             // What cannot be applied is refused, and screened with nobody.
-            let reach = Reach::of(asts, &application).unwrap_or_default();
-            all.push(Candidate {
-                application,
-                onsets,
-                delays,
-                is_generic: false,
-                reach,
-                has_inner: has_inner(effect),
-                brings_unknowns: brings_unknowns(effect),
-            });
+            let reach = Reach::of(asts, &candidate.application).unwrap_or_default();
+            all.push(Candidate { reach, ..candidate });
         }
     }
     all
@@ -130,20 +138,9 @@ pub(crate) fn generic<'a>(templates: &'a [Adapted], asts: &[Ast]) -> Vec<Candida
         if !effect.changes_model() {
             continue;
         }
-        let (onsets, delays) = moments(effect);
-        let span = effect.name.span;
-        let arguments = arguments.iter().map(|text| Name { text: text.clone(), span }).collect();
-        let application = Application { effect, arguments, span };
-        let reach = Reach::of(asts, &application).unwrap_or_default();
-        all.push(Candidate {
-            application,
-            onsets,
-            delays,
-            is_generic: true,
-            reach,
-            has_inner: has_inner(effect),
-            brings_unknowns: brings_unknowns(effect),
-        });
+        let candidate = Candidate::new(effect, arguments, true);
+        let reach = Reach::of(asts, &candidate.application).unwrap_or_default();
+        all.push(Candidate { reach, ..candidate });
     }
     all
 }
@@ -253,27 +250,17 @@ fn collect_compared(expr: &Expr, names: &mut Vec<String>) {
     }
 }
 
-/// A plain number, with its sign.
-fn number(expr: &Expr) -> Option<f64> {
-    match &expr.kind {
-        ExprKind::Number { value, unit: None, .. } => Some(*value),
-        ExprKind::Negate(inner) => Some(-number(inner)?),
-        ExprKind::Group(inner) => number(inner),
-        _ => None,
-    }
-}
-
 impl Candidate<'_> {
     /// Whether a parameter of the effect file is declared with the value at which it does nothing.
     pub(crate) fn is_declared_at_null(&self, parameter: &str) -> bool {
         let ast = &self.application.effect.ast;
         let declared = ast.items.iter().find_map(|item| match &item.kind {
-            ItemKind::Parameter { name, value, .. } if name.text == parameter => number(value),
+            ItemKind::Parameter { name, value, .. } if name.text == parameter => plain(value),
             _ => None,
         });
         let mut clauses = ast.effect.iter().flat_map(|header| &header.clauses);
         let null = clauses.find_map(|clause| match &clause.kind {
-            ClauseKind::Null { name, value } if name.text == parameter => number(value),
+            ClauseKind::Null { name, value } if name.text == parameter => plain(value),
             _ => None,
         });
         declared.is_some() && declared == null

@@ -6,6 +6,7 @@
 mod adapted;
 mod candidates;
 mod levels;
+mod number;
 mod structure;
 mod structure_id;
 mod templates;
@@ -13,6 +14,7 @@ mod templates;
 pub(crate) use adapted::{Adapted, Measure, adapted};
 pub(crate) use candidates::{Candidate, candidates, generic, unbound};
 pub(crate) use levels::{Ranges, range_of};
+pub(crate) use number::signed;
 pub use structure::BaseModel;
 pub(crate) use structure::{Refused, Structure, Values};
 pub(crate) use structure_id::{MOST_EFFECTS, StructureId};

@@ -60,7 +60,8 @@ const TEXTS: [(&str, &str); 40] = texts![
     "parameter/rises_with_size",
 ];
 
-/// The templates that come with this library, the plainest first: where two say the same, the first is named; their texts go into `sources`.
+/// The templates that come with this library, the plainest first: where two say the same, the first is named. Their
+/// texts go into `sources`.
 ///
 /// # Errors
 ///

@@ -268,6 +268,13 @@ impl Chain {
         response
     }
 
+    /// Adds what d does to measurements to residuals, n_w per sample.
+    pub(crate) fn add_response(&self, d: &[f64], residuals: &mut [f64], n_w: usize) {
+        for (measurement, response) in self.measurements.iter().zip(self.response(d)) {
+            residuals[measurement.sample * n_w + measurement.output] += response;
+        }
+    }
+
     /// The residuals and further columns of measurements as the filter sees them: innovations over their standard
     /// deviations, and Σ ln S of the innovations' variances. `columns` have a number for each measurement.
     pub(crate) fn whitened(&self, intensity: f64, columns: &[Vec<f64>]) -> Whitened {

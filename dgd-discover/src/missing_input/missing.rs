@@ -238,10 +238,7 @@ impl<'a> Places<'a> {
         let mut residuals = thinned.residuals(&observe(&problem, &solution));
         if d.iter().any(|d| *d != 0.0) {
             let chain = Chain::new(&deviations, place, Walk::Random, &residuals, &self.data.noise);
-            for (measurement, response) in chain.measurements.iter().zip(chain.response(d)) {
-                residuals[measurement.sample * deviations.n_outputs + measurement.output] +=
-                    response;
-            }
+            chain.add_response(d, &mut residuals, deviations.n_outputs);
         }
         Some(Sight { deviations, residuals, counts_from: *counts_from })
     }

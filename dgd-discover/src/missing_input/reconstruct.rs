@@ -109,10 +109,7 @@ pub fn reconstruct(
 
     let mut residuals: Vec<f64> = measured.iter().zip(&simulated).map(|(m, s)| m - s).collect();
     let chain = Chain::new(&deviations, place, Walk::Random, &residuals, noise);
-    for (measurement, response) in chain.measurements.iter().zip(chain.response(&earlier.estimate))
-    {
-        residuals[measurement.sample * deviations.n_outputs + measurement.output] += response;
-    }
+    chain.add_response(&earlier.estimate, &mut residuals, deviations.n_outputs);
     Ok(unknown_input(&deviations, place, &residuals, noise))
 }
 

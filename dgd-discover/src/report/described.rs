@@ -9,7 +9,7 @@ use dgd_runtime::System;
 use super::discovery::Described;
 use super::found::parameters;
 use crate::fit::Fitted;
-use crate::library::StructureId;
+use crate::library::{StructureId, signed};
 use crate::search::Search;
 
 /// The effects of a structure that bends to the recordings.
@@ -53,7 +53,7 @@ fn text(search: &Search<'_>, fitted: &Fitted, candidate: usize) -> String {
             continue;
         };
         let Some(value) = value(&name.text) else { continue };
-        *own = number(value, own);
+        *own = signed(value, own, written);
         // A value that has come to a bound is written beside it, rounded.
         for attribute in attributes {
             if let AttributeKind::Bounds(lower, upper) = &mut attribute.kind {
@@ -78,19 +78,7 @@ fn text(search: &Search<'_>, fitted: &Fitted, candidate: usize) -> String {
     text
 }
 
-/// A number in the place of an expression.
-fn number(value: f64, place: &Expr) -> Expr {
-    let text = format!("{:e}", value.abs());
-    let text = if (1e-3..1e6).contains(&value.abs()) || value == 0.0 {
-        format!("{}", value.abs())
-    } else {
-        text
-    };
-    let plain =
-        Expr { kind: ExprKind::Number { value: value.abs(), text, unit: None }, ..place.clone() };
-    if value < 0.0 {
-        Expr { kind: ExprKind::Negate(Box::new(plain)), ..place.clone() }
-    } else {
-        plain
-    }
+/// A size as one writes it, to the last digit.
+fn written(size: f64) -> String {
+    if (1e-3..1e6).contains(&size) || size == 0.0 { format!("{size}") } else { format!("{size:e}") }
 }

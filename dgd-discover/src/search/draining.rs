@@ -8,8 +8,7 @@ use dgd_compiler::model::{ModelOptions, resolve};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
 use dgd_execute::Engine;
-use dgd_identify::journal::{Digest, Forgetful};
-use dgd_identify::{Recording, Unwatched};
+use dgd_identify::Recording;
 use dgd_runtime::{Inputs, Observations, Options};
 use dgd_screen::noise::SensorNoise;
 
@@ -66,7 +65,7 @@ pub(super) fn with_effects<T>(
         options: Options::default(),
         own_weights: false,
         budget: Budget::default(),
-        keeping: WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY },
+        keeping: WorkJournal::NONE,
     };
     judge(&base, &candidates, data)
 }

@@ -77,6 +77,11 @@ impl Search<'_> {
         Some(self.fitted(structure)?.error)
     }
 
+    /// The sum alone, infinite for what could not be fitted.
+    pub(crate) fn training_sum(&self, structure: StructureId) -> f64 {
+        self.training_error(structure).map_or(f64::INFINITY, |(sum, _)| sum)
+    }
+
     /// Mean square of the errors in the training recordings over that of the noise.
     pub(crate) fn training_square(&self, structure: StructureId) -> Option<f64> {
         mean(&chi_square(&self.fitted(structure)?.residuals(&self.data), &self.data.noise))

@@ -103,8 +103,7 @@ impl Search<'_> {
     /// Where a search with templates begins: at the base model, and at the best structures of the library that take
     /// something away.
     fn beginnings(&self) -> Vec<StructureId> {
-        let error =
-            |of| self.training_error(of).map_or(f64::INFINITY, |(sum, _): (f64, usize)| sum);
+        let error = |of| self.training_sum(of);
         let base = error(StructureId::BASE);
         let mut best = self.ranked();
         best.retain(|&one| one.len() == 1 && error(one) < self.thresholds.mostly * base);

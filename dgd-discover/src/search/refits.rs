@@ -198,8 +198,7 @@ impl Search<'_> {
     /// Fits to the end what may be the best structure of templates. What is far from noise was given up
     /// early, in an order that says little.
     pub(crate) fn finish_templates(&mut self) {
-        let error =
-            |of| self.training_error(of).map_or(f64::INFINITY, |(sum, _): (f64, usize)| sum);
+        let error = |of| self.training_sum(of);
         let base = error(StructureId::BASE);
         let mut best = self.ranked();
         let is_worth = |one: StructureId| error(one) < self.thresholds.mostly * base;
@@ -217,8 +216,7 @@ impl Search<'_> {
         let ranked = self.ranked();
         let best = ranked.iter().copied().find(|one| self.may_be_said(*one) && self.explains(*one));
         let Some(best) = best.filter(|best| is_generic(self, *best)) else { return };
-        let error =
-            |of| self.training_error(of).map_or(f64::INFINITY, |(sum, _): (f64, usize)| sum);
+        let error = |of| self.training_sum(of);
         let is_rival = |one: &StructureId| {
             *one != best
                 && one.len() <= best.len()
@@ -338,7 +336,7 @@ impl Search<'_> {
     /// An effect that is right may have been given up early, from a point that the screen suggested, or
     /// have ended at another minimum; with another one beside it it then would look as if it took both.
     pub(crate) fn settle(&mut self, part: StructureId, whole: StructureId) {
-        let of_whole = self.training_error(whole).map_or(f64::INFINITY, |(sum, _)| sum);
+        let of_whole = self.training_sum(whole);
         let is_settled = |tried: &Result<Fitted, NoFit>| {
             let is_good = |fitted: &Fitted| fitted.error.0 < NEARLY_AS_GOOD * of_whole;
             tried.as_ref().map_or(true, |fitted| fitted.is_converged && is_good(fitted))

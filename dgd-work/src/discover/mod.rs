@@ -145,8 +145,8 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
     }));
     if held_out.recordings.is_empty() {
         reservations.push(
-            "there is no validation data (`--valid`): an effect is named only if it predicts quarters of the recordings \
-             that it was not fitted to"
+            "no validation data was given (`--valid`): an effect is named only if fits to three quarters of the recordings \
+             predict the fourth"
                 .to_owned(),
         );
     }

@@ -3,12 +3,11 @@
 //! Each recording is cut into [`PARTS`] of time. One part of all recordings at a time is left out of a fit, which then
 //! predicts it: the inputs of that part are known, its readings are not.
 
-use dgd_identify::journal::{Digest, Forgetful};
-use dgd_identify::{Recording, Unwatched};
+use dgd_identify::Recording;
 
 use super::super::refits::EVALUATIONS;
 use super::super::tried::Search;
-use crate::fit::{Data, Fitted, StartPoint, WorkJournal, chi_square, mean};
+use crate::fit::{Data, Fitted, StartPoint, chi_square, mean};
 use crate::library::StructureId;
 
 /// Parts that are left out in turn.
@@ -23,10 +22,7 @@ impl Search<'_> {
         let sums = (0..PARTS).map(|part| {
             let train: Vec<Recording> =
                 whole.train.iter().map(|recording| without(recording, part)).collect();
-            // Keys of what is kept know nothing of parts.
-            let keeping =
-                WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
-            let data = Data { train: &train, keeping, own_weights: false, ..whole.clone() };
+            let data = Data { train: &train, ..whole.not_kept() };
             let points = [StartPoint::default()];
             let again = Fitted::new(fitted.structure.clone(), values, &points, &data, EVALUATIONS);
             let mut left = again.ok()?.residuals(whole);

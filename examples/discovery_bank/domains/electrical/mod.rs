@@ -2,6 +2,7 @@
 
 mod battery;
 mod buck;
+mod coil;
 mod dc_motor;
 
 use crate::bank::Domain;

@@ -2,6 +2,7 @@
 //!
 //! The simulator keeps the flux of the coil and the charge of the capacitor, where the model keeps current and voltage.
 
+use super::coil::Coil;
 use crate::bank::integrate::rk4;
 use crate::bank::signal::{Signal, steps, waves};
 use crate::bank::{Column, Domain, Hidden, Plan, Recording, Truth};
@@ -117,13 +118,12 @@ const ROWS: usize = 1400;
 /// hidden. Those that are not hidden are zero.
 #[derive(Debug, Clone, Copy, Default)]
 struct Plant {
-    inductance: f64,
+    coil: Coil,
     capacitance: f64,
     resistance: f64,
     lamp: f64,
     esr: f64,
     forward: f64,
-    soft: f64,
     bias: f64,
     bias_line: f64,
     lost: f64,
@@ -153,7 +153,7 @@ impl Plant {
     fn drawn(plan: &Plan) -> (Plant, Vec<(&'static str, f64)>) {
         let mut r = plan.sizes();
         let mut plant = Plant {
-            inductance: r.off(0.047),
+            coil: Coil::of_air(r.off(0.047)),
             capacitance: r.off(0.1),
             resistance: r.off(0.15),
             lamp: r.off(8.0),
@@ -173,7 +173,7 @@ impl Plant {
             plant.forward = size("forward [V]", r.between(0.4, 0.8));
         }
         if plan.hides("core_saturation") || plan.hides("soft_core") {
-            plant.soft = size("soft [1/A^2]", r.between(0.03, 0.08));
+            plant.coil.softness = size("soft [1/A^2]", r.between(0.03, 0.08));
         }
         if plan.hides("ceramic_capacitor") {
             plant.bias = size("bias [1/V^2]", r.between(0.008, 0.02));
@@ -228,27 +228,6 @@ impl Plant {
         (plant, sizes)
     }
 
-    fn inductance(&self, i: f64) -> f64 {
-        self.inductance / (1.0 + self.soft * i * i)
-    }
-
-    /// The current at a flux, which is L arctan(i √c)/√c in a core that saturates.
-    fn current(&self, flux: f64) -> f64 {
-        if self.soft == 0.0 {
-            return flux / self.inductance;
-        }
-        let root = self.soft.sqrt();
-        (flux / self.inductance * root).clamp(-1.5, 1.5).tan() / root
-    }
-
-    fn flux(&self, i: f64) -> f64 {
-        if self.soft == 0.0 {
-            return self.inductance * i;
-        }
-        let root = self.soft.sqrt();
-        self.inductance * (i * root).atan() / root
-    }
-
     fn capacitance(&self, v: f64) -> f64 {
         self.capacitance * (1.0 + self.bias_line * v) / (1.0 + self.bias * v * v)
     }
@@ -287,7 +266,7 @@ impl Plant {
     }
 
     fn slope(&self, t: f64, y: &State, drive: &Drive) -> State {
-        let (i, v) = (self.current(y[0]), self.voltage(y[1]));
+        let (i, v) = (self.coil.current(y[0]), self.voltage(y[1]));
         let duty = (drive.duty - self.lost).clamp(0.0, self.top);
         let [sine, cosine, frequency] = self.ripple;
         let angle = std::f64::consts::TAU * frequency * t;
@@ -311,11 +290,11 @@ fn record(plan: &Plan) -> Recording {
     let i_load = steps(&mut r, ROWS, [0.2, 2.0], [70, 250]);
     let (duty, supply) = (Signal::held(INTERVAL, &d), Signal::linear(INTERVAL, &v_in));
     let v = r.between(4.0, 6.0);
-    let mut y = [plant.flux(i_load[0] + v / 8.0), plant.charge(v), v];
+    let mut y = [plant.coil.flux(i_load[0] + v / 8.0), plant.charge(v), v];
     let (mut i, mut v, mut trace) = (vec![], vec![], vec![]);
     for (k, load) in i_load.iter().enumerate() {
         let t = k as f64 * INTERVAL;
-        let (current, charged) = (plant.current(y[0]), plant.voltage(y[1]));
+        let (current, charged) = (plant.coil.current(y[0]), plant.voltage(y[1]));
         let shown = if plant.filter > 0.0 {
             y[2]
         } else {
@@ -324,7 +303,7 @@ fn record(plan: &Plan) -> Recording {
         i.push(current + plant.offset);
         v.push(shown);
         if plan.hides("soft_core") {
-            trace.push(1e3 * plant.inductance(current));
+            trace.push(1e3 * plant.coil.inductance(current));
         }
         if plan.hides("voltage_dependent_capacitor") {
             trace.push(1e3 * plant.capacitance(charged));

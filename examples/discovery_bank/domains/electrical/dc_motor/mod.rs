@@ -3,6 +3,7 @@
 //! The simulator keeps the flux of the winding and the angular momentum of the rotor, where the model keeps current
 //! and speed.
 
+use super::coil::Coil;
 use crate::bank::integrate::rk4;
 use crate::bank::signal::{Signal, steps};
 use crate::bank::{Column, Domain, Hidden, Plan, Recording, Truth};
@@ -128,7 +129,7 @@ const ROWS: usize = 1500;
 #[derive(Debug, Clone, Copy, Default)]
 struct Plant {
     resistance: f64,
-    inductance: f64,
+    coil: Coil,
     field: f64,
     inertia: f64,
     viscous: f64,
@@ -149,7 +150,6 @@ struct Plant {
     clip: f64,
     drying: f64,
     drying_time: f64,
-    iron: f64,
 }
 
 /// Flux of the winding, Vs; angular momentum, Nms; warmth; what the tachometer shows, rad/s; the voltage that acts, V.
@@ -160,7 +160,7 @@ impl Plant {
         let mut r = plan.sizes();
         let mut plant = Plant {
             resistance: r.off(1.2),
-            inductance: r.off(2e-3),
+            coil: Coil::of_air(r.off(2e-3)),
             field: r.off(0.05),
             inertia: r.off(1e-4),
             viscous: r.off(1.5e-4),
@@ -226,7 +226,7 @@ impl Plant {
             plant.drying_time = size("tau [s]", r.between(0.3, 0.7));
         }
         if plan.hides("saturated_iron") {
-            plant.iron = size("iron [1/A^2]", r.between(0.05, 0.12));
+            plant.coil.softness = size("iron [1/A^2]", r.between(0.05, 0.12));
         }
         (plant, sizes)
     }
@@ -236,28 +236,13 @@ impl Plant {
         self.resistance * (1.0 + self.drying * heated)
     }
 
-    /// The inductance that di/dt sees.
-    fn inductance(&self, i: f64) -> f64 {
-        self.inductance / (1.0 + self.iron * i * i)
-    }
-
-    /// The current at a flux, which is L arctan(i √c)/√c in iron that saturates.
-    fn current(&self, flux: f64) -> f64 {
-        if self.iron == 0.0 {
-            return flux / self.inductance;
-        }
-        let root = self.iron.sqrt();
-        // Beyond a right angle there is no current that large; the bench does not come near it.
-        (flux / self.inductance * root).clamp(-1.5, 1.5).tan() / root
-    }
-
     /// Voltage behind the amplifier.
     fn amplified(&self, u: f64) -> f64 {
         if u.abs() <= self.ignored { 0.0 } else { u - self.ignored.copysign(u) }
     }
 
     fn slope(&self, t: f64, y: &State, u: f64, load: f64) -> State {
-        let (i, w) = (self.current(y[0]), y[1] / self.inertia);
+        let (i, w) = (self.coil.current(y[0]), y[1] / self.inertia);
         let field = self.field * (1.0 - self.fade * t) * (1.0 - self.weakening * i * i);
         let voltage = if self.lag > 0.0 { y[4] } else { u };
         let lost = self.resistance(t) * (1.0 + self.rise * y[2]) * i
@@ -292,14 +277,14 @@ fn record(plan: &Plan) -> Recording {
     let (mut i, mut w, mut trace) = (vec![], vec![], vec![]);
     for (k, brake) in load.iter().enumerate() {
         let t = k as f64 * INTERVAL;
-        let current = plant.current(y[0]);
+        let current = plant.coil.current(y[0]);
         i.push((current * plant.current_gain).min(plant.clip));
         w.push(if plant.filter > 0.0 { y[3] } else { y[1] / plant.inertia });
         if plan.hides("heating") {
             trace.push(plant.resistance(t));
         }
         if plan.hides("saturated_iron") {
-            trace.push(1e3 * plant.inductance(current));
+            trace.push(1e3 * plant.coil.inductance(current));
         }
         // In pieces, so that a late command changes at the end of one.
         for piece in 0..20 {
