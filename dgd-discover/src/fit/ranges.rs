@@ -9,7 +9,8 @@ use super::data::Data;
 use super::fitted::Fitted;
 use crate::library::Ranges;
 
-/// The least and the largest values along the fitted structure's run of the first training recording.
+/// The least and the largest values in the first training recording: of what was measured there, and of the rest along
+/// the fitted structure's run of it.
 pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
     let system = &fitted.structure.system;
     let signature = system.signature();
@@ -20,6 +21,14 @@ pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
     };
     let mut all = Ranges::new();
+    // What was measured is known better than what the model makes of it, which may be far off.
+    for (output, measured) in signature.outputs.iter().zip(&recording.measured) {
+        let measured = measured.iter().flatten().copied().filter(|value| value.is_finite());
+        let (a, b) = within(&mut measured.into_iter());
+        if a <= b {
+            all.push((output.name.to_string(), output.unit.symbol.to_string(), a, b));
+        }
+    }
     if let Ok(solution) = simulate(&problem, &recording.times, &data.options) {
         for (i, unknown) in signature.unknowns.iter().enumerate() {
             let (a, b) = within(&mut (0..solution.len()).map(|k| solution.y(k)[i]));
@@ -34,11 +43,6 @@ pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
         };
         let (a, b) = within(&mut recording.times.iter().map(|t| at(*t)));
         all.push((input.name.to_string(), input.unit.symbol.to_string(), a, b));
-    }
-    for (output, measured) in signature.outputs.iter().zip(&recording.measured) {
-        let measured = measured.iter().flatten().copied().filter(|value| value.is_finite());
-        let (a, b) = within(&mut measured.into_iter());
-        all.push((output.name.to_string(), output.unit.symbol.to_string(), a, b));
     }
     all
 }

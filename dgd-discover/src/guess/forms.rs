@@ -48,7 +48,7 @@ impl Domain {
 }
 
 /// All forms; of those that come to the same, as x² and x|x| of a positive x, the first is written.
-pub(crate) static FORMS: [Form; 11] = [
+pub(crate) static FORMS: [Form; 16] = [
     Form {
         text: "*{}",
         value: |x| x,
@@ -135,6 +135,46 @@ pub(crate) static FORMS: [Form; 11] = [
         power: (-1, 2),
         domain: Domain::Positive,
         complexity: 3,
+        in_products: false,
+    },
+    Form {
+        text: "*{}^3",
+        value: |x| x * x * x,
+        power: (3, 1),
+        domain: Domain::All,
+        complexity: 3,
+        in_products: false,
+    },
+    Form {
+        text: "*{}*sqrt(abs({}))",
+        value: |x| x * x.abs().sqrt(),
+        power: (3, 2),
+        domain: Domain::All,
+        complexity: 3,
+        in_products: false,
+    },
+    Form {
+        text: "*{}^(1/3)",
+        value: f64::cbrt,
+        power: (1, 3),
+        domain: Domain::Positive,
+        complexity: 3,
+        in_products: false,
+    },
+    Form {
+        text: "*{}^(2/3)",
+        value: |x| x.cbrt() * x.cbrt(),
+        power: (2, 3),
+        domain: Domain::Positive,
+        complexity: 3,
+        in_products: false,
+    },
+    Form {
+        text: "/{}^(3/2)",
+        value: |x| (x * x.sqrt()).recip(),
+        power: (-3, 2),
+        domain: Domain::Positive,
+        complexity: 4,
         in_products: false,
     },
 ];

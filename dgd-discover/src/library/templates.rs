@@ -17,7 +17,7 @@ macro_rules! texts {
     };
 }
 
-const TEXTS: [(&str, &str); 40] = texts![
+const TEXTS: [(&str, &str); 41] = texts![
     "sensor/sensor_gain",
     "sensor/sensor_offset",
     "sensor/sensor_drift",
@@ -54,6 +54,7 @@ const TEXTS: [(&str, &str); 40] = texts![
     "parameter/power",
     "parameter/exponential",
     "parameter/inverse",
+    "parameter/inverse_square",
     "parameter/saturating",
     "parameter/arrhenius",
     "parameter/falls_with_size",
