@@ -20,7 +20,7 @@ use crate::conditions::Circumstances;
 use crate::fit::{
     Budget, Data, Fitted, NoFit, StartPoint, WorkJournal, most_steps, period, ranges,
 };
-use crate::guess::Guessing;
+use crate::guess::{Followed, Guessing};
 use crate::library::{
     Adapted, Candidate, Measure, StructureId, Values, adapted, candidates, generic, unbound,
 };
@@ -287,8 +287,8 @@ const TOLD: usize = 5;
 /// Places that a formula is looked for at.
 const GUESSED: usize = 3;
 
-/// The places that make the readings most likely, with the condition that each coincides with, and a formula at
-/// the best of them for which there is one.
+/// The places that make the readings most likely, with the condition that each coincides with and the quantities that
+/// it goes together with, and a formula at the best of them for which there is one.
 fn without_a_name(
     prepared: &Prepared<'_>,
     refined: &Refined<'_>,
@@ -298,15 +298,17 @@ fn without_a_name(
     let Request { base, sources, .. } = *prepared.request;
     let (model, fitted, data) = (&prepared.model, &refined.before, &refined.data);
     let guessing = Guessing { base, sources, model, fitted, data };
-    let formula = |found: &FoundPlace| guessing.guess(missing.terms.as_ref()?, found);
+    let followed = |found: &FoundPlace| guessing.followed(missing.terms.as_ref()?, found);
     let most = missing.ranked.first().map_or(0.0, |found| found.missing.gain);
     let mut all: Vec<Unexplained> = (missing.ranked.iter().take(TOLD).enumerate())
         .map(|(rank, found)| {
             let condition = circumstances.condition(&missing_input::windows(found));
-            let is_looked_for = rank < GUESSED && !data.budget.is_spent();
-            let guess = if is_looked_for { formula(found) } else { None };
+            let followed = if data.budget.is_spent() { None } else { followed(found) };
+            let together = followed.as_ref().map_or_else(Vec::new, Followed::together);
+            let looked_at = followed.filter(|_| rank < GUESSED);
+            let guess = looked_at.and_then(|followed| guessing.guess(&followed));
             let is_tied = rank > 0 && most - found.missing.gain < TIE;
-            Unexplained { guess, ..unexplained(&found.missing, condition, is_tied) }
+            Unexplained { together, guess, ..unexplained(&found.missing, condition, is_tied) }
         })
         .collect();
     // What a formula confirms goes first: it has passed on other recordings, where a trace only follows readings.

@@ -17,6 +17,7 @@
 mod forms;
 mod formula;
 mod regression;
+mod together;
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -38,6 +39,8 @@ use crate::missing_input::{
 };
 use formula::{Factor, Shape, familiar, formula, literal};
 use regression::{Ranked, Trace, ranked};
+use together::together;
+pub use together::{Course, Together};
 
 /// Share of the errors' mean square that it may leave when it is in the model.
 const LEFT: f64 = 0.7;
@@ -118,6 +121,20 @@ struct Site<'a> {
     names: Vec<Factor>,
 }
 
+/// A place along all recordings: what formulas and names are compared with.
+pub(crate) struct Followed<'a> {
+    site: Site<'a>,
+    train: Vec<Trace>,
+    held_out: Vec<Trace>,
+}
+
+impl Followed<'_> {
+    /// Quantities that what is missing goes together with, the closest first.
+    pub(crate) fn together(&self) -> Vec<Together> {
+        together(&self.train, &self.held_out, &self.site.names)
+    }
+}
+
 /// The model with a formula in it.
 struct Inserted {
     after: Fitted,
@@ -127,9 +144,13 @@ struct Inserted {
 }
 
 impl Guessing<'_> {
-    /// The formula that looks most like a missing input; `None` where no simple one does.
-    pub(crate) fn guess(&self, terms: &MissingTerms, found: &FoundPlace) -> Option<Guess> {
-        let Guessing { model, data, .. } = *self;
+    /// A place along all recordings; `None` where one of them cannot be simulated with what is missing.
+    pub(crate) fn followed<'b>(
+        &self,
+        terms: &'b MissingTerms,
+        found: &FoundPlace,
+    ) -> Option<Followed<'b>> {
+        let data = self.data;
         let place = place_of(terms, &found.missing.place)?;
         let site = self.site(terms, place)?;
         // A term of an equation, or a sensor's error, is compared beside the base model's own parameters: the regression
@@ -150,9 +171,14 @@ impl Guessing<'_> {
         };
         let train = traces(data.train, &of_train);
         let held_out = traces(data.valid, &of_valid);
-        if train.is_empty() || held_out.len() < data.valid.len() {
-            return None;
-        }
+        let is_whole = !train.is_empty() && held_out.len() == data.valid.len();
+        is_whole.then_some(Followed { site, train, held_out })
+    }
+
+    /// The formula that looks most like what is missing; `None` where no simple one does.
+    pub(crate) fn guess(&self, followed: &Followed<'_>) -> Option<Guess> {
+        let model = self.model;
+        let Followed { site, train, held_out } = followed;
         let is_preferred = |shape: &Shape| {
             let dimension = shape.coefficient(&site.names, site.unit.dimension);
             let mut known = (model.parameters.iter()).map(|p| p.declared.unit.dimension);
@@ -161,9 +187,9 @@ impl Guessing<'_> {
             })
         };
         let names = [(model.inputs.len() + 1).min(site.names.len()), site.names.len()];
-        let all = ranked(&train, &held_out, names, &is_preferred);
+        let all = ranked(train, held_out, names, &is_preferred);
         let compared = all.iter().filter_map(|ranked| {
-            let inserted = self.in_the_model(&site, ranked, COMPARED)?;
+            let inserted = self.in_the_model(site, ranked, COMPARED)?;
             let (sum, n) = inserted.after.error;
             let cost = SECOND_TERM * ranked.terms.len() as f64;
             Some(((sum / n as f64).ln() + cost, ranked))
@@ -171,7 +197,7 @@ impl Guessing<'_> {
         // The first of equals, which is the simplest.
         let best = compared.reduce(|best, other| if other.0 < best.0 { other } else { best });
         let (_, ranked) = best?;
-        self.told(&site, ranked, &train, self.in_the_model(&site, ranked, EVALUATIONS)?)
+        self.told(site, ranked, train, self.in_the_model(site, ranked, EVALUATIONS)?)
     }
 
     /// Traces of a place in the training and in the validation recordings, each by itself; none where one has none.

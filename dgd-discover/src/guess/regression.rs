@@ -58,7 +58,7 @@ pub(crate) struct Ranked {
 /// Most blocks of a recording.
 const BLOCKS: f64 = 600.0;
 /// Parts of each recording that are left out in turn.
-const FOLDS: usize = 10;
+pub(super) const FOLDS: usize = 10;
 /// How far off a parameter may be, of its size.
 const PARAMETER: f64 = 0.3;
 /// Errors that a formula may have beside those of d, of its size.
@@ -66,8 +66,8 @@ const FLOOR: f64 = 0.05;
 /// Cost of complexity, and of a second term.
 const COMPLEXITY: f64 = 0.05;
 const SECOND_TERM: f64 = 0.7;
-/// R² that a formula has to have on what it was not fitted to.
-const DECENT: f64 = 0.5;
+/// R² that a formula, or a curve, has to have on what it was not fitted to.
+pub(super) const DECENT: f64 = 0.5;
 /// Formulas of each kind that are looked at, and that are given.
 const LOOKED_AT: usize = 20;
 const TOLD: usize = 5;
@@ -340,7 +340,7 @@ fn add(sum: &mut DMatrix<f64>, weight: f64, row: &[f64]) {
 }
 
 /// Weights and columns of means over blocks.
-fn blocks(trace: &Trace, shapes: &[Shape]) -> Vec<(f64, Vec<f64>)> {
+pub(super) fn blocks(trace: &Trace, shapes: &[Shape]) -> Vec<(f64, Vec<f64>)> {
     let Trace { times, value, std, resolved, names, parameters } = trace;
     let (Some(first), Some(last)) = (times.first(), times.last()) else { return Vec::new() };
     let length = resolved.max((last - first) / BLOCKS);

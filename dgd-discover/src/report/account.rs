@@ -266,6 +266,7 @@ pub(crate) fn unexplained(
         condition,
         description: format!("The recordings look as if there was {description}"),
         trace: missing.clone(),
+        together: Vec::new(),
         guess: None,
     }
 }
@@ -311,6 +312,7 @@ pub(crate) fn left_over(
             windows,
             gain: 0.0,
         },
+        together: Vec::new(),
         guess: None,
     })
 }

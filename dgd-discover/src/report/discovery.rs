@@ -4,7 +4,7 @@ use dgd_runtime::Unit;
 
 use super::power::Power;
 use crate::conditions::Condition;
-use crate::guess::Guess;
+use crate::guess::{Guess, Together};
 use crate::missing_input::{ClosedPlace, MissingInput};
 use crate::noise::Window;
 use crate::search::{Alternative, Evidence, Verdict};
@@ -142,6 +142,8 @@ pub struct Unexplained {
     pub description: String,
     /// What the equation would have needed.
     pub trace: MissingInput,
+    /// Quantities that it goes together with, the closest first: what to look at.
+    pub together: Vec<Together>,
     /// A formula that looks like it, where the verdict is `unexplained` and there is a simple one.
     pub guess: Option<Guess>,
 }

@@ -21,6 +21,7 @@ mod result_json;
 mod summary;
 #[cfg(test)]
 mod tests;
+mod together;
 mod trace;
 mod verdict;
 

@@ -11,7 +11,7 @@ use dgd_plot::{Figure, Text, render_svg};
 use super::diff::{self, Changed};
 use super::equations::{self, Equation};
 use super::figures::{self, Correction};
-use super::{Subject, UNEXPLAINED, condition, guess, summary, verdict};
+use super::{Subject, UNEXPLAINED, condition, guess, summary, together, verdict};
 use crate::error::WorkError;
 use crate::output::quantity::{Quantity, moment, percent, rounded, stretches};
 
@@ -73,6 +73,8 @@ struct LeftOver<'a> {
     windows: String,
     /// As markup.
     condition: Option<String>,
+    /// As markup.
+    together: Option<String>,
     /// As markup; `None` where something has a name.
     guess: Option<String>,
 }
@@ -119,6 +121,7 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
                 description: prose(&left.description),
                 windows: stretches(left.windows.iter().copied()),
                 condition: left.condition.as_ref().map(told_condition),
+                together: together::words(&left.together).map(|words| prose(&words)),
                 guess: (discovery.verdict == Verdict::Unexplained)
                     .then(|| prose(&guess::words(left))),
             })

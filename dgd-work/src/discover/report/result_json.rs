@@ -9,7 +9,7 @@ use dgd_discover::{
 };
 use serde_json::{Map, Value, json};
 
-use super::{Subject, UNEXPLAINED, condition, guess, kept_apart};
+use super::{Subject, UNEXPLAINED, condition, guess, kept_apart, together};
 use crate::output::quantity::of_differences;
 
 /// The text of the file.
@@ -142,6 +142,7 @@ fn left_over((k, unexplained): (usize, &Unexplained)) -> Value {
         "gain": tidy(unexplained.gain),
         "windows": windows(&unexplained.windows),
         "condition": condition::value(unexplained.condition.as_ref()),
+        "together": together::value(&unexplained.together),
         "trace": UNEXPLAINED,
         "description": unexplained.description,
         "guess": guess::value(unexplained.guess.as_ref()),

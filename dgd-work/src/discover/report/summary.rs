@@ -7,7 +7,7 @@ use dgd_discover::{
     Condition, Described, Discovery, FoundEffect, Gap, ParameterValue, Power, Verdict,
 };
 
-use super::{condition, guess, verdict};
+use super::{condition, guess, together, verdict};
 use crate::output::quantity::{
     Quantity, moment, of_differences, percent, probability, rounded, stretches,
 };
@@ -64,6 +64,7 @@ fn write_text(
             rows.push(["when".to_owned(), stretches(left.windows.iter().copied())]);
         }
         rows.extend(left.condition.as_ref().map(goes_with));
+        rows.extend(together::words(&left.together).map(|words| ["course".to_owned(), words]));
         if discovery.verdict == Verdict::Unexplained {
             rows.push(["guess".to_owned(), guess::words(left)]);
         }

@@ -7,9 +7,9 @@ use dgd_compiler::pipeline::Directions;
 use dgd_data::Disk;
 use dgd_data::files::write_folder;
 use dgd_discover::{
-    Alternative, Condition, ConditionKind, Discovery, Evidence, FoundEffect, Gap, Guess,
+    Alternative, Condition, ConditionKind, Course, Discovery, Evidence, FoundEffect, Gap, Guess,
     GuessedTerm, MissingInput, OutputTrace, ParameterValue, Place, PlaceKind, Ranked,
-    RecordingTrace, Screened, Unexplained, Verdict, Window,
+    RecordingTrace, Screened, Together, Unexplained, Verdict, Window,
 };
 use dgd_runtime::{Signature, System, Unit};
 
@@ -271,6 +271,20 @@ fn left_over() -> Discovery {
             }),
             description: "up to 0.004 m³/s flow into the riser while the booster stands".into(),
             trace: found.missing[0].clone(),
+            together: vec![
+                Together {
+                    quantity: "h_r".to_owned(),
+                    course: Course::Falls,
+                    r2: 0.934,
+                    is_of_recordings: true,
+                },
+                Together {
+                    quantity: "time".to_owned(),
+                    course: Course::Turns,
+                    r2: 0.612,
+                    is_of_recordings: true,
+                },
+            ],
             guess: Some(guess()),
         }],
         corrected_parameters: found.base_parameters.clone(),

@@ -1,0 +1,305 @@
+//! What a trace goes together with: each name of the model and time, on recordings that it was not learnt from.
+//!
+//! Values of the trace are averaged over blocks, as for formulas. A curve of them over one quantity is a mean in
+//! each of a few ranks of the quantity, straight lines between them; a monotone one pools neighbours that violate
+//! the order (Barlow, Bartholomew, Bremner & Brunk, Statistical Inference under Order Restrictions, 1972). Both are
+//! learnt from training recordings and predict the validation ones; without any, each recording is predicted from
+//! the others, and tenths of a single one from the rest.
+//!
+//! Slow quantities resemble each other for nothing, so that this only proposes what to look at.
+
+use super::formula::{Factor, Shape};
+use super::regression::{DECENT, FOLDS, Trace, blocks};
+
+/// A quantity that a trace goes together with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Together {
+    /// A name of the model, or `time`.
+    pub quantity: String,
+    /// What the trace does where the quantity grows.
+    pub course: Course,
+    /// 1 − Σ w (d − curve)²/Σ w (d − mean)² where the curve was not learnt.
+    pub r2: f64,
+    /// Whether that is of other recordings, or of parts of one.
+    pub is_of_recordings: bool,
+}
+
+/// What a trace does where a quantity grows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Course {
+    /// It grows as well.
+    Rises,
+    /// It shrinks.
+    Falls,
+    /// Now one, now the other.
+    Turns,
+}
+
+/// Quantities that are told.
+const TOLD: usize = 3;
+/// Ranks of a quantity at most, and blocks in each at least.
+const RANKS: usize = 12;
+const IN_A_RANK: usize = 4;
+/// Share of what a curve leaves by which a monotone one may leave more and still describes the course.
+const NEARLY_AS_GOOD: f64 = 0.1;
+
+/// A block, or a point of a curve: its weight, the quantity and what is missing.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    weight: f64,
+    x: f64,
+    d: f64,
+}
+
+/// What a curve is learnt from, and what it then predicts.
+struct Split {
+    learnt: Vec<Point>,
+    predicted: Vec<Point>,
+}
+
+/// Blocks of a recording: all names, and what is missing there.
+struct Blocks {
+    /// Columns before the names.
+    skipped: usize,
+    rows: Vec<(f64, Vec<f64>)>,
+}
+
+/// Quantities that a trace goes together with, the closest first.
+pub(crate) fn together(train: &[Trace], held_out: &[Trace], names: &[Factor]) -> Vec<Together> {
+    let shapes: Vec<Shape> = (0..names.len()).map(|i| Shape { factors: vec![(i, 0)] }).collect();
+    let of_trace = |trace: &Trace| {
+        // The equation's parameters and a constant come first.
+        Blocks { skipped: trace.parameters.len() + 1, rows: blocks(trace, &shapes) }
+    };
+    let train: Vec<Blocks> = train.iter().map(of_trace).collect();
+    let held_out: Vec<Blocks> = held_out.iter().map(of_trace).collect();
+    let is_of_recordings = !held_out.is_empty() || train.len() > 1;
+    let mut all: Vec<Together> = (names.iter().enumerate())
+        .filter_map(|(i, factor)| {
+            let of = |all: &[Blocks]| all.iter().map(|blocks| blocks.over(i)).collect::<Vec<_>>();
+            let (course, r2) = course(&splits(of(&train), &of(&held_out)))?;
+            let quantity = factor.name.clone();
+            (r2 >= DECENT).then_some(Together { quantity, course, r2, is_of_recordings })
+        })
+        .collect();
+    all.sort_by(|a, b| b.r2.total_cmp(&a.r2));
+    all.truncate(TOLD);
+    all
+}
+
+impl Blocks {
+    /// What is missing over one of the names.
+    fn over(&self, name: usize) -> Vec<Point> {
+        let point = |(weight, row): &(f64, Vec<f64>)| Point {
+            weight: *weight,
+            x: row[self.skipped + name],
+            d: row[row.len() - 1],
+        };
+        self.rows.iter().map(point).collect()
+    }
+}
+
+/// Recordings, or parts of one, that predict each other.
+fn splits(train: Vec<Vec<Point>>, held_out: &[Vec<Point>]) -> Vec<Split> {
+    if !held_out.is_empty() {
+        return vec![Split { learnt: train.concat(), predicted: held_out.concat() }];
+    }
+    let parts = match <[Vec<Point>; 1]>::try_from(train) {
+        Ok([one]) => one.chunks(one.len().div_ceil(FOLDS).max(1)).map(<[Point]>::to_vec).collect(),
+        Err(several) => several,
+    };
+    let others = |k: usize| {
+        let rest = parts.iter().enumerate().filter(|(other, _)| *other != k);
+        rest.flat_map(|(_, part)| part.iter().copied()).collect()
+    };
+    (0..parts.len()).map(|k| Split { learnt: others(k), predicted: parts[k].clone() }).collect()
+}
+
+/// The course of what is missing over a quantity and its R²; `None` where there is too little to learn from.
+fn course(splits: &[Split]) -> Option<(Course, f64)> {
+    let (mut around_mean, mut left) = (0.0, [0.0; 3]);
+    for Split { learnt, predicted } in splits {
+        let means = means(learnt)?;
+        let mean = learnt.iter().copied().reduce(pooled)?.d;
+        let curves = [monotone(&means, 1.0), monotone(&means, -1.0), means];
+        for Point { weight, x, d } in predicted {
+            around_mean += weight * (d - mean).powi(2);
+            for (left, curve) in left.iter_mut().zip(&curves) {
+                *left += weight * (d - interpolated(curve, *x)).powi(2);
+            }
+        }
+    }
+    if !(around_mean > 0.0 && left.iter().all(|left| left.is_finite())) {
+        return None;
+    }
+    let [rising, falling, any] = left.map(|left| left / around_mean);
+    let (course, left) =
+        if rising <= falling { (Course::Rises, rising) } else { (Course::Falls, falling) };
+    let is_monotone = left <= (1.0 + NEARLY_AS_GOOD) * any;
+    let (course, left) = if is_monotone { (course, left) } else { (Course::Turns, any) };
+    Some((course, 1.0 - left))
+}
+
+/// Weighted means of blocks in ranks of the quantity, in its order.
+fn means(blocks: &[Point]) -> Option<Vec<Point>> {
+    let mut sorted = blocks.to_vec();
+    sorted.sort_by(|a, b| a.x.total_cmp(&b.x));
+    let (low, high) = (sorted.first()?.x, sorted.last()?.x);
+    let ranks = (sorted.len() / IN_A_RANK).min(RANKS);
+    if ranks < 2 || low >= high {
+        return None;
+    }
+    let of_rank = |k: usize| {
+        let own = &sorted[k * sorted.len() / ranks..(k + 1) * sorted.len() / ranks];
+        own.iter().copied().reduce(pooled)
+    };
+    let mut all: Vec<Point> = (0..ranks).filter_map(of_rank).collect();
+    // A quantity that rests fills several ranks with one value.
+    all.dedup_by(|next, before| {
+        let is_same = next.x <= before.x;
+        if is_same {
+            *before = pooled(*before, *next);
+        }
+        is_same
+    });
+    (all.len() > 1).then_some(all)
+}
+
+fn pooled(a: Point, b: Point) -> Point {
+    let weight = a.weight + b.weight;
+    let mean = |x: f64, y: f64| (a.weight * x + b.weight * y) / weight;
+    Point { weight, x: mean(a.x, b.x), d: mean(a.d, b.d) }
+}
+
+/// The curve nearest to some means that only rises, or with a sign of −1 only falls.
+fn monotone(means: &[Point], sign: f64) -> Vec<Point> {
+    let mut levels: Vec<(Point, usize)> = Vec::new();
+    for mean in means {
+        let mut own = (*mean, 1);
+        while let Some((before, n)) = levels.pop_if(|(before, _)| sign * before.d > sign * own.0.d)
+        {
+            own = (pooled(before, own.0), n + own.1);
+        }
+        levels.push(own);
+    }
+    let values = levels.iter().flat_map(|(level, n)| std::iter::repeat_n(level.d, *n));
+    means.iter().zip(values).map(|(mean, d)| Point { d, ..*mean }).collect()
+}
+
+/// A curve's value: straight lines between its points, as at its ends beyond them.
+fn interpolated(curve: &[Point], x: f64) -> f64 {
+    let after = curve.partition_point(|point| point.x <= x);
+    match (after.checked_sub(1).map(|k| curve[k]), curve.get(after)) {
+        (Some(a), Some(b)) => a.d + (b.d - a.d) * (x - a.x) / (b.x - a.x),
+        (Some(end), None) => end.d,
+        (None, Some(end)) => end.d,
+        (None, None) => f64::NAN,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dgd_compiler::units::parse_unit;
+
+    use super::{Course, together};
+    use crate::guess::formula::Factor;
+    use crate::guess::regression::Trace;
+    use rand_pcg::Pcg64;
+    use rand_pcg::rand_core::Rng;
+
+    const SAMPLES: usize = 400;
+
+    /// What is missing over a quantity.
+    type Missing = fn(f64) -> f64;
+
+    /// A trace that is a function of `x`, beside a quantity `y` that has nothing to do with it.
+    fn trace(seed: u64, scale: f64, d: Missing) -> Trace {
+        let mut random = Pcg64::new(u128::from(seed), 5);
+        let mut steps = |length: usize| {
+            let mut level = 0.0;
+            let mut next = |k: usize| {
+                if k.is_multiple_of(length) {
+                    let unit = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+                    level = 2.0 * unit - 1.0;
+                }
+                level
+            };
+            (0..SAMPLES).map(&mut next).collect::<Vec<f64>>()
+        };
+        let names = [steps(3), steps(5)];
+        let errors = steps(1);
+        let value = names[0].iter().zip(&errors).map(|(x, e)| d(*x) + 0.1 * e).collect();
+        let scaled = names.iter().map(|all| all.iter().map(|x| scale * x).collect()).collect();
+        Trace {
+            times: (0..SAMPLES).map(|k| k as f64).collect(),
+            value,
+            std: vec![0.1; SAMPLES],
+            resolved: 1.0,
+            names: scaled,
+            parameters: vec![vec![1.0; SAMPLES]],
+        }
+    }
+
+    fn names() -> Vec<Factor> {
+        let factor =
+            |name: &str| Factor { name: name.to_owned(), unit: parse_unit("m").expect("a unit") };
+        vec![factor("x"), factor("y")]
+    }
+
+    #[test]
+    fn the_quantity_and_the_course_are_found_in_any_unit() {
+        let courses: [(Missing, Course); 4] = [
+            (|x| x, Course::Rises),
+            (|x| -x.powi(3), Course::Falls),
+            (|x| (4.0 * x).tanh(), Course::Rises),
+            (|x| x * x, Course::Turns),
+        ];
+        for (d, course) in courses {
+            for scale in [1.0, 1e-4] {
+                for held_out in [vec![trace(2, scale, d)], Vec::new()] {
+                    let found = together(&[trace(1, scale, d)], &held_out, &names());
+                    assert_eq!(found.len(), 1, "{found:?}");
+                    assert_eq!((&*found[0].quantity, found[0].course), ("x", course));
+                    assert!(found[0].r2 > 0.8, "{found:?}");
+                    assert_eq!(found[0].is_of_recordings, !held_out.is_empty());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn noise_goes_together_with_nothing() {
+        for seed in 0..20 {
+            let found = together(
+                &[trace(seed, 1.0, |_| 0.0)],
+                &[trace(seed + 100, 1.0, |_| 0.0)],
+                &names(),
+            );
+            assert!(found.is_empty(), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn another_recording_decides() {
+        // The second recording does not do what the first one did.
+        let found = together(
+            &[trace(1, 1.0, |x| x), trace(2, 1.0, |x| -x)],
+            &[trace(3, 1.0, |x| x)],
+            &names(),
+        );
+        assert!(found.is_empty(), "{found:?}");
+        let found = together(&[trace(1, 1.0, |x| x), trace(2, 1.0, |x| -x)], &[], &names());
+        assert!(found.is_empty(), "{found:?}");
+    }
+
+    #[test]
+    fn a_quantity_that_rests_goes_together_with_nothing() {
+        let resting = |seed| {
+            let mut trace = trace(seed, 1.0, |x| x);
+            trace.names[0].fill(1.0);
+            trace
+        };
+        let found = together(&[resting(1)], &[resting(2)], &names());
+        assert!(found.is_empty(), "{found:?}");
+    }
+}

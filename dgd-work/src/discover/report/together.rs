@@ -1,0 +1,51 @@
+//! The quantities that what is missing goes together with, in words and for programs.
+
+use dgd_discover::{Course, Together};
+use serde_json::{Value, json};
+
+use super::result_json::tidy;
+use crate::output::quantity::rounded;
+
+/// In words: ``falls where `z` grows (R² 0.93); R² on other recordings``. Names are between backticks; `None` where there is
+/// nothing to say.
+pub(super) fn words(all: &[Together]) -> Option<String> {
+    let first = all.first()?;
+    let told: Vec<String> = all.iter().map(one).collect();
+    let of = if first.is_of_recordings {
+        "on other recordings"
+    } else {
+        "on parts that the curve was not learnt from"
+    };
+    Some(format!("{}; R² {of}", told.join(", ")))
+}
+
+fn one(together: &Together) -> String {
+    let Together { quantity, course, r2, .. } = together;
+    let course = match (course, quantity.as_str()) {
+        (Course::Rises, "time") => "rises over time".to_owned(),
+        (Course::Falls, "time") => "falls over time".to_owned(),
+        (Course::Turns, "time") => "rises and falls over time".to_owned(),
+        (Course::Rises, name) => format!("rises where `{name}` grows"),
+        (Course::Falls, name) => format!("falls where `{name}` grows"),
+        (Course::Turns, name) => format!("rises and falls with `{name}`"),
+    };
+    format!("{course} (R² {})", rounded(*r2, 2))
+}
+
+/// For programs.
+pub(super) fn value(all: &[Together]) -> Vec<Value> {
+    let value = |one: &Together| {
+        let course = match one.course {
+            Course::Rises => "rises",
+            Course::Falls => "falls",
+            Course::Turns => "turns",
+        };
+        json!({
+            "quantity": one.quantity,
+            "course": course,
+            "r2_held_out": tidy(one.r2),
+            "held_out": if one.is_of_recordings { "recordings" } else { "parts" },
+        })
+    };
+    all.iter().map(value).collect()
+}
