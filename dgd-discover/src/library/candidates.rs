@@ -51,6 +51,11 @@ impl<'a> Candidate<'a> {
 }
 
 impl Candidate<'_> {
+    /// Which realisation it is, where its family has several.
+    pub(crate) fn form(&self) -> Option<String> {
+        self.application.effect.form.as_ref().map(|form| form.text.clone())
+    }
+
     /// What a discovery names: the family, or a template with what it is applied to.
     pub(crate) fn name(&self) -> String {
         let name = self.application.effect.name.text.clone();

@@ -19,13 +19,12 @@ pub(crate) fn described(search: &Search<'_>, structure: StructureId) -> Vec<Desc
         (search.training_square(structure).unwrap_or(f64::NAN), search.held_out_square(structure));
     let one = |candidate: usize| {
         let of = &search.candidates[candidate];
-        let effect = of.application.effect;
         let own = fitted.structure.brought_by(candidate);
         let own = own.map(|brought| brought.parameters.clone()).unwrap_or_default();
         Described {
             name: of.application.name(),
             kind: of.kind(),
-            form: effect.form.as_ref().map(|form| form.text.clone()),
+            form: of.form(),
             target: of.target(),
             parameters: parameters(fitted, &own),
             left,

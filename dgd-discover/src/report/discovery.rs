@@ -76,7 +76,9 @@ pub struct FoundEffect {
     pub target: String,
     /// Effects that the data cannot tell it from.
     pub alternatives: Vec<Alternative>,
-    /// What would tell them apart; empty without alternatives.
+    /// Other realisations of it that do as well.
+    pub other_forms: Vec<Alternative>,
+    /// What would tell it from its alternatives; empty without any.
     pub told_apart_by: Option<String>,
     /// Since when, s, where it has an onset.
     pub onset: Option<f64>,

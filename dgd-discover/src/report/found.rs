@@ -48,10 +48,11 @@ impl Found<'_> {
         FoundEffect {
             name: described.name(),
             kind: described.kind(),
-            form: effect.form.as_ref().map(|form| form.text.clone()),
+            form: described.form(),
             doc: effect.doc.clone(),
             target: described.target(),
             alternatives: alternatives.into_iter().map(|other| other.alternative).collect(),
+            other_forms: search.other_forms(structure, candidate),
             told_apart_by,
             onset,
             windows: windows.swap_remove(0),

@@ -71,7 +71,15 @@ fn effect(effect: &FoundEffect) -> Value {
     let alternatives: Vec<Value> = effect
         .alternatives
         .iter()
-        .map(|other| json!({ "name": other.name, "valid_ratio": tidy(other.valid_ratio) }))
+        .map(|other| {
+            let ratio = tidy(other.valid_ratio);
+            json!({ "name": other.name, "form": other.form, "valid_ratio": ratio })
+        })
+        .collect();
+    let other_forms: Vec<Value> = effect
+        .other_forms
+        .iter()
+        .map(|other| json!({ "form": other.form, "valid_ratio": tidy(other.valid_ratio) }))
         .collect();
     json!({
         "name": effect.name,
@@ -79,6 +87,7 @@ fn effect(effect: &FoundEffect) -> Value {
         "form": effect.form,
         "target": effect.target,
         "alternatives": alternatives,
+        "other_forms": other_forms,
         "told_apart_by": effect.told_apart_by,
         "onset": effect.onset.map(tidy),
         "windows": windows(&effect.windows),

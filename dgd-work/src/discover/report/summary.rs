@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use dgd_discover::{
-    Condition, Described, Discovery, FoundEffect, Gap, ParameterValue, Power, Verdict,
+    Alternative, Condition, Described, Discovery, FoundEffect, Gap, ParameterValue, Power, Verdict,
 };
 
 use super::{condition, guess, together, verdict};
@@ -159,11 +159,20 @@ fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
         let ratio = rounded(other.valid_ratio, 3);
         rows.push(["or".to_owned(), format!("{} (rms residual × {ratio})", other.name)]);
     }
+    for other in &effect.other_forms {
+        let (form, ratio) = (form(other), rounded(other.valid_ratio, 3));
+        rows.push(["or as".to_owned(), format!("{form} (rms residual × {ratio})")]);
+    }
     if let Some(test) = &effect.told_apart_by {
         rows.push(["told apart by".to_owned(), test.clone()]);
     }
     rows.push(["evidence".to_owned(), evidence(effect)]);
     rows
+}
+
+/// What an effect's realisation is called.
+pub(super) fn form(alternative: &Alternative) -> &str {
+    alternative.form.as_deref().unwrap_or("its plain form")
 }
 
 /// The row of the condition that coincides with windows.

@@ -212,7 +212,13 @@ fn discovery() -> Discovery {
             target: "q_boost".to_owned(),
             alternatives: vec![Alternative {
                 name: "flow_meter_gain".to_owned(),
+                form: None,
                 valid_ratio: 1.0134,
+            }],
+            other_forms: vec![Alternative {
+                name: "booster_flow_gain".to_owned(),
+                form: Some("at_low_flow".to_owned()),
+                valid_ratio: 1.021,
             }],
             told_apart_by: Some("a measurement of `h_r` while q_tf < 1 lpm".to_owned()),
             onset: Some(118.4),
