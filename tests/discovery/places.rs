@@ -30,6 +30,21 @@ equation level: A*der(h) = q - k*sqrt(h^2 + (1 [mm])^2)^(1/2) + 0*T/(1 [K])*q
 output h [m] noise 0.002
 ";
 
+/// A cell whose temperature is recorded; its resistance is taken for a constant.
+const CELL: &str = "model cell
+input i [A] hold
+input T [K] linear
+parameter Q [A*h] = 5 in 0.5 .. 50, log
+parameter R0 [mohm] = 25 in 1 .. 500, log
+parameter R1 [mohm] = 10 in 1 .. 500, log
+parameter C1 [kF] = 2 in 0.1 .. 50, log
+state soc [1] = 0.8
+state v1 [mV] = 0 nominal 10
+equation charge: Q*der(soc) = -i
+equation relax: C1*der(v1) = i - v1/R1
+output v [V] = 3.3 [V] + 0.7 [V]*soc - R0*i - v1 + 0*T/(1 [K])*(1 [V]) noise 0.002
+";
+
 fn examined(name: &str, text: &str) -> Examined {
     Texts { model: (name.to_owned(), text.to_owned()), effects: Vec::new() }.read()
 }
@@ -92,6 +107,32 @@ fn tank(seed: u64) -> Samples {
     Samples { times: (0..n).map(|i| h * i as f64).collect(), columns }
 }
 
+/// The cell over five hours, whose resistance has an activation temperature of 2500 K.
+fn cell(seed: u64) -> Samples {
+    let mut random = Random::new(seed, 0);
+    let (n, h) = (1500, 12.0);
+    // At rest a third of the time, seldom charged.
+    let [which, share] = [(); 2].map(|()| steps(&mut random, n, 40));
+    let level = |which: f64| [0.0, 0.0, 1.0, 2.0, 4.0, -2.0][(6.0 * which) as usize % 6];
+    let both = which.iter().zip(&share);
+    let i: Vec<f64> = both.map(|(which, share)| level(*which) * (0.5 + 0.5 * share)).collect();
+    let phase = 6.0 * random.between(0.0, 1.0);
+    let warm = |k: usize| 293.0 + 15.0 * (k as f64 / 190.0 + phase).sin();
+    let (mut soc, mut v1) = (0.8_f64, 0.0_f64);
+    let mut read = Vec::new();
+    for (k, i) in i.iter().enumerate() {
+        let resistance = 0.03 * (2500.0 * (warm(k).recip() - 293.15_f64.recip())).exp();
+        read.push(3.3 + 0.7 * soc - resistance * i - v1 + 0.002 * random.normal());
+        for _ in 0..12 {
+            soc -= h / 12.0 * i / (5.0 * 3600.0);
+            v1 += h / 12.0 * (i - v1 / 0.012) / 2000.0;
+        }
+    }
+    let temperature = (0..n).map(warm).collect();
+    let columns = vec![("i".to_owned(), i), ("T".to_owned(), temperature), ("v".to_owned(), read)];
+    Samples { times: (0..n).map(|k| h * k as f64).collect(), columns }
+}
+
 fn found(examined: &Examined, train: &Samples, valid: Option<&Samples>) -> Discovery {
     let train = [examined.recording_without_start(train)];
     let valid: Vec<_> = valid.iter().map(|one| examined.recording_without_start(one)).collect();
@@ -145,4 +186,17 @@ fn a_parameter_that_depends_on_a_recorded_quantity_is_the_place() {
     });
     let rms = (off.sum::<f64>() / place.times.len() as f64).sqrt();
     assert!(rms < 0.1, "{rms}");
+}
+
+#[test]
+fn a_form_that_begins_as_another_one_is_tried_where_that_comes_near() {
+    // Arrhenius' law begins as 1/T does, and an exponential, which begins as a line does, comes nearer than both.
+    let examined = examined("cell.dgd", CELL);
+    let discovery = found(&examined, &cell(1), Some(&cell(2)));
+    assert_eq!(discovery.verdict, Verdict::Effects, "{}", discovery.reason);
+    let [effect] = discovery.effects.as_slice() else { panic!("{}", discovery.reason) };
+    assert_eq!(effect.name, "parameter_varies(R0, T)");
+    assert_eq!(effect.form.as_deref(), Some("arrhenius"), "{:#?}", discovery.ranking);
+    let [activation] = effect.parameters.as_slice() else { panic!("{:?}", effect.parameters) };
+    assert!((activation.value / -2500.0 - 1.0).abs() < 0.02, "{}", activation.value);
 }

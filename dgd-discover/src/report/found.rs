@@ -43,16 +43,19 @@ impl Found<'_> {
             Err(_) => vec![Vec::new(); data.train.len()],
         };
         let condition = circumstances.condition(&windows);
-        let alternatives = search.alternatives(structure, candidate);
-        let told_apart_by = alternatives.first().map(|other| self.told_apart_by(other.structure));
+        let replacements = search.replacements(structure, candidate);
+        let told_apart_by =
+            replacements.others.first().map(|other| self.told_apart_by(other.structure));
         FoundEffect {
             name: described.name(),
             kind: described.kind(),
             form: described.form(),
             doc: effect.doc.clone(),
             target: described.target(),
-            alternatives: alternatives.into_iter().map(|other| other.alternative).collect(),
-            other_forms: search.other_forms(structure, candidate),
+            alternatives: (replacements.others.into_iter())
+                .map(|other| other.alternative)
+                .collect(),
+            other_forms: replacements.forms,
             told_apart_by,
             onset,
             windows: windows.swap_remove(0),

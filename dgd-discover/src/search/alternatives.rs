@@ -1,5 +1,7 @@
 //! Effects that explain the recordings nearly as well as one that is believed.
 
+use std::collections::BTreeSet;
+
 use super::tried::Search;
 use crate::library::StructureId;
 
@@ -24,60 +26,94 @@ pub(crate) struct InItsPlace {
     pub structure: StructureId,
 }
 
+/// All that may stand in the place of an effect, the best first.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Replacements {
+    /// Effects of other names, each once.
+    pub others: Vec<InItsPlace>,
+    /// Other forms of the effect itself, each once.
+    pub forms: Vec<Alternative>,
+}
+
 impl Search<'_> {
-    /// Structures in which another effect stands in the place of one, and that predict validation data
-    /// nearly as well; the best first, each effect once.
-    pub(crate) fn alternatives(&self, whole: StructureId, candidate: usize) -> Vec<InItsPlace> {
-        let mut all = self.in_its_place(whole, candidate);
-        let own = self.candidates[candidate].name();
-        let mut names = vec![own];
-        all.retain(|InItsPlace { alternative, .. }| {
-            let is_new = !names.contains(&alternative.name);
-            names.push(alternative.name.clone());
-            is_new
-        });
-        all
-    }
-
-    /// The same with other forms of the effect itself, each once.
-    pub(crate) fn other_forms(&self, whole: StructureId, candidate: usize) -> Vec<Alternative> {
-        let own = &self.candidates[candidate];
-        let mut forms = vec![own.form()];
-        let all = self.in_its_place(whole, candidate).into_iter().map(|one| one.alternative);
-        let named = all.filter(|alternative| alternative.name == own.name());
-        let is_unsaid = |alternative: &Alternative| {
-            let is_new = !forms.contains(&alternative.form);
-            forms.push(alternative.form.clone());
-            is_new
-        };
-        named.filter(is_unsaid).collect()
-    }
-
-    /// All structures with another candidate in the place of one that predict validation data nearly as well, the best
-    /// first.
-    fn in_its_place(&self, whole: StructureId, candidate: usize) -> Vec<InItsPlace> {
+    /// What may stand in the place of an effect of a structure, and then predicts validation data nearly as well.
+    pub(crate) fn replacements(&self, whole: StructureId, candidate: usize) -> Replacements {
         let rest = whole.without(candidate);
         let error = |of: StructureId| {
             let held_out = self.held_out_square(of);
             held_out.or_else(|| self.training_square(of)).map(f64::sqrt)
         };
-        let Some(best) = error(whole) else { return Vec::new() };
-        let mut all: Vec<InItsPlace> = Vec::new();
-        for other in 0..self.candidates.len() {
-            if rest.contains(other) || other == candidate || !self.is_open(other) {
-                continue;
+        let Some(best) = error(whole) else { return Replacements::default() };
+        let in_its_place = |other: usize| {
+            if other == candidate || rest.contains(other) || !self.is_open(other) {
+                return None;
             }
-            let exchanged = rest.with(other);
-            let Some(ratio) = error(exchanged).map(|error| error / best) else { continue };
-            let as_good = self.explains(exchanged) || !self.explains(whole);
-            if ratio <= self.thresholds.alternative && as_good {
-                let described = &self.candidates[other];
-                let (name, form) = (described.name(), described.form());
-                let alternative = Alternative { name, form, valid_ratio: ratio };
-                all.push(InItsPlace { alternative, candidate: other, structure: exchanged });
+            let structure = rest.with(other);
+            let valid_ratio = error(structure)? / best;
+            let as_good = self.explains(structure) || !self.explains(whole);
+            let described = &self.candidates[other];
+            let (name, form) = (described.name(), described.form());
+            let alternative = Alternative { name, form, valid_ratio };
+            let is_one = valid_ratio <= self.thresholds.alternative && as_good;
+            is_one.then_some(InItsPlace { alternative, candidate: other, structure })
+        };
+        let mut all: Vec<InItsPlace> =
+            (0..self.candidates.len()).filter_map(in_its_place).collect();
+        all.sort_by(|a, b| a.alternative.valid_ratio.total_cmp(&b.alternative.valid_ratio));
+
+        let own = &self.candidates[candidate];
+        let (mut said, mut forms_said) = (BTreeSet::new(), BTreeSet::from([own.form()]));
+        let mut replacements = Replacements::default();
+        for one in all {
+            let Alternative { name, form, .. } = &one.alternative;
+            if *name == own.name() {
+                if forms_said.insert(form.clone()) {
+                    replacements.forms.push(one.alternative);
+                }
+            } else if said.insert(name.clone()) {
+                replacements.others.push(one);
             }
         }
-        all.sort_by(|a, b| a.alternative.valid_ratio.total_cmp(&b.alternative.valid_ratio));
-        all
+        replacements
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::draining::{id, leaving, with_effects};
+    use super::*;
+
+    #[test]
+    fn other_effects_and_other_forms_of_the_same_one_are_kept_apart() {
+        let names = ["density", "clock/late", "clock/early"];
+        let (density, late, early) = (0, 1, 2);
+        // What each leaves, and what is said to do as well as the late clock.
+        let cases: [([f64; 2], &[&str], &[&str]); 4] = [
+            ([1.02, 1.01], &["density"], &["early"]),
+            ([1.02, 2.0], &["density"], &[]),
+            ([2.0, 1.01], &[], &["early"]),
+            ([2.0, 2.0], &[], &[]),
+        ];
+        for ([of_density, of_early], others, forms) in cases {
+            with_effects(names, |base, candidates, data| {
+                let left = [
+                    (vec![], 400.0),
+                    (vec![late], 1.0),
+                    (vec![density], of_density),
+                    (vec![early], of_early),
+                ];
+                let fitted = |(chosen, left): &(Vec<usize>, f64)| {
+                    let structure = base.structure(candidates, id(chosen)).expect("a structure");
+                    (id(chosen), Ok(leaving(*left, structure)))
+                };
+                let tried = left.iter().map(fitted).collect();
+                let search = Search { tried, ..Search::new(base, candidates, data, 1, 1) };
+                let found = search.replacements(id(&[late]), late);
+                let named = found.others.iter().map(|one| one.alternative.name.as_str());
+                assert_eq!(named.collect::<Vec<_>>(), others);
+                let of_itself = found.forms.iter().map(|one| one.form.as_deref().unwrap_or(""));
+                assert_eq!(of_itself.collect::<Vec<_>>(), forms);
+            });
+        }
     }
 }

@@ -30,7 +30,7 @@ pub(super) fn id(effects: &[usize]) -> StructureId {
     effects.iter().copied().collect()
 }
 
-/// Calls `judge` with the model, effects of these names as candidates, and a recording of nothing.
+/// Calls `judge` with the model, effects of these names, `NAME` or `NAME/FORM`, as candidates, and a recording of nothing.
 pub(super) fn with_effects<T>(
     names: [&str; 3],
     judge: impl FnOnce(&BaseModel, &[Candidate<'_>], Data<'_>) -> T,
@@ -42,8 +42,11 @@ pub(super) fn with_effects<T>(
     };
     let asts = vec![parsed(MODEL.to_owned())];
     let effect = |name: &str| {
+        let (name, form) = name
+            .split_once('/')
+            .map_or((name, String::new()), |(name, form)| (name, format!("form {form}\n")));
         format!(
-            "effect {name} on tank\nkind plant\nparameter by_{name} [m/s] = 0\n\
+            "effect {name} on tank\nkind plant\n{form}parameter by_{name} [m/s] = 0\n\
              parameter since_{name} [s] = 0\nnull by_{name} = 0\n\
              add if time > since_{name} then by_{name} else 0 [m/s] to level\n"
         )

@@ -296,8 +296,16 @@ impl Search<'_> {
             let mut scored: Vec<&Score> = near.iter().copied().filter_map(of).collect();
             best_first_of(&mut scored);
             let new = scored.into_iter().map(|score| self.extended(rest, score));
-            // Forms that begin alike are screened as one, and part as they grow.
-            let alike = near.iter().filter(|c| self.doubled.get(c) == Some(&effect));
+            // Forms that begin alike are screened as one, and part as they grow: what the one that was screened leaves
+            // says whether the others are worth a fit.
+            let is_worth = |twin: usize| {
+                self.candidates[twin].is_generic
+                    && self.training_sum(rest.with(twin))
+                        <= NEAR_THE_BEST * self.training_sum(rest.with(effect))
+            };
+            let alike = near.iter().filter(|c| {
+                self.doubled.get(c).is_some_and(|twin| *twin == effect || is_worth(*twin))
+            });
             let alike = alike.map(|c| self.unscreened(rest, *c));
             let is_new = |wanted: &Wanted| !self.tried.contains_key(&wanted.structure);
             wanted.extend(alike.chain(new).filter(is_new).take(NEAR_FORMS));

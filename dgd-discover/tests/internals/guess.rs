@@ -5,7 +5,7 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
 use dgd_compiler::source::{Source, Sources};
 use dgd_discover::{
-    BaseModel, Discovery, Guess, Request, Verdict, discover, templates as known_templates,
+    BaseModel, Course, Discovery, Guess, Request, Verdict, discover, templates as known_templates,
 };
 use dgd_execute::{Engine, Loaded};
 use dgd_identify::journal::Forgetful;
@@ -194,6 +194,10 @@ fn a_second_outlet_of_a_tank_is_guessed() {
     assert!(guess.is_of_recordings);
     assert!(guess.left_after < 1.2 && guess.left_before > 3.0, "{guess:?}");
     fits_the_equation(TANK, "q_in - k*sqrt(h)", guess);
+    let found = discovery.unexplained.iter().find(|one| one.target == "level").expect("the place");
+    let closest = found.together.first().expect("what it goes together with");
+    assert_eq!((&*closest.quantity, closest.course), ("opening", Course::Falls), "{closest:?}");
+    assert!(closest.r2 > 0.8 && closest.is_of_recordings, "{closest:?}");
 }
 
 /// A recording of the circulation model with something behind an equation of its own.

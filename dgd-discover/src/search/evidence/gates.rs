@@ -71,7 +71,7 @@ impl Search<'_> {
     /// All structures, as an effect of one of them is looked for in resamples. Other forms of the effect, other
     /// templates at its place and its alternatives are alike.
     fn contenders(&self, structure: StructureId, effect: usize) -> Vec<Contender> {
-        let alternatives = self.alternatives(structure, effect);
+        let alternatives = self.replacements(structure, effect).others;
         let alternatives = alternatives.into_iter().map(|other| other.candidate);
         let is_form = |c: &usize| self.are_forms(*c, effect) || self.are_near(*c, effect);
         let forms = (0..self.candidates.len()).filter(is_form);
