@@ -8,6 +8,7 @@ use std::sync::Arc;
 use dgd_compiler::program::{Function, Loop};
 use dgd_compiler::program::{FunctionKind, Program};
 use dgd_runtime::linalg::AutoLu;
+use dgd_runtime::model::Model;
 use dgd_runtime::{Failure, Options, Point, Problem, Solution, Wanted};
 
 use crate::fixed;
@@ -118,6 +119,13 @@ impl Loaded {
             interpreter: Interpreter::new(program),
             native: Some(Arc::new(native)),
         })
+    }
+
+    /// The model behind a pointer. What solves it is compiled in this crate; who makes the pointer elsewhere
+    /// compiles it once more.
+    #[inline(never)]
+    pub fn as_model(&self) -> &(dyn Model + 'static) {
+        self
     }
 
     /// Compiles all functions now instead of when they are used.

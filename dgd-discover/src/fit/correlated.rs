@@ -55,9 +55,14 @@ impl Fitted {
         let (mut information, mut scores) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
         for (r, recording) in data.train.iter().enumerate() {
             let start = self.values.starts(system, r);
-            let seen =
-                outputs_with_sensitivities(system, recording, &self.p, &start, &data.options)
-                    .ok()?;
+            let seen = outputs_with_sensitivities(
+                system.as_model(),
+                recording,
+                &self.p,
+                &start,
+                &data.options,
+            )
+            .ok()?;
             // What this recording was fitted with, and the direction that it is.
             let own: Vec<(usize, usize)> = fitted
                 .iter()

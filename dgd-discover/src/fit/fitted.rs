@@ -358,7 +358,7 @@ fn problem<'a>(
     let noise = data.noise.iter().map(known).collect();
     let stopping = StoppingRule { evaluations, ..StoppingRule::default() };
     let options = data.options;
-    let problem = OutputErrorProblem::new(&structure.system, p, recordings);
+    let problem = OutputErrorProblem::new(structure.system.as_model(), p, recordings);
     OutputErrorProblem { noise, stopping, options, threads: 1, ..problem }
 }
 

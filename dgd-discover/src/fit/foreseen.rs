@@ -97,8 +97,14 @@ impl Fitted {
         let mut sums = vec![nothing; data.noise.len()];
         let found = held_out_starts(&self.structure, &self.p, data, evaluations)?;
         for ((recording, from), start) in data.valid.iter().zip(&data.counts_from).zip(&found) {
-            let seen = outputs_with_sensitivities(system, recording, &self.p, start, &data.options)
-                .ok()?;
+            let seen = outputs_with_sensitivities(
+                system.as_model(),
+                recording,
+                &self.p,
+                start,
+                &data.options,
+            )
+            .ok()?;
             let seen = Seen { recording, observations: &seen, counts_from: *from };
             seen.add(data, &covariance, [&starts, &parameters], &mut sums);
         }

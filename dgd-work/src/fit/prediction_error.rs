@@ -114,7 +114,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
 }
 
 fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProblem<'a> {
-    let defaults = PredictionErrorProblem::new(&task.system, &task.p, &task.train);
+    let defaults = PredictionErrorProblem::new(task.system.as_model(), &task.p, &task.train);
     let is_free = |direction: &Direction| is_free(&task.compiled, request, direction);
     let given = task.problem();
     let level = |noise: &Option<Noise>| {
@@ -186,7 +186,7 @@ impl Estimated for Outcome<'_> {
 impl Outcome<'_> {
     /// Positions of the states.
     fn states(&self) -> Vec<usize> {
-        FilterProblem::new(&self.task.system, &self.task.p).states()
+        FilterProblem::new(self.task.system.as_model(), &self.task.p).states()
     }
 
     /// What was measured and what was predicted one row ahead, and the innovations within ± 2 of the

@@ -132,7 +132,7 @@ fn regression_problem<'a>(
     task: &'a Task<'_>,
     request: &FitRequest,
 ) -> Result<RegressionProblem<'a>, WorkError> {
-    let defaults = RegressionProblem::new(&task.system, &task.p, &task.train);
+    let defaults = RegressionProblem::new(task.system.as_model(), &task.p, &task.train);
     let (mut stopping, mut simplex) = (defaults.stopping, defaults.simplex);
     if let Some(most) = task.evaluations {
         (stopping.evaluations, simplex.evaluations) = (most, most);

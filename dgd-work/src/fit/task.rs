@@ -144,7 +144,7 @@ impl<'s> Task<'s> {
                 estimates(signature, train.len(), |_| true)
             }
             Estimator::PredictionError => {
-                let levels = FilterProblem::new(&system, &p).states().len()
+                let levels = FilterProblem::new(system.as_model(), &p).states().len()
                     + noise.iter().filter(|noise| **noise == Some(Noise::Estimated)).count();
                 let is_free = |direction: &Direction| {
                     prediction_error::is_free(&compiled, request, direction)
@@ -245,7 +245,7 @@ impl<'s> Task<'s> {
                 Some(journal) => Keeping { journal, of: self.digest },
                 None => Keeping::NOTHING,
             },
-            ..OutputErrorProblem::new(&self.system, &self.p, &self.train)
+            ..OutputErrorProblem::new(self.system.as_model(), &self.p, &self.train)
         }
     }
 

@@ -120,7 +120,7 @@ pub fn track(
         estimator,
         gate: request.gate,
         options: solve,
-        ..FilterProblem::new(&system, &p)
+        ..FilterProblem::new(system.as_model(), &p)
     };
     Tracking { request, session, compiled: &compiled, problem, asked, provenance }
         .run(rows, out, format)

@@ -78,7 +78,8 @@ fn sensitivities_by_recording(
     recordings
         .map(|(r, recording)| {
             let start = values.starts(system, r);
-            let observations = observe(system, recording, &p, &start, &data.options).ok()?;
+            let observations =
+                observe(system.as_model(), recording, &p, &start, &data.options).ok()?;
             let mut columns = vec![Vec::new(); directions];
             let mut undefined = 0;
             for (output, noise) in data.noise.iter().enumerate() {

@@ -1,17 +1,62 @@
 //! The change of a model as a patch.
 
-use similar::{ChangeTag, TextDiff};
+use std::convert::Infallible;
+use std::fmt::Write as _;
+use std::ops::Range;
+
+use similar::algorithms::{Capture, Compact, Replace, myers};
+use similar::{DiffOp, DiffTag, group_diff_ops};
 
 /// Unchanged lines around each change.
 const CONTEXT: usize = 3;
 
+/// The shortest way from one list to the other. One algorithm for one type: the others need not be compiled.
+fn changes(old: &[&str], new: &[&str]) -> Vec<DiffOp> {
+    let mut hook = Compact::new(Replace::new(Capture::new()), old, new);
+    let done: Result<(), Infallible> = myers::diff(&mut hook, old, 0..old.len(), new, 0..new.len());
+    let Ok(()) = done;
+    hook.into_inner().into_inner().into_ops()
+}
+
 /// A unified diff that `patch` and `git apply` take; empty where nothing changed.
 pub(super) fn unified(before: &str, after: &str, name: &str) -> String {
-    TextDiff::from_lines(before, after)
-        .unified_diff()
-        .context_radius(CONTEXT)
-        .header(&format!("a/{name}"), &format!("b/{name}"))
-        .to_string()
+    let (old, new): (Vec<&str>, Vec<&str>) =
+        (before.split_inclusive('\n').collect(), after.split_inclusive('\n').collect());
+    let mut text = String::new();
+    for hunk in group_diff_ops(changes(&old, &new), CONTEXT) {
+        let (Some(first), Some(last)) = (hunk.first(), hunk.last()) else { continue };
+        if text.is_empty() {
+            text = format!("--- a/{name}\n+++ b/{name}\n");
+        }
+        let old_lines = lines_from(first.old_range().start, last.old_range().end);
+        let new_lines = lines_from(first.new_range().start, last.new_range().end);
+        let _ = writeln!(text, "@@ -{old_lines} +{new_lines} @@");
+        for change in &hunk {
+            let (removed, added) = (&old[change.old_range()], &new[change.new_range()]);
+            let shown: &[(char, &[&str])] = match change.tag() {
+                DiffTag::Equal => &[(' ', removed)],
+                _ => &[('-', removed), ('+', added)],
+            };
+            for (sign, line) in
+                shown.iter().flat_map(|(sign, lines)| lines.iter().map(move |line| (sign, line)))
+            {
+                let _ = write!(text, "{sign}{line}");
+                if !line.ends_with('\n') {
+                    text.push_str("\n\\ No newline at end of file\n");
+                }
+            }
+        }
+    }
+    text
+}
+
+/// Lines of a file as a hunk's header counts them; of none it gives the one before.
+fn lines_from(start: usize, end: usize) -> String {
+    match end - start {
+        0 => format!("{start},0"),
+        1 => format!("{}", start + 1),
+        count => format!("{},{count}", start + 1),
+    }
 }
 
 /// A line of a diff or of a list with changes.
@@ -43,19 +88,17 @@ pub(super) fn merged<T: Clone>(
         (before.iter().map(&text).collect(), after.iter().map(&text).collect());
     let (old, new): (Vec<&str>, Vec<&str>) =
         (old.iter().map(String::as_str).collect(), new.iter().map(String::as_str).collect());
-    let changes = TextDiff::from_slices(&old, &new);
-    let entry = |list: &[T], index: Option<usize>| index.and_then(|at| list.get(at)).cloned();
-    changes
-        .iter_all_changes()
-        .filter_map(|change| {
-            let (class, content) = match change.tag() {
-                ChangeTag::Equal => ("same", entry(after, change.new_index())),
-                ChangeTag::Delete => ("removed", entry(before, change.old_index())),
-                ChangeTag::Insert => ("added", entry(after, change.new_index())),
-            };
-            content.map(|content| Changed { class, content })
-        })
-        .collect()
+    let entries = |class: &'static str, list: &[T], range: Range<usize>| -> Vec<Changed<T>> {
+        list[range].iter().map(|entry| Changed { class, content: entry.clone() }).collect()
+    };
+    let of = |change: DiffOp| match change.tag() {
+        DiffTag::Equal => entries("same", after, change.new_range()),
+        _ => {
+            let removed = entries("removed", before, change.old_range());
+            [removed, entries("added", after, change.new_range())].concat()
+        }
+    };
+    changes(&old, &new).into_iter().flat_map(of).collect()
 }
 
 #[cfg(test)]
@@ -69,6 +112,22 @@ mod tests {
         let classes: Vec<_> = lines(&diff).iter().map(|line| line.class).collect();
         assert_eq!(classes, ["place", "same", "removed", "added", "same"]);
         assert_eq!(unified("a\n", "a\n", "m.dgd"), "");
+    }
+
+    #[test]
+    fn hunks_of_nothing_of_one_line_and_without_a_last_newline_are_as_patch_reads_them() {
+        let header = "--- a/m.dgd\n+++ b/m.dgd\n";
+        let written = |before, after| unified(before, after, "m.dgd").replacen(header, "", 1);
+        assert_eq!(written("", "a\n"), "@@ -0,0 +1 @@\n+a\n");
+        assert_eq!(written("a\n", ""), "@@ -1 +0,0 @@\n-a\n");
+        let newline = "\n\\ No newline at end of file\n";
+        assert_eq!(written("a\nb", "a\nc"), format!("@@ -1,2 +1,2 @@\n a\n-b{newline}+c{newline}"));
+        let lines = |changed: &str| {
+            (0..20).map(|i| if i % 12 == 3 { changed.into() } else { format!("{i}\n") }).collect()
+        };
+        let (before, after): (String, String) = (lines("x\n"), lines("y\n"));
+        let hunks = written(&before, &after);
+        assert!(hunks.starts_with("@@ -1,7 +1,7 @@\n") && hunks.contains("@@ -13,7 +13,7 @@\n"));
     }
 
     #[test]
