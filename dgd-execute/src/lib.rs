@@ -4,6 +4,7 @@
 //! [`Loaded`] is machine code made at run time where that can be had and pays, [`Interpreted`] performs
 //! the program's operations one after another. Both give the bits of generated Rust.
 
+mod ensemble;
 mod fixed;
 mod interpret;
 mod loaded;

@@ -69,7 +69,7 @@ fn texts() -> Vec<(PathBuf, String)> {
         "tests/parts",
         "tests/golden/fail",
         "tests/golden/data",
-        "dgd-macros/tests/ui",
+        "dgd-macros/rustc/tests/ui",
     ];
     let mut paths: Vec<PathBuf> =
         folders.iter().flat_map(|folder| files(&root().join(folder), "dgd")).collect();

@@ -1,12 +1,18 @@
 //! Many members at once: what each gives is its own, and what `simulate` gives.
 
+use dgd_execute::Loaded;
 use dgd_runtime::ensemble::{Ensemble, Kept, Member, Wanted, reduce, simulate};
 use dgd_runtime::{
     Column, Failure, Inputs, Interpolation, Options, Problem, Solved, System, find_method, observe,
 };
 
 use crate::generated;
-use crate::support::{Noise, interpreted};
+use crate::support::{Noise, native};
+
+/// Loaded: lanes of a generated model are compiled for each, and those of one tell as much as those of all.
+fn bench_two_state(variants: &[(&str, &str)]) -> Loaded {
+    native("models/bench_two_state.dgd", variants)
+}
 
 type Outcome = Result<Kept, Failure>;
 
@@ -139,12 +145,8 @@ fn lanes_are_as_near_to_the_solution_as_the_integrator() {
     }
     let times = seconds(400);
     for name in ["rodas5p", "tsit5"] {
-        verify(
-            &generated::bench_two_state::dynamic_flow::Model,
-            &times,
-            &inputs(&generated::bench_two_state::dynamic_flow::Model),
-            name,
-        );
+        let bench = bench_two_state(&[]);
+        verify(&bench, &times, &inputs(&bench), name);
         verify(
             &generated::mud_circulation::dynamic_flow::Model,
             &times,
@@ -152,12 +154,8 @@ fn lanes_are_as_near_to_the_solution_as_the_integrator() {
             name,
         );
     }
-    verify(
-        &generated::bench_two_state::static_flow::Model,
-        &times,
-        &inputs(&generated::bench_two_state::static_flow::Model),
-        "rodas5p",
-    );
+    let bench = bench_two_state(&[("flow", "static")]);
+    verify(&bench, &times, &inputs(&bench), "rodas5p");
     verify(
         &generated::mud_circulation::static_flow::Model,
         &times,
@@ -166,12 +164,12 @@ fn lanes_are_as_near_to_the_solution_as_the_integrator() {
     );
     // Rates from 0.04 to 3e7 1/s, and pivots away from the diagonal.
     let decades: Vec<f64> = [0.0].into_iter().chain((-4..6).map(|k| 10_f64.powi(k))).collect();
-    verify(&generated::robertson_ode::Model, &decades, &Inputs::none(), "rodas5p");
+    verify(&native("models/robertson.dgd", &[]), &decades, &Inputs::none(), "rodas5p");
 }
 
 #[test]
 fn both_sides_of_a_jump_are_given_where_a_time_is_asked_for_twice() {
-    let system = generated::bench_two_state::static_flow::Model;
+    let system = bench_two_state(&[("flow", "static")]);
     let column = Column { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
     let inputs = Inputs::recorded(&[0.0, 100.0], &[column]).expect("sound samples");
     let sets = parameter_sets(&system, 9);
@@ -188,7 +186,7 @@ fn both_sides_of_a_jump_are_given_where_a_time_is_asked_for_twice() {
 
 #[test]
 fn generated_and_loaded_models_give_the_same_bits() {
-    let loaded = interpreted("models/mud_circulation.dgd", &[("flow", "static")]);
+    let loaded = native("models/mud_circulation.dgd", &[("flow", "static")]);
     let system = generated::mud_circulation::static_flow::Model;
     let (inputs, times) = (inputs(&system), seconds(120));
     let sets = parameter_sets(&system, 9);
@@ -209,9 +207,9 @@ fn what_has_no_lanes_is_run_by_the_integrator() {
         }
     }
     let constant = |system: &dyn Fn() -> usize| Inputs::constant(&vec![1e-3; system()]);
-    let weir = generated::tank_with_weir::Model;
+    let weir = native("models/tank_with_weir.dgd", &[]);
     verify(&weir, &constant(&|| weir.signature().inputs.len()), &Options::default());
-    let delayed = generated::delayed_sensor::Model;
+    let delayed = native("models/delayed_sensor.dgd", &[]);
     verify(&delayed, &constant(&|| delayed.signature().inputs.len()), &Options::default());
     let mud = generated::mud_circulation::dynamic_flow::Model;
     verify(&mud, &inputs(&mud), &method("kencarp4"));
@@ -219,7 +217,7 @@ fn what_has_no_lanes_is_run_by_the_integrator() {
 
 #[test]
 fn sensitivities_are_those_of_the_integrator() {
-    let system = generated::bench_two_state::dynamic_flow::Model;
+    let system = bench_two_state(&[]);
     let (inputs, times) = (inputs(&system), seconds(50));
     let sets = parameter_sets(&system, 3);
     let members = members(&sets, &inputs);
@@ -244,7 +242,7 @@ fn sensitivities_are_those_of_the_integrator() {
 
 #[test]
 fn a_member_that_fails_says_why_and_stops_no_other() {
-    let system = generated::bench_two_state::dynamic_flow::Model;
+    let system = bench_two_state(&[]);
     let (inputs, times) = (inputs(&system), seconds(100));
     let mut sets = parameter_sets(&system, 12);
     let sound = run(&system, &members(&sets, &inputs), &times, &Options::default(), 1);
@@ -292,7 +290,7 @@ fn nothing_and_single_times_are_no_special_cases() {
 /// The ensemble of the benchmark (`benches/peers`): CVODES and others agree to seven digits.
 #[test]
 fn the_mean_level_of_ten_thousand_sets_is_that_of_other_solvers() {
-    let system = generated::bench_two_state::dynamic_flow::Model;
+    let system = bench_two_state(&[]);
     let column = Column { name: "w", interpolation: Interpolation::Hold, values: &[0.8, 0.88] };
     let inputs = Inputs::recorded(&[0.0, 100.0], &[column]).expect("sound samples");
     let mut state: u64 = 12345;

@@ -10,5 +10,3 @@ pub(crate) mod bench_two_state {
 }
 dgd::model!("models/robertson.dgd", as robertson_ode);
 dgd::model!("models/robertson.dgd", form = dae, as robertson_dae);
-dgd::model!("models/tank_with_weir.dgd");
-dgd::model!("models/delayed_sensor.dgd");

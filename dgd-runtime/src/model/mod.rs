@@ -12,10 +12,8 @@
 pub mod for_identify;
 
 use std::fmt;
-use std::sync::{Mutex, PoisonError};
 
 use crate::codegen::taylor::{KeptSeries, NoTaylor, Terms};
-use crate::ensemble::{self, Ensemble, Member, Trajectory};
 use crate::error::{Failure, IntegrateError};
 use crate::integrate::fixed_step::{self, Measured, PerSampleChoice};
 use crate::linalg::AutoLu;
@@ -138,17 +136,6 @@ macro_rules! declare {
                 wanted: Wanted<'_>,
             ) -> Result<Solution, Failure>;
 
-            /// Hands each member of an ensemble on as it is done, from any of the threads.
-            #[doc(hidden)]
-            fn run_members(
-                &self,
-                members: &[Member<'_>],
-                times: &[f64],
-                options: &Options,
-                threads: usize,
-                take: &(dyn Fn(usize, Result<Trajectory<'_>, Failure>) + Sync),
-            );
-
             #[doc(hidden)]
             fn observe(&self, given: Given<'_>, solution: &Solution) -> Observations;
 
@@ -218,19 +205,6 @@ macro_rules! implement {
                 wanted: Wanted<'_>,
             ) -> Result<Solution, Failure> {
                 <S as Solved>::integrate(&given.to(self), times, options, wanted)
-            }
-
-            fn run_members(
-                &self,
-                members: &[Member<'_>],
-                times: &[f64],
-                options: &Options,
-                threads: usize,
-                take: &(dyn Fn(usize, Result<Trajectory<'_>, Failure>) + Sync),
-            ) {
-                let ensemble = Ensemble { system: self, members };
-                let wanted = ensemble::Wanted::Values;
-                ensemble::reduce(&ensemble, times, options, wanted, threads, take);
             }
 
             fn observe(&self, given: Given<'_>, solution: &Solution) -> Observations {
@@ -322,27 +296,6 @@ impl fmt::Debug for dyn Model + '_ {
 
 /// A [`Problem`] with a model behind a pointer.
 pub type ModelProblem<'a> = Problem<'a, &'a dyn Model>;
-
-/// [`ensemble::reduce`], with unknowns and outputs.
-pub fn reduce<T: Send>(
-    model: &dyn Model,
-    members: &[Member<'_>],
-    times: &[f64],
-    options: &Options,
-    threads: usize,
-    reduce: impl Fn(usize, Result<Trajectory<'_>, Failure>) -> T + Sync,
-) -> Vec<T> {
-    let results: Vec<Mutex<Option<T>>> = members.iter().map(|_| Mutex::new(None)).collect();
-    model.run_members(members, times, options, threads, &|i, outcome| {
-        let result = reduce(i, outcome);
-        *results[i].lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
-    });
-    let taken = |result: Mutex<Option<T>>| {
-        let result = result.into_inner().unwrap_or_else(PoisonError::into_inner);
-        result.expect("every member is handed on")
-    };
-    results.into_iter().map(taken).collect()
-}
 
 /// [`crate::observe`].
 pub fn observe(problem: &ModelProblem<'_>, solution: &Solution) -> Observations {

@@ -7,7 +7,6 @@ use dgd_compiler::pipeline::Directions;
 use dgd_data::write::{Written, write_header, write_rows};
 use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
 use dgd_runtime::ensemble::{Member, Trajectory, members_at_a_time};
-use dgd_runtime::model::reduce;
 use dgd_runtime::{Statistics, Unit, side};
 use serde_json::{Value, json};
 
@@ -194,18 +193,18 @@ impl Ensemble {
                 .iter()
                 .map(|set| Member { p: &set.p, inputs: &run.inputs, start: &set.start })
                 .collect();
-            let model = run.system.as_model();
             let values = |trajectory: &Trajectory<'_>, of: Of| match of {
                 Of::Input(i) => inputs[i].clone(),
                 Of::Unknown(i) => trajectory.unknown(i).to_vec(),
                 Of::Output(i) => trajectory.output(i).to_vec(),
             };
-            let outcomes = reduce(model, &members, times, options, threads, |_, one| {
-                one.map_err(|failure| failure.error.to_string()).map(|trajectory| {
-                    let all = shown.iter().map(|shown| values(&trajectory, shown.of));
-                    (all.collect::<Vec<_>>(), trajectory.statistics)
-                })
-            });
+            let outcomes =
+                run.system.reduce_members(&members, times, options, threads, |_, one| {
+                    one.map_err(|failure| failure.error.to_string()).map(|trajectory| {
+                        let all = shown.iter().map(|shown| values(&trajectory, shown.of));
+                        (all.collect::<Vec<_>>(), trajectory.statistics)
+                    })
+                });
             for (i, outcome) in outcomes.into_iter().enumerate() {
                 let number = k * block + i + 1;
                 match outcome {

@@ -1,0 +1,44 @@
+//! Many runs of a loaded model, compiled here once.
+
+use std::sync::{Mutex, PoisonError};
+
+use dgd_runtime::ensemble::{self, Ensemble, Member, Trajectory, Wanted};
+use dgd_runtime::{Failure, Options};
+
+use crate::loaded::Loaded;
+
+impl Loaded {
+    /// [`ensemble::reduce`], with unknowns and outputs.
+    pub fn reduce_members<T: Send>(
+        &self,
+        members: &[Member<'_>],
+        times: &[f64],
+        options: &Options,
+        threads: usize,
+        reduce: impl Fn(usize, Result<Trajectory<'_>, Failure>) -> T + Sync,
+    ) -> Vec<T> {
+        let results: Vec<Mutex<Option<T>>> = members.iter().map(|_| Mutex::new(None)).collect();
+        self.run_members(members, times, options, threads, &|i, outcome| {
+            let result = reduce(i, outcome);
+            *results[i].lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+        });
+        let taken = |result: Mutex<Option<T>>| {
+            let result = result.into_inner().unwrap_or_else(PoisonError::into_inner);
+            result.expect("every member is handed on")
+        };
+        results.into_iter().map(taken).collect()
+    }
+
+    /// Hands each member on as it is done, from any of the threads.
+    fn run_members(
+        &self,
+        members: &[Member<'_>],
+        times: &[f64],
+        options: &Options,
+        threads: usize,
+        take: &(dyn Fn(usize, Result<Trajectory<'_>, Failure>) + Sync),
+    ) {
+        let ensemble = Ensemble { system: self, members };
+        ensemble::reduce(&ensemble, times, options, Wanted::Values, threads, take);
+    }
+}

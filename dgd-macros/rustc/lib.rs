@@ -1,0 +1,1 @@
+//! `dgd::model!` as rustc shows it, in tests; nothing is here.
