@@ -91,12 +91,12 @@ pub(super) fn merged<T: Clone>(
     let entries = |class: &'static str, list: &[T], range: Range<usize>| -> Vec<Changed<T>> {
         list[range].iter().map(|entry| Changed { class, content: entry.clone() }).collect()
     };
-    let of = |change: DiffOp| match change.tag() {
-        DiffTag::Equal => entries("same", after, change.new_range()),
-        _ => {
-            let removed = entries("removed", before, change.old_range());
-            [removed, entries("added", after, change.new_range())].concat()
+    let of = |change: DiffOp| {
+        if change.tag() == DiffTag::Equal {
+            return entries("same", after, change.new_range());
         }
+        let removed = entries("removed", before, change.old_range());
+        [removed, entries("added", after, change.new_range())].concat()
     };
     changes(&old, &new).into_iter().flat_map(of).collect()
 }
