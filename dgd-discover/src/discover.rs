@@ -303,7 +303,7 @@ fn without_a_name(
     let mut all: Vec<Unexplained> = (missing.ranked.iter().take(TOLD).enumerate())
         .map(|(rank, found)| {
             let condition = circumstances.condition(&missing_input::windows(found));
-            let followed = if data.budget.is_spent() { None } else { followed(found) };
+            let followed = if data.budget.is_over() { None } else { followed(found) };
             let together = followed.as_ref().map_or_else(Vec::new, Followed::together);
             let looked_at = followed.filter(|_| rank < GUESSED);
             let guess = looked_at.and_then(|followed| guessing.guess(&followed));
@@ -319,11 +319,24 @@ fn without_a_name(
     {
         let first = all.remove(best);
         all.insert(0, first);
+        return all;
+    }
+    // Along filters, whose noise takes a part of what is missing for each place, likelihoods tell places less well apart
+    // than how nearly a trace is a curve over a quantity of the model.
+    let follows = missing.ranked.first().is_some_and(FoundPlace::is_followed);
+    let beside = |one: &Unexplained| one.together.first().map_or(1.0, |closest| 1.0 - closest.r2);
+    let best = (0..all.len()).min_by(|a, b| beside(&all[*a]).total_cmp(&beside(&all[*b])));
+    if let Some(best) = best.filter(|best| {
+        follows && *best > 0 && is_clearly_less(beside(&all[*best]), beside(&all[0]))
+    }) {
+        let first = all.remove(best);
+        all.insert(0, first);
+        all.iter_mut().for_each(|one| one.is_tied = false);
     }
     all
 }
 
-/// Whether a formula at another place leaves so much less that the place goes before the most likely one.
+/// Whether a formula or a curve at another place leaves so much less that the place goes before the most likely one.
 fn is_clearly_less(left: f64, of_first: f64) -> bool {
     left < 0.5 * of_first
 }

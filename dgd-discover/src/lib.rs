@@ -31,7 +31,7 @@ mod uniform;
 pub use conditions::{Condition, ConditionKind, KnownKind, KnownQuantity, condition};
 pub use dgd_screen::noise::{Colour, SensorNoise, quantisation_step, white_noise};
 pub use discover::discover;
-pub use guess::{Course, Guess, GuessedTerm, LawRange, Together};
+pub use guess::{Course, Guess, GuessedTerm, LawParameter, LawRange, Together};
 pub use library::{BaseModel, templates};
 pub use missing_input::{
     ClosedPlace, Deviations, LinearizeError, MissingInput, MissingTerms, Place, PlaceKind,

@@ -2,22 +2,36 @@
 
 use std::time::{Duration, Instant};
 
+/// Share of the time that is kept for saying where something is missing, with or without a name.
+const KEPT: f64 = 0.3;
+
 /// The end of a search that is given so much time.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Budget {
-    end: Option<Instant>,
+    /// When names are no longer looked for, and when places and formulas are not either.
+    ends: Option<[Instant; 2]>,
 }
 
 impl Budget {
     /// So many seconds from now; without a number, as long as it takes.
     pub(crate) fn new(seconds: Option<f64>) -> Budget {
-        let length = seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-        Budget { end: length.and_then(|length| Instant::now().checked_add(length)) }
+        let now = Instant::now();
+        let after = |seconds: f64| {
+            let length = Duration::try_from_secs_f64(seconds).ok()?;
+            now.checked_add(length)
+        };
+        let ends = seconds.and_then(|all| Some([after((1.0 - KEPT) * all)?, after(all)?]));
+        Budget { ends }
     }
 
-    /// Whether it is spent.
+    /// Whether names are no longer looked for.
     pub(crate) fn is_spent(self) -> bool {
-        self.end.is_some_and(|end| Instant::now() >= end)
+        self.ends.is_some_and(|[of_names, _]| Instant::now() >= of_names)
+    }
+
+    /// Whether all of it is spent.
+    pub(crate) fn is_over(self) -> bool {
+        self.ends.is_some_and(|[_, of_all]| Instant::now() >= of_all)
     }
 }
 

@@ -43,6 +43,39 @@ pub(crate) fn chi_square(
     noise.iter().enumerate().map(of_output).collect()
 }
 
+/// Whether a simulation runs away from readings: what it leaves strays further from its own mean than the readings do from
+/// theirs. What is not finite does not count.
+pub(crate) fn runs_away(readings: &[f64], left: &[f64]) -> bool {
+    let spread = |all: &[f64]| {
+        let finite = || all.iter().copied().filter(|x| x.is_finite());
+        let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
+        finite().map(|x| (x - mean) * (x - mean)).sum::<f64>()
+    };
+    spread(left) > spread(readings)
+}
+
+/// Residuals, with readings less their mean in the place of those of an output that the simulation runs away from: how
+/// far that gets says nothing of what is missing.
+pub(crate) fn as_far_as_readings(
+    recordings: &[Recording],
+    mut residuals: Vec<Vec<Vec<f64>>>,
+) -> Vec<Vec<Vec<f64>>> {
+    for (recording, outputs) in recordings.iter().zip(&mut residuals) {
+        for (read, left) in recording.measured.iter().zip(outputs) {
+            let Some(read) = read else { continue };
+            let counts = |(x, left): (&f64, &f64)| if left.is_finite() { *x } else { f64::NAN };
+            let read: Vec<f64> = read.iter().zip(left.iter()).map(counts).collect();
+            if !runs_away(&read, left) {
+                continue;
+            }
+            let finite = || read.iter().copied().filter(|x| x.is_finite());
+            let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
+            *left = read.iter().map(|x| x - mean).collect();
+        }
+    }
+    residuals
+}
+
 /// The mean over all outputs; `None` of nothing.
 pub(crate) fn mean(by_output: &[(f64, usize)]) -> Option<f64> {
     let (sum, n) = by_output.iter().fold((0.0, 0), |(sum, n), (s, m)| (sum + s, n + m));

@@ -3,10 +3,13 @@
 /// A function of one quantity, as a factor behind a coefficient.
 #[derive(Debug)]
 pub(crate) struct Form {
-    /// The factor in the language, `{}` in the place of the name.
+    /// The factor in the language, `{}` in the place of the name and `{b}` in that of the inner constant.
     pub text: &'static str,
-    /// Its value, SI.
-    pub value: fn(f64) -> f64,
+    /// Its value at a quantity and an inner constant, SI.
+    pub value: fn(f64, f64) -> f64,
+    /// Inner constants that are tried, over the size of the quantity, its largest value; none without one. The constant
+    /// measures what the quantity does.
+    pub inner: &'static [f64],
     /// Power of the quantity's unit that it has: numerator and denominator.
     pub power: (i64, i64),
     /// What it is defined for.
@@ -48,10 +51,11 @@ impl Domain {
 }
 
 /// All forms; of those that come to the same, as x² and x|x| of a positive x, the first is written.
-pub(crate) static FORMS: [Form; 16] = [
+pub(crate) static FORMS: [Form; 21] = [
     Form {
         text: "*{}",
-        value: |x| x,
+        value: |x, _| x,
+        inner: &[],
         power: (1, 1),
         domain: Domain::All,
         complexity: 1,
@@ -59,7 +63,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "*{}^2",
-        value: |x| x * x,
+        value: |x, _| x * x,
+        inner: &[],
         power: (2, 1),
         domain: Domain::All,
         complexity: 2,
@@ -67,7 +72,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "*{}*abs({})",
-        value: |x| x * x.abs(),
+        value: |x, _| x * x.abs(),
+        inner: &[],
         power: (2, 1),
         domain: Domain::All,
         complexity: 2,
@@ -75,7 +81,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "*sqrt({})",
-        value: f64::sqrt,
+        value: |x, _| x.sqrt(),
+        inner: &[],
         power: (1, 2),
         domain: Domain::Positive,
         complexity: 2,
@@ -83,7 +90,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "/{}",
-        value: f64::recip,
+        value: |x, _| x.recip(),
+        inner: &[],
         power: (-1, 1),
         domain: Domain::OneSign,
         complexity: 2,
@@ -91,7 +99,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "*abs({})",
-        value: f64::abs,
+        value: |x, _| x.abs(),
+        inner: &[],
         power: (1, 1),
         domain: Domain::All,
         complexity: 2,
@@ -99,7 +108,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "*max({}, 0)",
-        value: |x| x.max(0.0),
+        value: |x, _| x.max(0.0),
+        inner: &[],
         power: (1, 1),
         domain: Domain::All,
         complexity: 2,
@@ -107,7 +117,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "*min({}, 0)",
-        value: |x| x.min(0.0),
+        value: |x, _| x.min(0.0),
+        inner: &[],
         power: (1, 1),
         domain: Domain::All,
         complexity: 2,
@@ -115,7 +126,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "*sign({})*sqrt(abs({}))",
-        value: |x| x.signum() * x.abs().sqrt(),
+        value: |x, _| x.signum() * x.abs().sqrt(),
+        inner: &[],
         power: (1, 2),
         domain: Domain::All,
         complexity: 3,
@@ -123,7 +135,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "/{}^2",
-        value: |x| (x * x).recip(),
+        value: |x, _| (x * x).recip(),
+        inner: &[],
         power: (-2, 1),
         domain: Domain::OneSign,
         complexity: 3,
@@ -131,7 +144,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "/sqrt({})",
-        value: |x| x.sqrt().recip(),
+        value: |x, _| x.sqrt().recip(),
+        inner: &[],
         power: (-1, 2),
         domain: Domain::Positive,
         complexity: 3,
@@ -139,7 +153,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "*{}^3",
-        value: |x| x * x * x,
+        value: |x, _| x * x * x,
+        inner: &[],
         power: (3, 1),
         domain: Domain::All,
         complexity: 3,
@@ -147,7 +162,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "*{}*sqrt(abs({}))",
-        value: |x| x * x.abs().sqrt(),
+        value: |x, _| x * x.abs().sqrt(),
+        inner: &[],
         power: (3, 2),
         domain: Domain::All,
         complexity: 3,
@@ -155,7 +171,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "*{}^(1/3)",
-        value: f64::cbrt,
+        value: |x, _| x.cbrt(),
+        inner: &[],
         power: (1, 3),
         domain: Domain::Positive,
         complexity: 3,
@@ -163,7 +180,8 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "*{}^(2/3)",
-        value: |x| x.cbrt() * x.cbrt(),
+        value: |x, _| x.cbrt() * x.cbrt(),
+        inner: &[],
         power: (2, 3),
         domain: Domain::Positive,
         complexity: 3,
@@ -171,13 +189,63 @@ pub(crate) static FORMS: [Form; 16] = [
     },
     Form {
         text: "/{}^(3/2)",
-        value: |x| (x * x.sqrt()).recip(),
+        value: |x, _| (x * x.sqrt()).recip(),
+        inner: &[],
         power: (-3, 2),
         domain: Domain::Positive,
         complexity: 4,
         in_products: false,
     },
+    Form {
+        text: "*{}/({b} + abs({}))",
+        value: |x, b| x / (b + x.abs()),
+        inner: PARTS,
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 4,
+        in_products: false,
+    },
+    Form {
+        text: "/({b} + abs({}))",
+        value: |x, b| (b + x.abs()).recip(),
+        inner: PARTS,
+        power: (-1, 1),
+        domain: Domain::All,
+        complexity: 4,
+        in_products: false,
+    },
+    Form {
+        text: "*tanh({}/{b})",
+        value: |x, b| (x / b).tanh(),
+        inner: PARTS,
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 4,
+        in_products: false,
+    },
+    Form {
+        text: "*exp({}/{b})",
+        value: |x, b| (x / b).exp(),
+        inner: PARTS,
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 4,
+        in_products: false,
+    },
+    Form {
+        text: "*exp(-{}/{b})",
+        value: |x, b| (-x / b).exp(),
+        inner: PARTS,
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 4,
+        in_products: false,
+    },
 ];
+
+/// Inner constants over the size of a quantity: what is bent in the first hundredth of its range is a step, and what
+/// bends at three times of it is a straight line.
+const PARTS: &[f64] = &[0.03, 0.1, 0.3, 1.0, 3.0];
 
 /// Position of the form with this text.
 #[cfg(test)]
@@ -197,8 +265,8 @@ mod tests {
                     continue;
                 }
                 let (n, d) = form.power;
-                let expected = (form.value)(x) * 3_f64.powf(n as f64 / d as f64);
-                let found = (form.value)(3.0 * x);
+                let expected = (form.value)(x, 0.4) * 3_f64.powf(n as f64 / d as f64);
+                let found = (form.value)(3.0 * x, 1.2);
                 assert!((found - expected).abs() < 1e-12, "{}: {found}", form.text);
             }
         }

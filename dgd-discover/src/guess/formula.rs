@@ -16,13 +16,20 @@ pub(crate) struct Factor {
 }
 
 /// What stands behind a coefficient: forms of at most two names, none for a constant.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Shape {
     /// Position of the name, and of its form in the table.
     pub factors: Vec<(usize, usize)>,
+    /// Inner constant of the one factor, SI, where its form has one.
+    pub inner: Option<f64>,
 }
 
 impl Shape {
+    /// Forms of some names, without an inner constant.
+    pub(crate) fn new(factors: Vec<(usize, usize)>) -> Self {
+        Shape { factors, inner: None }
+    }
+
     pub(crate) fn forms(&self) -> impl Iterator<Item = (usize, &'static Form)> {
         self.factors.iter().map(|(name, form)| (*name, &FORMS[*form]))
     }
@@ -33,12 +40,31 @@ impl Shape {
 
     /// Its value at values of all names.
     pub(crate) fn value(&self, at: impl Fn(usize) -> f64) -> f64 {
-        self.forms().map(|(name, form)| (form.value)(at(name))).product()
+        let inner = self.inner.unwrap_or(f64::NAN);
+        self.forms().map(|(name, form)| (form.value)(at(name), inner)).product()
     }
 
-    /// Behind a coefficient: ` * q_ssp*abs(q_ssp)`, nothing for a constant.
+    /// Unit of its inner constant: that of its quantity.
+    pub(crate) fn inner_unit<'a>(&self, names: &'a [Factor]) -> Option<&'a Unit> {
+        self.inner?;
+        self.factors.first().map(|(name, _)| &names[*name].unit)
+    }
+
+    /// Behind a coefficient: ` * q_ssp*abs(q_ssp)`, nothing for a constant; an inner constant is written as a number.
     pub(crate) fn text(&self, names: &[Factor]) -> String {
-        let factors = self.forms().map(|(name, form)| form.text.replace("{}", &names[name].name));
+        let inner = self.inner_unit(names).zip(self.inner).map(|(unit, inner)| {
+            let symbol =
+                if unit.symbol == "1" { String::new() } else { format!(" [{}]", unit.symbol) };
+            format!("{}{symbol}", literal(inner / unit.factor))
+        });
+        self.text_with(names, &inner.unwrap_or_default())
+    }
+
+    /// The same with the inner constant written so.
+    pub(crate) fn text_with(&self, names: &[Factor], inner: &str) -> String {
+        let factors = self
+            .forms()
+            .map(|(name, form)| form.text.replace("{}", &names[name].name).replace("{b}", inner));
         let all: String = factors.collect();
         match all.split_at_checked(1) {
             Some((operator, rest)) => format!(" {operator} {rest}"),
@@ -78,10 +104,10 @@ impl Shape {
         let (mut above, mut below) = (vec![in_product(&whole.symbol)], Vec::new());
         for (name, form) in self.forms() {
             let unit = &names[name].unit;
-            if unit.dimension == Dimension::ONE && unit.factor == 1.0 {
+            let (n, d) = form.power;
+            if n == 0 || (unit.dimension == Dimension::ONE && unit.factor == 1.0) {
                 continue;
             }
-            let (n, d) = form.power;
             let power = match (n.abs(), d) {
                 (1, 1) => String::new(),
                 (n, 1) => format!("^{n}"),
@@ -175,7 +201,7 @@ mod tests {
             (vec![(1, position("/{}"))], "bar*m", " / h"),
             (vec![], "bar", ""),
         ] {
-            let shape = Shape { factors };
+            let shape = Shape::new(factors);
             assert_eq!(shape.text(&names), text);
             let unit = shape.unit(&names, &bar, &model).expect("a unit");
             if expected.contains("bar*m/") {
@@ -193,8 +219,7 @@ mod tests {
         let names = names();
         let per = parse_unit("m/lpm").expect("a unit");
         let metre = parse_unit("m").expect("a unit");
-        let (flow, one) =
-            (Shape { factors: vec![(0, position("*{}"))] }, Shape { factors: Vec::new() });
+        let (flow, one) = (Shape::new(vec![(0, position("*{}"))]), Shape::new(Vec::new()));
         let terms = [(-0.012_345_6 * per.factor, &per, &flow), (3e-7, &metre, &one)];
         assert_eq!(formula(&terms, &names), "-0.01235 [m/lpm] * q + 3e-7 [m]");
     }

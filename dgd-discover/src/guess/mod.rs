@@ -16,12 +16,12 @@
 
 mod forms;
 mod formula;
+mod law;
 mod regression;
 mod together;
 
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
+use std::collections::BTreeMap;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::Effect;
@@ -32,12 +32,14 @@ use dgd_compiler::units::{Unit, parse_unit};
 use dgd_identify::Recording;
 use dgd_runtime::{Point, Problem, Solution, System, simulate};
 
-use crate::fit::{Data, Fitted, StartPoint, held_out_starts, whitened_square};
-use crate::library::{BaseModel, Candidate, StructureId};
+use crate::fit::{Data, Fitted, StartPoint, as_far_as_readings, held_out_starts, whitened_square};
+use crate::library::{BaseModel, Candidate, StructureId, Values};
 use crate::missing_input::{
     self, FoundPlace, MissingTerms, PlaceKind, PlaceTrace, inputs_with, place_of,
 };
-use formula::{Factor, Shape, familiar, formula, literal};
+use formula::{Factor, Shape, familiar, formula};
+use law::{Constants, FittedTerm, law, ranges, text};
+pub use law::{LawParameter, LawRange};
 use regression::{Ranked, Trace, ranked};
 use together::together;
 pub use together::{Course, Together};
@@ -72,21 +74,10 @@ pub struct Guess {
     pub left_after: f64,
     /// The formula as an effect file, which `--apply` takes.
     pub file: String,
+    /// The parameters of that file.
+    pub parameters: Vec<LawParameter>,
     /// Over what the quantities in it were recorded, SI.
     pub ranges: Vec<LawRange>,
-}
-
-/// The range of a quantity within which a formula was compared with recordings.
-#[derive(Debug, Clone)]
-pub struct LawRange {
-    /// The quantity.
-    pub name: String,
-    /// Its unit; of a temperature that of differences.
-    pub unit: dgd_runtime::Unit,
-    /// Its least value, SI.
-    pub low: f64,
-    /// Its largest value, SI.
-    pub high: f64,
 }
 
 /// A term of a [`Guess`].
@@ -124,6 +115,8 @@ struct Site<'a> {
 /// A place along all recordings: what formulas and names are compared with.
 pub(crate) struct Followed<'a> {
     site: Site<'a>,
+    /// Parameters and start values that fits begin with.
+    values: Values,
     train: Vec<Trace>,
     held_out: Vec<Trace>,
 }
@@ -141,6 +134,8 @@ struct Inserted {
     /// The coefficients' names in the model, and their units.
     names: Vec<String>,
     units: Vec<Unit>,
+    /// The inner constant's name in the model, of each term that has one.
+    inner: Vec<Option<String>>,
 }
 
 impl Guessing<'_> {
@@ -155,7 +150,10 @@ impl Guessing<'_> {
         let site = self.site(terms, place)?;
         // A term of an equation, or a sensor's error, is compared beside the base model's own parameters: the regression
         // has what these would put there. What a parameter or an input does is known beside the changed ones.
-        let is_beside_the_base = matches!(site.kind, PlaceKind::Equation | PlaceKind::Output);
+        // So is everything where the base model runs away.
+        let is_followed = found.is_followed();
+        let is_beside_the_base =
+            matches!(site.kind, PlaceKind::Equation | PlaceKind::Output) && !is_followed;
         let (of_train, of_valid) = if is_beside_the_base {
             self.alone(terms, place)
         } else {
@@ -172,13 +170,29 @@ impl Guessing<'_> {
         let train = traces(data.train, &of_train);
         let held_out = traces(data.valid, &of_valid);
         let is_whole = !train.is_empty() && held_out.len() == data.valid.len();
-        is_whole.then_some(Followed { site, train, held_out })
+        let values = if is_followed { self.values_of(found) } else { self.fitted.values.clone() };
+        is_whole.then_some(Followed { site, values, train, held_out })
+    }
+
+    /// Parameters and start values beside a place's traces.
+    fn values_of(&self, found: &FoundPlace) -> Values {
+        let signature = self.fitted.structure.system.signature();
+        let parameters = signature.parameters.iter().zip(&found.p);
+        let unknowns: Vec<String> =
+            signature.unknowns.iter().map(|unknown| unknown.name.to_string()).collect();
+        let start = |trace: &PlaceTrace| {
+            trace.start.iter().map(|(i, value)| (unknowns[*i].clone(), *value)).collect()
+        };
+        Values {
+            p: parameters.map(|(parameter, value)| (parameter.name.to_string(), *value)).collect(),
+            starts: found.train.iter().map(start).collect(),
+        }
     }
 
     /// The formula that looks most like what is missing; `None` where no simple one does.
     pub(crate) fn guess(&self, followed: &Followed<'_>) -> Option<Guess> {
         let model = self.model;
-        let Followed { site, train, held_out } = followed;
+        let Followed { site, values, train, held_out } = followed;
         let is_preferred = |shape: &Shape| {
             let dimension = shape.coefficient(&site.names, site.unit.dimension);
             let mut known = (model.parameters.iter()).map(|p| p.declared.unit.dimension);
@@ -189,7 +203,7 @@ impl Guessing<'_> {
         let names = [(model.inputs.len() + 1).min(site.names.len()), site.names.len()];
         let all = ranked(train, held_out, names, &is_preferred);
         let compared = all.iter().filter_map(|ranked| {
-            let inserted = self.in_the_model(site, ranked, COMPARED)?;
+            let inserted = self.in_the_model(site, values, ranked, COMPARED)?;
             let (sum, n) = inserted.after.error;
             let cost = SECOND_TERM * ranked.terms.len() as f64;
             Some(((sum / n as f64).ln() + cost, ranked))
@@ -197,7 +211,7 @@ impl Guessing<'_> {
         // The first of equals, which is the simplest.
         let best = compared.reduce(|best, other| if other.0 < best.0 { other } else { best });
         let (_, ranked) = best?;
-        self.told(site, ranked, train, self.in_the_model(site, ranked, EVALUATIONS)?)
+        self.told(site, ranked, train, self.in_the_model(site, values, ranked, EVALUATIONS)?)
     }
 
     /// Traces of a place in the training and in the validation recordings, each by itself; none where one has none.
@@ -270,7 +284,10 @@ impl Guessing<'_> {
         };
         let inputs = inputs_with(terms, &around, place, &found.d).ok()?;
         let problem = Problem { system, p, inputs: &inputs, start: &found.start };
-        let trajectory = simulate(&problem, &found.times, &data.options).ok()?;
+        let trajectory = match &found.followed {
+            Some(followed) => followed.clone(),
+            None => simulate(&problem, &found.times, &data.options).ok()?,
+        };
 
         let own = signature.inputs.len() - terms.places().len();
         let positions: BTreeMap<&str, usize> = (signature.inputs.iter().take(own).enumerate())
@@ -336,6 +353,7 @@ impl Guessing<'_> {
     fn in_the_model(
         &self,
         site: &Site<'_>,
+        from: &Values,
         ranked: &Ranked,
         evaluations: usize,
     ) -> Option<Inserted> {
@@ -343,18 +361,12 @@ impl Guessing<'_> {
         let units = (ranked.terms.iter())
             .map(|(shape, _)| shape.unit(&site.names, &site.unit, model))
             .collect::<Option<Vec<Unit>>>()?;
-        let mut names = Vec::new();
-        let mut number = 0;
-        while names.len() < ranked.terms.len() {
-            number += 1;
-            let name = format!("guess_{number}");
-            if fitted.structure.system.signature().parameters.iter().all(|p| p.name != name) {
-                names.push(name);
-            }
-        }
-        let values: Vec<f64> = ranked.terms.iter().map(|(_, value)| *value).collect();
-        let nothing = vec![None; values.len()];
-        let effect = self.effect(&text(model, site, ranked, &values, &units, &names, &nothing))?;
+        let parameters = &fitted.structure.system.signature().parameters;
+        let is_taken = |name: &str| parameters.iter().any(|p| p.name == name);
+        let terms = ranked.terms.iter().zip(&units);
+        let terms = terms.map(|((shape, value), unit)| (shape, *value, unit));
+        let constants = Constants::named("guess", terms, is_taken);
+        let effect = self.effect(&text(model, site, &constants))?;
         let candidate = Candidate::new(&effect, &[], false);
         let structure =
             base.structure(std::slice::from_ref(&candidate), StructureId::one(0)).ok()?;
@@ -363,15 +375,21 @@ impl Guessing<'_> {
             let found = brought.names.iter().find(|(own, _)| own == name);
             found.map(|(_, name)| name.clone())
         };
-        let brought = names.iter().map(|name| own(name)).collect::<Option<Vec<String>>>()?;
+        let names = (constants.terms.iter())
+            .map(|term| own(&term.name))
+            .collect::<Option<Vec<String>>>()?;
+        let inner: Vec<Option<String>> =
+            constants.terms.iter().map(|term| own(term.inner.as_ref()?)).collect();
 
         let data = data.not_kept();
-        let suggested = brought.iter().cloned().zip(ranked.terms.iter().map(|(_, c)| *c));
+        let suggested = names.iter().cloned().zip(ranked.terms.iter().map(|(_, c)| *c));
         let values: Vec<(String, f64)> = suggested.collect();
-        let at_nothing = brought.iter().map(|name| (name.clone(), 0.0)).collect();
-        let point = [StartPoint { values, at_nothing }];
-        let after = Fitted::new(structure, &fitted.values, &point, &data, evaluations).ok()?;
-        Some(Inserted { after, names: brought, units })
+        let at_nothing = names.iter().map(|name| (name.clone(), 0.0)).collect();
+        let mut point = StartPoint { values, at_nothing };
+        let of_terms = inner.iter().zip(&ranked.terms);
+        point.set(of_terms.filter_map(|(name, (shape, _))| Some((name.clone()?, shape.inner?))));
+        let after = Fitted::new(structure, from, &[point], &data, evaluations).ok()?;
+        Some(Inserted { after, names, units, inner })
     }
 
     /// All that is said of a formula; `None` where it leaves the errors as they were.
@@ -383,7 +401,7 @@ impl Guessing<'_> {
         inserted: Inserted,
     ) -> Option<Guess> {
         let Guessing { fitted, data, .. } = *self;
-        let Inserted { mut after, names, units } = inserted;
+        let Inserted { mut after, names, units, inner } = inserted;
         let data = &data.not_kept();
         after.know_correlations(data);
         after.hold_out(data, EVALUATIONS);
@@ -395,68 +413,33 @@ impl Guessing<'_> {
         let estimate = |name: &String| {
             after.estimates.iter().find(|e| e.recording.is_none() && e.name == *name)
         };
-        let fitted_terms = names.iter().map(estimate).collect::<Option<Vec<_>>>()?;
-        let shapes = ranked.terms.iter().map(|(shape, _)| shape);
-        let with_units = fitted_terms.iter().zip(&units).zip(shapes.clone());
+        let mut terms = Vec::new();
+        for ((((shape, _), name), unit), inner) in
+            ranked.terms.iter().zip(&names).zip(&units).zip(&inner)
+        {
+            let of_inner = inner.as_ref().and_then(estimate);
+            let inner = of_inner.map(|inner| inner.value).or(shape.inner);
+            let shape = Shape { inner, ..shape.clone() };
+            let (own, std_of_inner) = (estimate(name)?, of_inner.and_then(|inner| inner.std));
+            terms.push(FittedTerm { shape, value: own.value, std: own.std, std_of_inner, unit });
+        }
         let all: Vec<(f64, &Unit, &Shape)> =
-            with_units.clone().map(|((e, unit), shape)| (e.value, unit, shape)).collect();
-        let terms = with_units.map(|((estimate, unit), shape)| GuessedTerm {
-            factor: shape.text(&site.names).trim_start().to_owned(),
-            coefficient: estimate.value,
-            std: estimate.std,
-            unit: dgd_runtime::Unit {
-                symbol: unit.symbol.clone().into(),
-                factor: unit.factor,
-                offset: 0.0,
-            },
-        });
+            terms.iter().map(|term| (term.value, term.unit, &term.shape)).collect();
         let ranges = ranges(site, ranked, train);
         let formula = formula(&all, &site.names);
-        let stds: Vec<Option<f64>> = fitted_terms.iter().map(|e| e.std).collect();
-        let file = self.law(site, ranked, &all, &stds, &formula, &ranges);
+        let is_taken = |name: &str| self.model.parameters.iter().any(|p| p.declared.name == name);
+        let constants = Constants::of_law(&terms, is_taken);
         Some(Guess {
+            file: law(self.model, site, &constants, &formula, &ranges),
             formula,
-            file,
+            parameters: constants.told(&site.names),
             ranges,
-            terms: terms.collect(),
+            terms: terms.iter().map(|term| term.told(&site.names)).collect(),
             r2_held_out: ranked.r2,
             is_of_recordings: !data.valid.is_empty(),
             left_before,
             left_after,
         })
-    }
-
-    /// The formula as an effect file, with standard deviations and the ranges that it was compared over.
-    fn law(
-        &self,
-        site: &Site<'_>,
-        ranked: &Ranked,
-        terms: &[(f64, &Unit, &Shape)],
-        stds: &[Option<f64>],
-        formula: &str,
-        ranges: &[LawRange],
-    ) -> String {
-        let place = match site.kind {
-            PlaceKind::Equation => format!("the equation `{}` lacks", site.name),
-            PlaceKind::Parameter => format!("the parameter `{}` changes by", site.name),
-            PlaceKind::Input => format!("the input `{}` acts more by", site.name),
-            PlaceKind::Output => format!("the sensor `{}` reads more by", site.name),
-        };
-        let mut doc = format!(
-            "/// A formula found in recordings: {place} `{formula}`.\n///\n/// It describes them and is not \
-             confirmed."
-        );
-        let within: Vec<String> = ranges.iter().map(LawRange::words).collect();
-        if !within.is_empty() {
-            let _ = write!(doc, " It was compared with them for {}.", within.join(", "));
-        }
-        let own = |name: &str| self.model.parameters.iter().any(|p| p.declared.name == name);
-        let numbers = (1..).map(|i| format!("law_{i}")).filter(|name| !own(name));
-        let names: Vec<String> = numbers.take(terms.len()).collect();
-        let units: Vec<Unit> = terms.iter().map(|(_, unit, _)| (*unit).clone()).collect();
-        let values: Vec<f64> = terms.iter().map(|(value, ..)| *value).collect();
-        let text = text(self.model, site, ranked, &values, &units, &names, stds);
-        format!("{doc}\n{text}").replacen("effect guess on", "effect law on", 1)
     }
 
     /// An effect from its text.
@@ -482,75 +465,15 @@ fn at<'a>(
     Point { t, y: trajectory.y(k), u, p, z: trajectory.z(k) }
 }
 
-/// The formula as an effect, its coefficients as parameters.
-fn text(
-    model: &Model,
-    site: &Site<'_>,
-    ranked: &Ranked,
-    values: &[f64],
-    units: &[Unit],
-    names: &[String],
-    stds: &[Option<f64>],
-) -> String {
-    let mut parameters = String::new();
-    let mut sum = Vec::new();
-    let terms = ranked.terms.iter().zip(values).zip(units).zip(names).zip(stds);
-    for (((((shape, _), value), unit), name), std) in terms {
-        let value = literal(value / unit.factor);
-        // Writing to a string cannot fail.
-        let _ = write!(parameters, "parameter {name} [{}] = {value}", unit.symbol);
-        if let Some(std) = std {
-            let _ = write!(parameters, "    /// ± {}", literal(std / unit.factor));
-        }
-        parameters.push('\n');
-        sum.push(format!("{name}{}", shape.text(&site.names)));
-    }
-    for name in names {
-        let _ = writeln!(parameters, "null {name} = 0");
-    }
-    let (model, place, sum) = (&model.name, site.name, sum.join(" + "));
-    let (kind, change) = match site.kind {
-        PlaceKind::Equation => ("plant", format!("add {sum} to {place}")),
-        PlaceKind::Parameter => ("plant", format!("replace {place} by {place} + {sum}")),
-        PlaceKind::Input => ("input", format!("replace {place} by {place} + {sum}")),
-        PlaceKind::Output => ("sensor", format!("replace output {place} by {place} + {sum}")),
-    };
-    format!("effect guess on {model}\nkind {kind}\n\n{parameters}\n{change}\n")
-}
-
-/// Ranges of the names that a formula has, in the training recordings.
-fn ranges(site: &Site<'_>, ranked: &Ranked, train: &[Trace]) -> Vec<LawRange> {
-    let used = ranked.terms.iter().flat_map(|(shape, _)| shape.forms().map(|(name, _)| name));
-    let used: BTreeSet<usize> = used.collect();
-    let range = |name: usize| {
-        let values = train.iter().flat_map(|trace| trace.names[name].iter().copied());
-        let (low, high) = values
-            .filter(|value| value.is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let Factor { name, unit } = &site.names[name];
-        let unit = dgd_runtime::Unit {
-            symbol: unit.symbol.clone().into(),
-            factor: unit.factor,
-            offset: 0.0,
-        };
-        LawRange { name: name.clone(), unit, low, high }
-    };
-    used.into_iter().map(range).collect()
-}
-
-impl LawRange {
-    fn words(&self) -> String {
-        let [low, high] = [self.low, self.high].map(|x| literal(x / self.unit.factor));
-        format!("`{}` between {low} and {high} {}", self.name, self.unit.symbol)
-    }
-}
-
-/// Mean square of the errors over the noise, on validation recordings where there are any.
+/// Mean square of the errors over the noise, on validation recordings where there are any; where the model runs away from
+/// the readings, what these stray by themselves.
 fn left(fitted: &Fitted, data: &Data<'_>) -> Option<f64> {
-    let (sum, n) = if data.valid.is_empty() {
-        whitened_square(data.train, &fitted.residuals(data), &data.noise)
+    let (recordings, residuals) = if data.valid.is_empty() {
+        (data.train, fitted.residuals(data))
     } else {
-        whitened_square(data.valid, &fitted.held_out_residuals(data)?, &data.noise)
+        (data.valid, fitted.held_out_residuals(data)?)
     };
+    let residuals = as_far_as_readings(recordings, residuals);
+    let (sum, n) = whitened_square(recordings, &residuals, &data.noise);
     (n > 0).then(|| sum / n as f64)
 }

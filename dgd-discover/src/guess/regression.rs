@@ -18,6 +18,8 @@
 //!   ln(1 − R²) + complexity/20 + 0.7 for a second term
 //! ```
 //!
+//! Inner constants, as that of a tanh, are those of a short grid in the size of their quantity; a fit goes on from there.
+//!
 //! Unknowns answer to what is missing, so that a formula of them can look like it for no other reason than
 //! that. Inputs do not. So the best formulas of inputs alone are given beside the best of all; which to
 //! believe is not for this regression to say.
@@ -26,7 +28,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::forms::FORMS;
+use super::forms::{FORMS, Form};
 use super::formula::Shape;
 
 /// A missing input over one recording, and what a formula of it may have.
@@ -104,12 +106,14 @@ pub(crate) fn ranked(
         let complexity = shape.complexity() + u32::from(!is_preferred(shape));
         COMPLEXITY * f64::from(complexity)
     };
-    let one = |name: usize, form: usize| Shape { factors: vec![(name, form)] };
-    let mut shapes = vec![Shape { factors: Vec::new() }];
-    shapes.extend((0..names).flat_map(|name| (0..FORMS.len()).map(move |form| one(name, form))));
+    let one = |name: usize, form: usize| Shape::new(vec![(name, form)]);
+    let plain = (0..FORMS.len()).filter(|form| FORMS[*form].inner.is_empty());
+    let plain: Vec<usize> = plain.collect();
+    let mut shapes = vec![Shape::new(Vec::new())];
+    shapes.extend((0..names).flat_map(|name| plain.iter().map(move |form| one(name, *form))));
     shapes.retain(is_defined);
 
-    // Names by how well they do alone, and products of the best.
+    // Names by how well they do alone; inner constants and products of the best.
     let singles = Moments::new(train, held_out, shapes.clone());
     let mut by_name: Vec<(f64, usize)> = (0..names)
         .filter_map(|name| {
@@ -121,6 +125,16 @@ pub(crate) fn ranked(
     by_name.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut best: Vec<usize> = by_name.iter().take(IN_PRODUCTS).map(|(_, name)| *name).collect();
     best.sort_unstable();
+    let size = |name: usize| {
+        let values = train.iter().flat_map(|trace| &trace.names[name]);
+        values.filter(|x| x.is_finite()).fold(0.0, |size: f64, x| size.max(x.abs()))
+    };
+    for &name in &best {
+        for (form, Form { inner, .. }) in FORMS.iter().enumerate() {
+            let with = |part: &f64| Shape { inner: Some(part * size(name)), ..one(name, form) };
+            shapes.extend(inner.iter().map(with).filter(|shape| shape.inner > Some(0.0)));
+        }
+    }
     let in_products = (0..FORMS.len()).filter(|form| FORMS[*form].in_products);
     let in_products: Vec<usize> = in_products.collect();
     for (i, a) in best.iter().enumerate() {
@@ -134,7 +148,7 @@ pub(crate) fn ranked(
                 } else {
                     vec![(*a, *fa), (*b, *fb)]
                 };
-                shapes.push(Shape { factors });
+                shapes.push(Shape::new(factors));
             }
         }
     }
@@ -479,6 +493,25 @@ mod tests {
         let found = all.iter().find(is_of_input).expect("the input");
         assert!(found.terms.len() == 1 && (found.terms[0].1 / 1.3 - 1.0).abs() < 0.05);
         assert!(all[0].terms.iter().any(|(shape, _)| shape.factors == [(2, 0)]));
+    }
+
+    #[test]
+    fn laws_that_bend_at_a_place_of_their_own_are_found() {
+        let forms: [(Missing, usize, &str, f64); 3] = [
+            (|x| 1.1 * x[0] / (0.15 + x[0]), 0, "*{}/({b} + abs({}))", 1.1),
+            (|x| 0.9 * (x[1] / 0.3).tanh(), 1, "*tanh({}/{b})", 0.9),
+            (|x| 2.0 * (-x[2] / 1.2).exp(), 2, "*exp(-{}/{b})", 2.0),
+        ];
+        for (d, name, text, size) in forms {
+            for seed in 0..5 {
+                let best = &of(seed, d, 0.01)[0];
+                let (shape, coefficient) = &best.terms[0];
+                assert_eq!(shape.factors, [(name, position(text))], "{text}: {:?}", best.terms);
+                // As near as the grid of the inner constant is.
+                assert!((coefficient / size).ln().abs() < 0.5, "{text}: {coefficient}");
+                assert!(best.r2 > 0.9, "{text}: {}", best.r2);
+            }
+        }
     }
 
     #[test]

@@ -66,7 +66,7 @@ struct Blocks {
 
 /// Quantities that a trace goes together with, the closest first.
 pub(crate) fn together(train: &[Trace], held_out: &[Trace], names: &[Factor]) -> Vec<Together> {
-    let shapes: Vec<Shape> = (0..names.len()).map(|i| Shape { factors: vec![(i, 0)] }).collect();
+    let shapes: Vec<Shape> = (0..names.len()).map(|i| Shape::new(vec![(i, 0)])).collect();
     let of_trace = |trace: &Trace| {
         // The equation's parameters and a constant come first.
         Blocks { skipped: trace.parameters.len() + 1, rows: blocks(trace, &shapes) }

@@ -18,13 +18,15 @@
 //! that of the start corrected by one Newton step, so that the discretisation, exact for constant A
 //! and B, is of second order in the interval (Magnus' expansion cut after its first term). d is
 //! constant from one sample to the next, and so is its effect on outputs at a sample.
+//!
+//! A trajectory that is no run of the model ([`filtered`](super::filtered)) has known shifts, δx(k+1) = Φ δx + Γ d + c.
 
 use std::fmt;
 
 use dgd_execute::Loaded;
 use dgd_runtime::linearize::{Elimination, Responses};
 use dgd_runtime::{Inputs, Pattern, Point, Side, Solution, System};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::missing_terms::MissingTerms;
 
@@ -60,6 +62,9 @@ pub struct Deviations {
     pub(crate) responses: Vec<DMatrix<f64>>,
     /// `None` where the trajectory has no derivative: what is measured there says nothing.
     pub(crate) seen: Vec<Option<Seen>>,
+    /// What each interval adds to δx where the trajectory is not a run of the model: where the model leads from the
+    /// sample before, less where the trajectory is. Empty where it is one.
+    pub(crate) shifts: Vec<DVector<f64>>,
 }
 
 /// How outputs see deviations at one sample.
@@ -166,6 +171,7 @@ impl Deviations {
             transitions,
             responses,
             seen,
+            shifts: Vec::new(),
         })
     }
 

@@ -10,6 +10,7 @@
 //!   δx(0) ~ N(0, sizes²),  n(0) ~ N(0, c²),  d(0) ~ N(0, q T)
 //! ```
 //!
+//! and, where the trajectory is not a run of the model, with its known [`shifts`](Deviations::shifts) added to δx,
 //! so that q = 0 is the model with nothing missing. Measurements are taken one by one; covariances
 //! are updated in Joseph's form, (I − KH) P (I − KH)ᵀ + K σ² Kᵀ, and kept symmetric.
 //!
@@ -72,6 +73,8 @@ pub(crate) struct Chain {
     at: usize,
     /// F of each interval, row by row, without its last row.
     transitions: Vec<f64>,
+    /// What each interval adds to δx, n numbers each; nothing where the trajectory is a run of the model.
+    shifts: Vec<f64>,
     /// Times of the samples, and length of each interval, s.
     times: Vec<f64>,
     intervals: Vec<f64>,
@@ -186,6 +189,10 @@ impl Chain {
                 f[at * n + n - 1] = *h;
             }
         }
+        let mut shifts = vec![0.0; deviations.shifts.len() * n];
+        for (own, shift) in shifts.chunks_exact_mut(n).zip(&deviations.shifts) {
+            own[..states].copy_from_slice(shift.as_slice());
+        }
         let (mut measurements, mut rows, mut begin) = (Vec::new(), Vec::new(), vec![0]);
         for (sample, seen) in deviations.seen.iter().enumerate() {
             for output in 0..n_w {
@@ -214,6 +221,7 @@ impl Chain {
             walk,
             at,
             transitions,
+            shifts,
             times: times.clone(),
             intervals,
             start: deviations.sizes.iter().copied().chain(of_colour).map(|std| std * std).collect(),
@@ -282,8 +290,8 @@ impl Chain {
         self.filter(intensity, &mut record);
         let record = record.unwrap_or_default();
         let values: Vec<f64> = self.measurements.iter().map(|m| m.value).collect();
-        let residuals = self.along(&record, &values);
-        let columns = columns.iter().map(|column| self.along(&record, column)).collect();
+        let residuals = self.along(&record, &values, &self.shifts);
+        let columns = columns.iter().map(|column| self.along(&record, column, &[])).collect();
         let log_variances: Vec<f64> = record.innovations.iter().map(|(_, s)| s.ln()).collect();
         let log_determinant = log_variances.iter().sum();
         Whitened { residuals, columns, log_variances, log_determinant }
@@ -294,8 +302,9 @@ impl Chain {
         self.times[self.measurements[measurement].sample]
     }
 
-    /// Innovations of other measured values, over their standard deviations, with the gains of a filter that was run.
-    fn along(&self, record: &Record, values: &[f64]) -> Vec<f64> {
+    /// Innovations of other measured values, over their standard deviations, with the gains of a filter that was run;
+    /// `shifts` as those of the chain.
+    fn along(&self, record: &Record, values: &[f64], shifts: &[f64]) -> Vec<f64> {
         let n = self.n;
         let (mut z, mut next) = (vec![0.0; n], vec![0.0; n]);
         let mut innovations = Vec::with_capacity(values.len());
@@ -312,6 +321,7 @@ impl Chain {
                     *next = flushed(dot(row, &z));
                 }
                 next[n - 1] = if self.walk == Walk::White { 0.0 } else { z[n - 1] };
+                shift(&mut next, shifts, k);
                 std::mem::swap(&mut z, &mut next);
             }
         }
@@ -467,6 +477,7 @@ impl Chain {
                 } else {
                     filter.predict(n, transition, intensity * h);
                 }
+                shift(&mut filter.z, &self.shifts, k);
                 for (i, variance) in self.start.iter().enumerate().skip(self.states) {
                     let phi = transition[i * (n + 1)];
                     filter.p[i * (n + 1)] += variance * (1.0 - phi * phi);
@@ -555,6 +566,15 @@ impl Filter {
             self.p[(n - 1) * n + i] = 0.0;
         }
         self.p[n * n - 1] = variance;
+    }
+}
+
+/// Adds what the k-th interval adds to a state.
+#[inline(always)]
+fn shift(z: &mut [f64], shifts: &[f64], k: usize) {
+    let n = z.len();
+    for (z, shift) in z.iter_mut().zip(shifts.get(k * n..(k + 1) * n).unwrap_or_default()) {
+        *z += shift;
     }
 }
 

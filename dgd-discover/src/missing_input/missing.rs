@@ -12,15 +12,18 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Model;
 use dgd_execute::{Engine, Loaded};
 use dgd_identify::{Recording, Starts};
-use dgd_runtime::{Observations, Problem, System, observe, simulate};
+use dgd_runtime::{Problem, Solution, System, observe, simulate};
 
 use super::deviations::{Deviations, LinearizeError};
+use super::filtered::{Filtered, Followed};
 use super::kalman::{Chain, Walk};
 use super::missing_terms::{MissingTerms, Place, PlaceKind};
 use super::place_fit::{Columns, Likelihood, PlaceFit, Sight, Sights};
 use super::reconstruct::{inputs_with, reconstruct};
+use super::thinned::Thinned;
 use super::unknown_input::{standing_out, unknown_input};
 use crate::fit::{Data, Fitted, held_out_starts};
+use crate::library::Values;
 use crate::noise::Window;
 use dgd_screen::noise::median;
 
@@ -64,6 +67,8 @@ pub(crate) struct PlaceTrace {
     pub(crate) start: Starts,
     /// Over how long errors of d are correlated, s.
     pub(crate) resolved: f64,
+    /// The trajectory that has d, where it is that of a filter.
+    pub(crate) followed: Option<Solution>,
 }
 
 /// A place with its traces.
@@ -77,6 +82,13 @@ pub(crate) struct FoundPlace {
     pub(crate) valid: Vec<PlaceTrace>,
     /// Where it stands out in each training recording.
     windows: Vec<Vec<Window>>,
+}
+
+impl FoundPlace {
+    /// Whether its traces stand along the trajectory of a filter.
+    pub(crate) fn is_followed(&self) -> bool {
+        self.train.iter().any(|trace| trace.followed.is_some())
+    }
 }
 
 /// Places of a model, and what was found there.
@@ -103,43 +115,15 @@ const EVALUATIONS: usize = 40;
 /// Gains closer than this are a tie: the odds are less than twenty to one.
 pub(crate) const TIE: f64 = 3.0;
 
-/// A recording at fewer times, with the start values that it is simulated from.
-struct Thinned<'a> {
-    recording: &'a Recording,
-    times: Vec<f64>,
-    /// Positions of `times` among all.
-    samples: Vec<usize>,
-    start: Starts,
-    counts_from: f64,
-}
-
-impl<'a> Thinned<'a> {
-    fn new(recording: &'a Recording, most: usize, start: Starts, counts_from: f64) -> Self {
-        let stride = recording.times.len().div_ceil(most.max(1)).max(1);
-        let samples: Vec<usize> = (0..recording.times.len()).step_by(stride).collect();
-        let times = samples.iter().map(|k| recording.times[*k]).collect();
-        Thinned { recording, times, samples, start, counts_from }
-    }
-
-    /// Measured less simulated, n_w per sample.
-    fn residuals(&self, simulated: &Observations) -> Vec<f64> {
-        let measured = &self.recording.measured;
-        let of_sample = |(row, k): (usize, &usize)| {
-            let w = simulated.w(row);
-            let residual = |(i, of): (usize, &Option<Vec<f64>>)| {
-                of.as_ref().map_or(f64::NAN, |measured| measured[*k] - w[i])
-            };
-            measured.iter().enumerate().map(residual).collect::<Vec<f64>>()
-        };
-        self.samples.iter().enumerate().flat_map(of_sample).collect()
-    }
-}
-
 /// What is searched for places.
 struct Places<'a> {
     terms: &'a MissingTerms,
     data: &'a Data<'a>,
-    p: &'a [f64],
+    /// All parameters, SI: of the fit, or the model's own where the fit runs away.
+    p: Vec<f64>,
+    own: Vec<f64>,
+    /// Whether trajectories are those of filters.
+    follows: bool,
     train: Vec<Thinned<'a>>,
     valid: Vec<Thinned<'a>>,
     /// Places of the free parameters, with their sizes and positions among the parameters.
@@ -200,7 +184,8 @@ impl<'a> Places<'a> {
                 .then_some((i, size, position))
         });
         let free = free.collect();
-        Places { terms, data, p: &fitted.p, train, valid, free }
+        let own = Values::default().parameters(system);
+        Places { terms, data, p: fitted.p.clone(), own, follows: false, train, valid, free }
     }
 
     fn system(&self) -> &Loaded {
@@ -210,7 +195,66 @@ impl<'a> Places<'a> {
     /// A recording as places see it, around its simulation with nothing missing.
     fn sight(&self, thinned: &Thinned<'_>) -> Result<Sight, LinearizeError> {
         let nothing = vec![0.0; thinned.times.len()];
-        self.sight_around(thinned, 0, &nothing, self.p).ok_or(LinearizeError::Undetermined)
+        self.sight_around(thinned, 0, &nothing, &self.p).ok_or(LinearizeError::Undetermined)
+    }
+
+    /// The same around the trajectory of a filter, with d at a place.
+    fn sight_filtered(
+        &self,
+        thinned: &Thinned<'_>,
+        place: usize,
+        d: &[f64],
+        p: &[f64],
+    ) -> Option<Sight> {
+        let Thinned { recording, times, start, counts_from, .. } = thinned;
+        let noise = &*self.data.noise;
+        let around =
+            super::Recording { p, inputs: &recording.inputs, start, times, measured: &[], noise };
+        let inputs = inputs_with(self.terms, &around, place, d).ok()?;
+        let measured = thinned.readings();
+        let (terms, options) = (self.terms, &self.data.options);
+        let (inputs, measured) = (&inputs, &*measured);
+        let followed =
+            Followed { terms, p, inputs, place, d, start, times, measured, noise, options };
+        let Filtered { deviations, residuals, trajectory } = followed.filtered()?;
+        Some(Sight { deviations, residuals, counts_from: *counts_from, followed: Some(trajectory) })
+    }
+
+    /// All recordings as places see them, training first. Where the fitted model runs away from one, around what a filter
+    /// makes of them, and the parameters and start values are no longer those of the fit, which are a compromise.
+    fn sights(&mut self) -> Result<[Vec<Sight>; 2], LinearizeError> {
+        let sights = |all: &[Thinned<'_>]| -> Result<Vec<Sight>, LinearizeError> {
+            all.iter().map(|thinned| self.sight(thinned)).collect()
+        };
+        let simulated = sights(&self.train);
+        let stays = |all: &Vec<Sight>| {
+            let mut both = all.iter().zip(&self.train);
+            both.all(|(sight, thinned)| !thinned.is_left(&sight.residuals))
+        };
+        if !simulated.as_ref().is_ok_and(stays) {
+            let followed = |thinned: &Thinned<'_>| {
+                let nothing = vec![0.0; thinned.times.len()];
+                self.sight_filtered(thinned, 0, &nothing, &self.own)
+            };
+            let all = self.train.iter().chain(&self.valid);
+            if let Some(mut train) = all.map(followed).collect::<Option<Vec<Sight>>>() {
+                let unknowns = &self.terms.system().signature().unknowns;
+                let all = self.train.iter_mut().chain(&mut self.valid);
+                for (thinned, sight) in all.zip(&train) {
+                    let states = (0..unknowns.len()).filter(|i| unknowns.is_differential(*i));
+                    let first = sight
+                        .followed
+                        .iter()
+                        .flat_map(|followed| states.clone().map(|i| (i, followed.y(0)[i])));
+                    thinned.start = first.collect();
+                }
+                self.p.clone_from(&self.own);
+                self.follows = true;
+                let valid = train.split_off(self.train.len());
+                return Ok([train, valid]);
+            }
+        }
+        Ok([simulated?, sights(&self.valid).unwrap_or_default()])
     }
 
     /// The same around the simulation with d at a place and other parameters: residuals are what the linearised
@@ -240,14 +284,11 @@ impl<'a> Places<'a> {
             let chain = Chain::new(&deviations, place, Walk::Random, &residuals, &self.data.noise);
             chain.add_response(d, &mut residuals, deviations.n_outputs);
         }
-        Some(Sight { deviations, residuals, counts_from: *counts_from })
+        Some(Sight { deviations, residuals, counts_from: *counts_from, followed: None })
     }
 
-    fn ranked(&self, model: &Model) -> Result<Vec<FoundPlace>, LinearizeError> {
-        let sights = |all: &[Thinned<'_>]| -> Result<Vec<Sight>, LinearizeError> {
-            all.iter().map(|thinned| self.sight(thinned)).collect()
-        };
-        let (train, valid) = (sights(&self.train)?, sights(&self.valid).unwrap_or_default());
+    fn ranked(&mut self, model: &Model) -> Result<Vec<FoundPlace>, LinearizeError> {
+        let [train, valid] = self.sights()?;
         let free: Vec<(usize, f64)> = self.free.iter().map(|(i, size, _)| (*i, *size)).collect();
         let plain = Sights { train: &train, valid: &valid, noise: &self.data.noise, free: &free };
         let columns = Columns { train: plain.columns(&train), valid: plain.columns(&valid) };
@@ -265,7 +306,7 @@ impl<'a> Places<'a> {
             .collect();
         sort(&mut found, nothing.likelihood);
         for found in found.iter_mut().take(AROUND) {
-            if self.data.budget.is_spent() {
+            if self.data.budget.is_over() {
                 break;
             }
             self.again(found, &free);
@@ -281,15 +322,22 @@ impl<'a> Places<'a> {
     /// Fits a place again around the trajectory that has what it lacks, as long as that makes the readings more likely.
     fn again(&self, found: &mut Found, free: &[(usize, f64)]) {
         for _ in 0..ROUNDS {
-            let mut p = found.p(self.p);
+            let mut p = found.p(&self.p);
             for ((_, size, position), change) in self.free.iter().zip(&found.fit.changes) {
                 let parameter = &self.system().signature().parameters[*position];
                 p[*position] =
                     (p[*position] + size * change).clamp(parameter.lower, parameter.upper);
             }
-            let around = |all: &[Thinned<'_>], inputs: &[Vec<f64>]| -> Option<Vec<Sight>> {
-                let both = all.iter().zip(inputs);
-                both.map(|(thinned, d)| self.sight_around(thinned, found.place, d, &p)).collect()
+            let around = |all: &[Thinned<'_>], estimates: &[Estimated]| -> Option<Vec<Sight>> {
+                let both = all.iter().zip(estimates.iter().map(|estimated| &estimated.d));
+                let around = |(thinned, d): (&Thinned<'_>, &Vec<f64>)| {
+                    if self.follows {
+                        self.sight_filtered(thinned, found.place, d, &p)
+                    } else {
+                        self.sight_around(thinned, found.place, d, &p)
+                    }
+                };
+                both.map(around).collect()
             };
             let (Some(train), Some(valid)) =
                 (around(&self.train, &found.train), around(&self.valid, &found.valid))
@@ -309,7 +357,7 @@ impl<'a> Places<'a> {
 
     fn told(&self, model: &Model, found: &Found, gain: f64) -> FoundPlace {
         let place = self.terms.places()[found.place].clone();
-        let mut p = found.p(self.p);
+        let mut p = found.p(&self.p);
         for ((_, size, position), change) in self.free.iter().zip(&found.fit.changes) {
             p[*position] += size * change;
         }
@@ -332,17 +380,20 @@ impl<'a> Places<'a> {
             let own = declared.unit.of_differences();
             unit = (own.symbol.clone(), own.factor);
         }
-        let windows: Vec<Vec<Window>> = (self.train.iter().zip(&found.train).zip(&found.stds))
-            .map(|((thinned, d), std)| standing_out(&thinned.times, d, std, found.fit.intensity))
+        let windows: Vec<Vec<Window>> = (self.train.iter().zip(&found.train))
+            .map(|(thinned, Estimated { d, std, .. })| {
+                standing_out(&thinned.times, d, std, found.fit.intensity)
+            })
             .collect();
-        let traces = |all: &[Thinned<'_>], d: &[Vec<f64>], std: &[Vec<f64>]| -> Vec<PlaceTrace> {
-            let each = all.iter().zip(d.iter().zip(std));
-            each.map(|(thinned, (d, std))| PlaceTrace {
+        let traces = |all: &[Thinned<'_>], estimates: &[Estimated]| -> Vec<PlaceTrace> {
+            let each = all.iter().zip(estimates);
+            each.map(|(thinned, Estimated { d, std, followed })| PlaceTrace {
                 times: thinned.times.clone(),
                 d: d.clone(),
                 std: std.clone(),
                 start: thinned.start.clone(),
                 resolved: resolved(&found.fit, std),
+                followed: followed.clone(),
             })
             .collect()
         };
@@ -350,13 +401,13 @@ impl<'a> Places<'a> {
             place,
             unit: unit.0,
             times: self.train[0].times.clone(),
-            value: found.train[0].iter().map(|d| (base + d) / unit.1).collect(),
-            std: found.stds[0].iter().map(|std| std / unit.1).collect(),
+            value: found.train[0].d.iter().map(|d| (base + d) / unit.1).collect(),
+            std: found.train[0].std.iter().map(|std| std / unit.1).collect(),
             windows: windows[0].clone(),
             gain,
         };
-        let train = traces(&self.train, &found.train, &found.stds);
-        let valid = traces(&self.valid, &found.valid, &found.valid_stds);
+        let train = traces(&self.train, &found.train);
+        let valid = traces(&self.valid, &found.valid);
         FoundPlace { missing, p, train, valid, windows }
     }
 }
@@ -378,27 +429,34 @@ struct Found {
     fit: PlaceFit,
     /// Parameters that the trajectory has around which it was fitted, where they are not those of the base model.
     parameters: Option<Vec<f64>>,
-    /// d in each training and validation recording.
-    train: Vec<Vec<f64>>,
-    valid: Vec<Vec<f64>>,
-    /// Standard deviations in the training and in the validation recordings.
-    stds: Vec<Vec<f64>>,
-    valid_stds: Vec<Vec<f64>>,
+    /// In each training and validation recording.
+    train: Vec<Estimated>,
+    valid: Vec<Estimated>,
+}
+
+/// What a place would have needed in one recording.
+struct Estimated {
+    d: Vec<f64>,
+    /// Its standard deviation.
+    std: Vec<f64>,
+    /// The trajectory, where it is that of a filter.
+    followed: Option<Solution>,
 }
 
 impl Found {
     fn new(place: usize, fit: PlaceFit, sights: &Sights<'_>, columns: &Columns) -> Self {
-        let smoothed = |all: &[Sight], columns: &[Vec<Vec<f64>>]| -> Vec<(Vec<f64>, Vec<f64>)> {
+        let smoothed = |all: &[Sight], columns: &[Vec<Vec<f64>>]| -> Vec<Estimated> {
             let both = all.iter().zip(columns);
             both.map(|(sight, columns)| {
                 let smoothed = sights.smoothed(sight, place, &fit, columns);
-                (smoothed.input, smoothed.std)
+                let followed = sight.followed.clone();
+                Estimated { d: smoothed.input, std: smoothed.std, followed }
             })
             .collect()
         };
-        let (train, stds) = smoothed(sights.train, &columns.train).into_iter().unzip();
-        let (valid, valid_stds) = smoothed(sights.valid, &columns.valid).into_iter().unzip();
-        Found { place, fit, parameters: None, train, valid, stds, valid_stds }
+        let train = smoothed(sights.train, &columns.train);
+        let valid = smoothed(sights.valid, &columns.valid);
+        Found { place, fit, parameters: None, train, valid }
     }
 
     fn p(&self, base: &[f64]) -> Vec<f64> {
@@ -450,6 +508,7 @@ pub(crate) fn alone(
     }
     let typical = median(&mut found.std.clone())?;
     (found.intensity > 0.0).then(|| PlaceTrace {
+        followed: None,
         times: found.times,
         d: found.estimate,
         std: found.std,

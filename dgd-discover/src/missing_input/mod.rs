@@ -6,11 +6,13 @@
 //! around the trajectory that has it. [`missing_inputs`] does it for all places.
 
 mod deviations;
+mod filtered;
 mod kalman;
 mod missing;
 mod missing_terms;
 mod place_fit;
 mod reconstruct;
+mod thinned;
 mod unknown_input;
 
 pub use deviations::{Deviations, LinearizeError};

@@ -16,6 +16,7 @@
 //! What is asked of a place is how likely it makes recordings that it was not fitted to: q and β are those of the
 //! training recordings, and each reading is predicted from those before it.
 
+use dgd_runtime::Solution;
 use dgd_screen::noise::SensorNoise;
 use nalgebra::{DMatrix, DVector};
 
@@ -32,6 +33,8 @@ pub(crate) struct Sight {
     pub(crate) residuals: Vec<f64>,
     /// From when readings count, s.
     pub(crate) counts_from: f64,
+    /// The trajectory, where it is that of a filter.
+    pub(crate) followed: Option<Solution>,
 }
 
 /// Recordings, and what else may have changed in all of them.

@@ -6,7 +6,9 @@ use dgd_screen::noise::SensorNoise;
 
 use super::ranking::{Asked, HeldOutMisfit, Misfit, Question, Ranking, Standing};
 use super::tried::{Open, Search};
-use crate::fit::{Fitted, chi_square, mean, slack, too_many_steps, whitened, whitened_square};
+use crate::fit::{
+    Fitted, as_far_as_readings, chi_square, mean, slack, too_many_steps, whitened, whitened_square,
+};
 use crate::library::StructureId;
 use crate::noise::{size, whiteness};
 
@@ -32,7 +34,9 @@ impl Search<'_> {
             })
         };
         let standings = self.ranked().into_iter().filter_map(standing).collect();
-        Ranking { standings, question }
+        let base = self.fitted(StructureId::BASE);
+        let discrepancy = base.and_then(|base| self.bounded(base).squares());
+        Ranking { standings, question, discrepancy }
     }
 
     /// The position of a template's file among all, where a structure is one template alone: that of its first
@@ -95,8 +99,27 @@ impl Search<'_> {
 
     /// What a structure leaves of each output.
     fn misfit(&self, fitted: &Fitted) -> Misfit {
+        let data = &self.data;
+        self.misfit_of(fitted.residuals(data), fitted.held_out_residuals(data))
+    }
+
+    /// The same, but no more of an output than its readings stray by where the simulation runs away from them.
+    fn bounded(&self, fitted: &Fitted) -> Misfit {
+        let data = &self.data;
+        let held_out = fitted.held_out_residuals(data);
+        self.misfit_of(
+            as_far_as_readings(data.train, fitted.residuals(data)),
+            held_out.map(|residuals| as_far_as_readings(data.valid, residuals)),
+        )
+    }
+
+    fn misfit_of(
+        &self,
+        trained: Vec<Vec<Vec<f64>>>,
+        held_out: Option<Vec<Vec<Vec<f64>>>>,
+    ) -> Misfit {
         let (data, noise) = (&self.data, &self.data.noise);
-        let held_out = match fitted.held_out_residuals(data) {
+        let held_out = match held_out {
             _ if data.valid.is_empty() => HeldOutMisfit::NoRecording,
             None => HeldOutMisfit::NoSimulation,
             Some(residuals) => HeldOutMisfit::Left {
@@ -104,7 +127,7 @@ impl Search<'_> {
                 error: whitened_square(data.valid, &residuals, noise),
             },
         };
-        let trained = chi_square(&fitted.residuals(data), noise);
+        let trained = chi_square(&trained, noise);
         let slack = slack(&trained, noise, self.thresholds.explained);
         Misfit { trained, slack, held_out }
     }

@@ -47,7 +47,7 @@ use std::collections::BTreeMap;
 
 use dgd_runtime::parallel::in_parallel_stateless;
 
-use crate::fit::NoFit;
+use crate::fit::{NoFit, runs_away};
 use crate::library::{MOST_EFFECTS, StructureId};
 use ranking::{Question, Standing};
 use refits::BEAM;
@@ -76,6 +76,10 @@ impl Search<'_> {
         let nearly_all = self.nearly_all();
         let nearly_all = if self.holds(nearly_all) { nearly_all } else { Outcome::Unexplained };
         if self.range(Open::Templates).is_empty() {
+            return nearly_all;
+        }
+        if self.runs_away() {
+            self.leave_templates_out();
             return nearly_all;
         }
         self.open_templates();
@@ -114,6 +118,27 @@ impl Search<'_> {
     /// The verdict on what was tried so far.
     fn judged(&self, question: Question) -> Outcome {
         Verdict::of(&self.ranking(question), &self.thresholds)
+    }
+
+    /// Whether the fitted base model runs away from a training recording, so that what is linear around its simulation, and
+    /// fits that begin there, say nothing of what it lacks.
+    fn runs_away(&self) -> bool {
+        let Some(base) = self.fitted(StructureId::BASE) else { return false };
+        let residuals = base.residuals(&self.data);
+        let mut both = self.data.train.iter().zip(&residuals);
+        both.any(|(recording, outputs)| {
+            let mut all = recording.measured.iter().zip(outputs);
+            all.any(|(read, left)| read.as_ref().is_some_and(|read| runs_away(read, left)))
+        })
+    }
+
+    /// Says of all templates that they were not tried.
+    fn leave_templates_out(&mut self) {
+        for candidate in self.range(Open::Templates) {
+            let reason = "not tried: the simulation of the model runs away from the readings, so that no fit can begin \
+                          there; the places below were found along the readings";
+            self.tried.insert(StructureId::one(candidate), Err(NoFit(reason.to_owned())));
+        }
     }
 
     /// Goes on with templates. What the library has under a name of its own goes by that name.

@@ -172,7 +172,7 @@ impl<'a, 'r> Judge<'a, 'r> {
     fn most(self) -> Option<Outcome> {
         let Thresholds { mostly, .. } = *self.thresholds;
         let ranked = &self.ranking.standings;
-        let [all_trained, all_held_out] = self.ranking.get(StructureId::BASE)?.misfit.squares()?;
+        let [all_trained, all_held_out] = self.ranking.discrepancy?;
         let looks_like = |standing: &&Standing<'_>| {
             !standing.structure.is_base()
                 && !standing.is_specific()
@@ -234,10 +234,8 @@ impl<'a, 'r> Judge<'a, 'r> {
     pub(crate) fn takes_nearly_all(self, structure: StructureId) -> bool {
         let Thresholds { nearly_all, nearly_all_held_out, .. } = *self.thresholds;
         let Some(standing) = self.ranking.get(structure) else { return false };
-        let squares = |of: &Standing<'_>| of.misfit.squares();
-        let base = self.ranking.get(StructureId::BASE);
         is_believable(standing)
-            && match (squares(standing), base.and_then(squares)) {
+            && match (standing.misfit.squares(), self.ranking.discrepancy) {
                 (Some([trained, held_out]), Some([all_trained, all_held_out])) => {
                     // The noise itself is nothing that an effect could take away.
                     let is_within =
@@ -335,7 +333,9 @@ mod tests {
 
     fn of(question: Question, mut standings: Vec<Standing<'static>>) -> Outcome {
         standings.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
-        Verdict::of(&Ranking { standings, question }, &Thresholds::default())
+        let base = standings.iter().find(|standing| standing.structure.is_base());
+        let discrepancy = base.and_then(|base| base.misfit.squares());
+        Verdict::of(&Ranking { standings, question, discrepancy }, &Thresholds::default())
     }
 
     fn explaining(standings: Vec<Standing<'static>>) -> Outcome {

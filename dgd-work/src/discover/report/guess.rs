@@ -52,13 +52,13 @@ pub(super) fn value(guess: Option<&Guess>) -> Value {
 
 /// The formula as an effect file, with its parameters and the ranges over which it was compared with recordings.
 pub(super) fn law(guess: &Guess, file: &str) -> Value {
-    let parameters: Vec<Value> = (guess.terms.iter().enumerate())
-        .map(|(i, term)| {
+    let parameters: Vec<Value> = (guess.parameters.iter())
+        .map(|parameter| {
             json!({
-                "name": format!("law_{}", i + 1),
-                "value": tidy(term.coefficient / term.unit.factor),
-                "unit": term.unit.symbol,
-                "std": term.std.map(|std| tidy(std / term.unit.factor)),
+                "name": parameter.name,
+                "value": tidy(parameter.value / parameter.unit.factor),
+                "unit": parameter.unit.symbol,
+                "std": parameter.std.map(|std| tidy(std / parameter.unit.factor)),
             })
         })
         .collect();

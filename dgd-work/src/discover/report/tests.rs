@@ -8,7 +8,7 @@ use dgd_data::Disk;
 use dgd_data::files::write_folder;
 use dgd_discover::{
     Alternative, Condition, ConditionKind, Course, Discovery, Evidence, FoundEffect, Gap, Guess,
-    GuessedTerm, MissingInput, OutputTrace, ParameterValue, Place, PlaceKind, Ranked,
+    GuessedTerm, LawParameter, MissingInput, OutputTrace, ParameterValue, Place, PlaceKind, Ranked,
     RecordingTrace, Screened, Together, Unexplained, Verdict, Window,
 };
 use dgd_runtime::{Signature, System, Unit};
@@ -127,6 +127,12 @@ fn guess() -> Guess {
         left_before: 41.23,
         left_after: 1.32,
         file: "/// A formula.\neffect law on mud_circulation\n".to_owned(),
+        parameters: vec![LawParameter {
+            name: "law_1".to_owned(),
+            value: 0.0123 * 60_000.0,
+            std: Some(12.0),
+            unit: Unit { symbol: "1/lpm".into(), factor: 60_000.0, offset: 0.0 },
+        }],
         ranges: Vec::new(),
     }
 }

@@ -1,0 +1,222 @@
+//! A formula as an effect file, with its constants as parameters.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use dgd_compiler::model::Model;
+use dgd_compiler::units::Unit;
+
+use super::formula::{Factor, Shape, literal};
+use super::regression::{Ranked, Trace};
+use super::{GuessedTerm, Site};
+use crate::missing_input::PlaceKind;
+
+/// The range of a quantity within which a formula was compared with recordings.
+#[derive(Debug, Clone)]
+pub struct LawRange {
+    /// The quantity.
+    pub name: String,
+    /// Its unit; of a temperature that of differences.
+    pub unit: dgd_runtime::Unit,
+    /// Its least value, SI.
+    pub low: f64,
+    /// Its largest value, SI.
+    pub high: f64,
+}
+
+/// A parameter of a formula's file: a coefficient, or the constant within a factor, as the b of tanh(x/b).
+#[derive(Debug, Clone)]
+pub struct LawParameter {
+    /// Its name in the file.
+    pub name: String,
+    /// Its value, SI.
+    pub value: f64,
+    /// Its standard deviation; `None` where the data does not determine it.
+    pub std: Option<f64>,
+    /// Its unit.
+    pub unit: dgd_runtime::Unit,
+}
+
+/// A term of a formula, fitted.
+pub(super) struct FittedTerm<'a> {
+    pub(super) shape: Shape,
+    /// The coefficient, SI, and its standard deviation.
+    pub(super) value: f64,
+    pub(super) std: Option<f64>,
+    /// That of the inner constant, SI.
+    pub(super) std_of_inner: Option<f64>,
+    pub(super) unit: &'a Unit,
+}
+
+impl FittedTerm<'_> {
+    pub(super) fn told(&self, names: &[Factor]) -> GuessedTerm {
+        GuessedTerm {
+            factor: self.shape.text(names).trim_start().to_owned(),
+            coefficient: self.value,
+            std: self.std,
+            unit: plain(self.unit),
+        }
+    }
+}
+
+/// The constants of a formula as parameters of an effect.
+pub(super) struct Constants<'a> {
+    pub(super) terms: Vec<Constant<'a>>,
+}
+
+/// Those of one term.
+pub(super) struct Constant<'a> {
+    shape: &'a Shape,
+    pub(super) name: String,
+    /// The coefficient, SI, and its standard deviation.
+    value: f64,
+    std: Option<f64>,
+    unit: &'a Unit,
+    /// Name of the inner constant, where there is one.
+    pub(super) inner: Option<String>,
+    std_of_inner: Option<f64>,
+}
+
+impl<'a> Constants<'a> {
+    /// Coefficients first, then inner constants, numbered; what the model has by such a name is left out.
+    pub(super) fn named(
+        first: &str,
+        terms: impl Iterator<Item = (&'a Shape, f64, &'a Unit)>,
+        is_taken: impl Fn(&str) -> bool,
+    ) -> Self {
+        let mut names = (1..).map(|i| format!("{first}_{i}")).filter(|name| !is_taken(name));
+        let mut terms: Vec<Constant<'a>> = terms
+            .zip(names.by_ref())
+            .map(|((shape, value, unit), name)| Constant {
+                shape,
+                name,
+                value,
+                std: None,
+                unit,
+                inner: None,
+                std_of_inner: None,
+            })
+            .collect();
+        for term in terms.iter_mut().filter(|term| term.shape.inner.is_some()) {
+            term.inner = names.next();
+        }
+        Constants { terms }
+    }
+
+    /// Those of a law that was fitted.
+    pub(super) fn of_law(terms: &'a [FittedTerm<'a>], is_taken: impl Fn(&str) -> bool) -> Self {
+        let all = terms.iter().map(|term| (&term.shape, term.value, term.unit));
+        let mut constants = Constants::named("law", all, is_taken);
+        for (constant, term) in constants.terms.iter_mut().zip(terms) {
+            (constant.std, constant.std_of_inner) = (term.std, term.std_of_inner);
+        }
+        constants
+    }
+
+    /// All of them, as the file declares them.
+    pub(super) fn told(&self, names: &[Factor]) -> Vec<LawParameter> {
+        let of_term = |term: &Constant<'_>| {
+            let Constant { name, value, std, unit, .. } = term;
+            let parameter = |name: &String, value, std, unit: &Unit| LawParameter {
+                name: name.clone(),
+                value,
+                std,
+                unit: plain(unit),
+            };
+            let own = parameter(name, *value, *std, unit);
+            let inner = term.inner.as_ref().zip(term.shape.inner_unit(names));
+            let inner = inner.zip(term.shape.inner);
+            let inner =
+                inner.map(|((n, unit), value)| parameter(n, value, term.std_of_inner, unit));
+            std::iter::once(own).chain(inner).collect::<Vec<_>>()
+        };
+        self.terms.iter().flat_map(of_term).collect()
+    }
+}
+
+/// A unit of differences as the runtime has it.
+fn plain(unit: &Unit) -> dgd_runtime::Unit {
+    dgd_runtime::Unit { symbol: unit.symbol.clone().into(), factor: unit.factor, offset: 0.0 }
+}
+
+/// Within which factor of where it began an inner constant stays: beyond the decades of its grid a form is another one.
+const INNER_BOUND: f64 = 100.0;
+
+/// The formula as an effect, its coefficients as parameters.
+pub(super) fn text(model: &Model, site: &Site<'_>, constants: &Constants<'_>) -> String {
+    let (mut parameters, mut nulls, mut sum) = (String::new(), String::new(), Vec::new());
+    let declared = |name: &str, value: f64, unit: &Unit, bounds: &str, std: Option<f64>| {
+        let std = std.map(|std| format!("    /// ± {}", literal(std / unit.factor)));
+        let value = literal(value / unit.factor);
+        format!("parameter {name} [{}] = {value}{bounds}{}\n", unit.symbol, std.unwrap_or_default())
+    };
+    for term in &constants.terms {
+        parameters += &declared(&term.name, term.value, term.unit, "", term.std);
+        let own = term.inner.as_ref().zip(term.shape.inner_unit(&site.names));
+        if let Some(((name, unit), value)) = own.zip(term.shape.inner) {
+            let [low, high] = [1.0 / INNER_BOUND, INNER_BOUND]
+                .map(|factor| literal(factor * value / unit.factor));
+            let bounds = format!("  in {low} .. {high}, log");
+            parameters += &declared(name, value, unit, &bounds, term.std_of_inner);
+        }
+        // Writing to a string cannot fail.
+        let _ = writeln!(nulls, "null {} = 0", term.name);
+        let inner = term.inner.as_deref().unwrap_or_default();
+        sum.push(format!("{}{}", term.name, term.shape.text_with(&site.names, inner)));
+    }
+    let (model, place, sum) = (&model.name, site.name, sum.join(" + "));
+    let (kind, change) = match site.kind {
+        PlaceKind::Equation => ("plant", format!("add {sum} to {place}")),
+        PlaceKind::Parameter => ("plant", format!("replace {place} by {place} + {sum}")),
+        PlaceKind::Input => ("input", format!("replace {place} by {place} + {sum}")),
+        PlaceKind::Output => ("sensor", format!("replace output {place} by {place} + {sum}")),
+    };
+    format!("effect guess on {model}\nkind {kind}\n\n{parameters}{nulls}\n{change}\n")
+}
+
+/// Ranges of the names that a formula has, in the training recordings.
+pub(super) fn ranges(site: &Site<'_>, ranked: &Ranked, train: &[Trace]) -> Vec<LawRange> {
+    let used = ranked.terms.iter().flat_map(|(shape, _)| shape.forms().map(|(name, _)| name));
+    let used: BTreeSet<usize> = used.collect();
+    let range = |name: usize| {
+        let values = train.iter().flat_map(|trace| trace.names[name].iter().copied());
+        let (low, high) = values
+            .filter(|value| value.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let Factor { name, unit } = &site.names[name];
+        LawRange { name: name.clone(), unit: plain(unit), low, high }
+    };
+    used.into_iter().map(range).collect()
+}
+
+impl LawRange {
+    fn words(&self) -> String {
+        let [low, high] = [self.low, self.high].map(|x| literal(x / self.unit.factor));
+        format!("`{}` between {low} and {high} {}", self.name, self.unit.symbol)
+    }
+}
+
+/// The file, with standard deviations and the ranges that the formula was compared over.
+pub(super) fn law(
+    model: &Model,
+    site: &Site<'_>,
+    constants: &Constants<'_>,
+    formula: &str,
+    ranges: &[LawRange],
+) -> String {
+    let place = match site.kind {
+        PlaceKind::Equation => format!("the equation `{}` lacks", site.name),
+        PlaceKind::Parameter => format!("the parameter `{}` changes by", site.name),
+        PlaceKind::Input => format!("the input `{}` acts more by", site.name),
+        PlaceKind::Output => format!("the sensor `{}` reads more by", site.name),
+    };
+    let mut doc = format!(
+        "/// A formula found in recordings: {place} `{formula}`.\n///\n/// It describes them and is not confirmed."
+    );
+    let within: Vec<String> = ranges.iter().map(LawRange::words).collect();
+    if !within.is_empty() {
+        let _ = write!(doc, " It was compared with them for {}.", within.join(", "));
+    }
+    let text = text(model, site, constants);
+    format!("{doc}\n{text}").replacen("effect guess on", "effect law on", 1)
+}

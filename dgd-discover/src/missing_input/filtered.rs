@@ -1,0 +1,208 @@
+//! A trajectory that follows the readings, where the model's own simulation does not.
+//!
+//! Where a simulation leaves more of an output than its own mean would, as in a closed loop or where integrations
+//! run away, what is linear around it says nothing about where the plant was. An extended Kalman filter goes from reading to
+//! reading instead: the model leads from one sample to the next, and what it misses is noise of all states alike,
+//!
+//! ```text
+//!   x⁻(k+1) = φ(x(k)),   P⁻ = Φ P Φᵀ + (10^j sizes)² h/T,   x = x⁻ + K (measured − w(x⁻))
+//! ```
+//!
+//! with the j that makes the readings most likely, each predicted from those before it. The trajectory is x(k), its
+//! shifts are φ(x(k)) − x(k+1), and everything else is as around a simulation: the likelihood of a place knows nothing of the
+//! filter's noise.
+//!
+//! Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), §8.3, with the linearisation along the
+//! estimate.
+
+use dgd_execute::Loaded;
+use dgd_runtime::for_identify::unknown_sizes;
+use dgd_runtime::{
+    Inputs, Observations, Options, Problem, Solution, System, consistent_start, observe, simulate,
+};
+use dgd_screen::noise::SensorNoise;
+use nalgebra::{DMatrix, DVector};
+
+use super::deviations::Deviations;
+use super::missing_terms::MissingTerms;
+
+/// Decades of how far states stray over a recording, over their sizes, as they are tried.
+const DECADES: [i32; 7] = [-4, -3, -2, -1, 0, 1, 2];
+
+/// A recording that is to be followed.
+pub(super) struct Followed<'a> {
+    pub(super) terms: &'a MissingTerms,
+    /// All parameters, SI.
+    pub(super) p: &'a [f64],
+    /// Inputs of the model and of all places, with d at one of these.
+    pub(super) inputs: &'a Inputs,
+    pub(super) place: usize,
+    pub(super) d: &'a [f64],
+    /// Start values, SI.
+    pub(super) start: &'a [(usize, f64)],
+    /// Times of the samples, s.
+    pub(super) times: &'a [f64],
+    /// Readings, n_w per sample; not finite where nothing was read.
+    pub(super) measured: &'a [f64],
+    pub(super) noise: &'a [Option<SensorNoise>],
+    pub(super) options: &'a Options,
+}
+
+/// A trajectory, and the deviations from it.
+pub(super) struct Filtered {
+    pub(super) deviations: Deviations,
+    /// What was read less what the trajectory has without d.
+    pub(super) residuals: Vec<f64>,
+    pub(super) trajectory: Solution,
+}
+
+/// A filter's way along a recording.
+struct Way {
+    /// Unknowns and discrete numbers, as those of a solution.
+    y: Vec<f64>,
+    z: Vec<f64>,
+    shifts: Vec<DVector<f64>>,
+    log_likelihood: f64,
+}
+
+/// The model over one interval.
+struct Piece {
+    trajectory: Solution,
+    deviations: Deviations,
+    simulated: Observations,
+}
+
+/// States, and their covariance.
+struct Estimate {
+    x: DVector<f64>,
+    p: DMatrix<f64>,
+    log_likelihood: f64,
+}
+
+impl Followed<'_> {
+    /// The trajectory of the filter under which the readings are most likely; `None` where the model cannot be
+    /// followed: with modes that are declared, with rows of one time, and where it has no solution or no derivative on the way.
+    pub(super) fn filtered(&self) -> Option<Filtered> {
+        let signature = self.terms.system().signature();
+        let has_modes =
+            signature.discrete.automata.iter().any(|automaton| automaton.kind.is_declared());
+        if has_modes || self.times.len() < 2 || self.times.windows(2).any(|t| t[0] >= t[1]) {
+            return None;
+        }
+        let mut best: Option<Way> = None;
+        for decade in DECADES {
+            let Some(way) = self.way(10f64.powi(decade)) else { continue };
+            if best.as_ref().is_some_and(|best| best.log_likelihood >= way.log_likelihood) {
+                break;
+            }
+            best = Some(way);
+        }
+        let Way { y, z, shifts, .. } = best?;
+        let first = self.simulated(0, self.start)?;
+        let trajectory = Solution { times: self.times.to_vec(), y, z, ..first };
+        let mut deviations =
+            Deviations::along(self.terms, self.p, self.inputs, &trajectory).ok()?;
+        let simulated = observe(&self.problem(self.start), &trajectory);
+        let mut residuals: Vec<f64> =
+            self.measured.iter().zip(&simulated.w).map(|(m, w)| m - w).collect();
+        // Deviations are of all of d, not of what it is more than here.
+        deviations.shifts = shifts;
+        for ((shift, response), d) in
+            deviations.shifts.iter_mut().zip(&deviations.responses).zip(self.d)
+        {
+            *shift -= response.column(self.place) * *d;
+        }
+        let n_w = deviations.n_outputs;
+        for (k, (seen, d)) in deviations.seen.iter().zip(self.d).enumerate() {
+            let Some(seen) = seen else { continue };
+            for (output, residual) in residuals[k * n_w..(k + 1) * n_w].iter_mut().enumerate() {
+                *residual += seen.inputs[(output, self.place)] * d;
+            }
+        }
+        Some(Filtered { deviations, residuals, trajectory })
+    }
+
+    fn problem<'b>(&'b self, start: &'b [(usize, f64)]) -> Problem<'b, Loaded> {
+        Problem { system: self.terms.system(), p: self.p, inputs: self.inputs, start }
+    }
+
+    fn simulated(&self, k: usize, start: &[(usize, f64)]) -> Option<Solution> {
+        simulate(&self.problem(start), &self.times[k..k + 2], self.options).ok()
+    }
+
+    /// The model from the k-th sample to the next.
+    fn piece(&self, k: usize, start: &[(usize, f64)]) -> Option<Piece> {
+        let trajectory = self.simulated(k, start)?;
+        let deviations = Deviations::along(self.terms, self.p, self.inputs, &trajectory).ok()?;
+        let simulated = observe(&self.problem(start), &trajectory);
+        Some(Piece { trajectory, deviations, simulated })
+    }
+
+    /// The filter whose states stray by `strays` of their sizes over the recording.
+    fn way(&self, strays: f64) -> Option<Way> {
+        let unknowns = &self.terms.system().signature().unknowns;
+        let n = unknowns.len();
+        let states: Vec<usize> = (0..n).filter(|i| unknowns.is_differential(*i)).collect();
+        let of = |y: &[f64]| DVector::from_iterator(states.len(), states.iter().map(|i| y[*i]));
+        let from = |x: &DVector<f64>| -> Vec<(usize, f64)> {
+            states.iter().copied().zip(x.iter().copied()).collect()
+        };
+        let last = self.times.len() - 1;
+        let duration = self.times[last] - self.times[0];
+
+        let first = self.piece(0, self.start)?;
+        let mut sizes = vec![0.0; n];
+        unknown_sizes(self.terms.system(), first.trajectory.y(0), &mut sizes);
+        let variances = of(&sizes).map(|size| size * size);
+        let (x, p) = (of(first.trajectory.y(0)), DMatrix::from_diagonal(&variances));
+        let mut at = Estimate { x, p, log_likelihood: 0.0 };
+        self.correct(&mut at, 0, &first, 0);
+
+        let (mut y, mut z, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
+        for k in 0..last {
+            let piece = self.piece(k, &from(&at.x))?;
+            y.extend_from_slice(piece.trajectory.y(0));
+            z.extend_from_slice(piece.trajectory.z(0));
+            let transition = &piece.deviations.transitions[0];
+            at.p = transition * &at.p * transition.transpose();
+            let interval = (self.times[k + 1] - self.times[k]) / duration;
+            for (i, variance) in variances.iter().enumerate() {
+                at.p[(i, i)] += strays * strays * variance * interval;
+            }
+            let ahead = of(piece.trajectory.y(1));
+            at.x.clone_from(&ahead);
+            self.correct(&mut at, k + 1, &piece, 1);
+            shifts.push(ahead - &at.x);
+            if k + 1 == last {
+                z.extend_from_slice(piece.trajectory.z(1));
+            }
+        }
+        let end = consistent_start(&self.problem(&from(&at.x)), self.times[last], self.options);
+        y.extend_from_slice(&end.ok()?.y);
+        let log_likelihood = at.log_likelihood;
+        log_likelihood.is_finite().then_some(Way { y, z, shifts, log_likelihood })
+    }
+
+    /// Takes in what was read at a sample, one reading at a time; the model there is at one end of a piece.
+    fn correct(&self, at: &mut Estimate, sample: usize, piece: &Piece, end: usize) {
+        let n_w = piece.deviations.n_outputs;
+        let Some(seen) = &piece.deviations.seen[end] else { return };
+        let predicted = at.x.clone();
+        for (output, noise) in self.noise.iter().enumerate() {
+            let value = self.measured[sample * n_w + output];
+            let Some(SensorNoise { std, .. }) = noise else { continue };
+            if !(value.is_finite() && *std > 0.0) {
+                continue;
+            }
+            let c = seen.states.row(output).transpose();
+            let column = &at.p * &c;
+            let variance = c.dot(&column) + std * std;
+            let moved = c.dot(&(&at.x - &predicted));
+            let innovation = value - piece.simulated.w(end)[output] - moved;
+            at.x += &column * (innovation / variance);
+            at.p -= &column * column.transpose() / variance;
+            at.log_likelihood -= 0.5 * (variance.ln() + innovation * innovation / variance);
+        }
+        at.p = (&at.p + at.p.transpose()) * 0.5;
+    }
+}

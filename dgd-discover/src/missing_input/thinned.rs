@@ -1,0 +1,62 @@
+//! A recording at the times that places are looked for at.
+
+use dgd_identify::{Recording, Starts};
+use dgd_runtime::Observations;
+
+use crate::fit::runs_away;
+
+/// A recording at fewer times, with the start values that it is simulated from.
+pub(super) struct Thinned<'a> {
+    pub(super) recording: &'a Recording,
+    pub(super) times: Vec<f64>,
+    /// Positions of `times` among all.
+    samples: Vec<usize>,
+    pub(super) start: Starts,
+    pub(super) counts_from: f64,
+}
+
+impl<'a> Thinned<'a> {
+    pub(super) fn new(
+        recording: &'a Recording,
+        most: usize,
+        start: Starts,
+        counts_from: f64,
+    ) -> Self {
+        let stride = recording.times.len().div_ceil(most.max(1)).max(1);
+        let samples: Vec<usize> = (0..recording.times.len()).step_by(stride).collect();
+        let times = samples.iter().map(|k| recording.times[*k]).collect();
+        Thinned { recording, times, samples, start, counts_from }
+    }
+
+    /// What was read, n_w per sample.
+    pub(super) fn readings(&self) -> Vec<f64> {
+        let measured = &self.recording.measured;
+        let of = |k: &usize| {
+            let read = |of: &Option<Vec<f64>>| of.as_ref().map_or(f64::NAN, |all| all[*k]);
+            measured.iter().map(read).collect::<Vec<f64>>()
+        };
+        self.samples.iter().flat_map(of).collect()
+    }
+
+    /// Whether a simulation that leaves this runs away from an output.
+    pub(super) fn is_left(&self, residuals: &[f64]) -> bool {
+        let (readings, n_w) = (self.readings(), self.recording.measured.len());
+        let of = |all: &[f64], output: usize| -> Vec<f64> {
+            all.iter().skip(output).step_by(n_w).copied().collect()
+        };
+        (0..n_w).any(|output| runs_away(&of(&readings, output), &of(residuals, output)))
+    }
+
+    /// Measured less simulated, n_w per sample.
+    pub(super) fn residuals(&self, simulated: &Observations) -> Vec<f64> {
+        let measured = &self.recording.measured;
+        let of_sample = |(row, k): (usize, &usize)| {
+            let w = simulated.w(row);
+            let residual = |(i, of): (usize, &Option<Vec<f64>>)| {
+                of.as_ref().map_or(f64::NAN, |measured| measured[*k] - w[i])
+            };
+            measured.iter().enumerate().map(residual).collect::<Vec<f64>>()
+        };
+        self.samples.iter().enumerate().flat_map(of_sample).collect()
+    }
+}
