@@ -72,7 +72,7 @@ fn rms(a: &[f64], b: &[f64]) -> f64 {
 
 fn parameter(name: &str, symbol: &'static str, value: f64, std: Option<f64>) -> ParameterValue {
     let unit = Unit { symbol: symbol.into(), factor: 1.0, offset: 0.0 };
-    ParameterValue { name: name.to_owned(), unit, value, std }
+    ParameterValue { name: name.to_owned(), unit, value, std, std_model: None }
 }
 
 fn window(from: f64, until: f64) -> Window {
