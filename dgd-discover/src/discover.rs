@@ -241,9 +241,10 @@ fn refine<'a>(
     let after = if named.is_base() { before.clone() } else { to_the_end(search, named, &of_fit)? };
     count.more(1);
     let of_base = ModelSpread::of(search, StructureId::BASE, &before, &data);
-    let model_spread = match named.is_base() {
-        true => of_base.clone(),
-        false => ModelSpread::of(search, named, &after, &data),
+    let model_spread = if named.is_base() {
+        of_base.clone()
+    } else {
+        ModelSpread::of(search, named, &after, &data)
     };
     Ok(Refined { data, before, after, model_spreads: [of_base, model_spread] })
 }

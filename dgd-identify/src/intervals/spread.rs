@@ -129,7 +129,8 @@ pub fn spread(
     };
     let shares = seen.shares(&of, &cells);
     let recordings: Vec<usize> = cells.iter().map(|cell| cell.recording).collect();
-    if !(shares.iter().sum::<f64>() > 0.0) {
+    let known: f64 = shares.iter().sum();
+    if known.is_nan() || known <= 0.0 {
         return Ok(None);
     }
     let runs = parts(&recordings, &shares);
