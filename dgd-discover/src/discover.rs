@@ -27,8 +27,9 @@ use crate::library::{
 use crate::missing_input::{self, FoundPlace, Missing, TIE, missing_inputs};
 use crate::noise::{noise_of, readings, without_lonely, without_spikes};
 use crate::report::{
-    Discovery, Found, FoundEffect, Ranked, Unexplained, corrected, described, gap, given_up,
-    left_over, not_tried, parameters, power, ranking_of, reason, screened, traces, unexplained,
+    Discovery, Found, FoundEffect, ModelSpread, Ranked, Unexplained, corrected, described, gap,
+    given_up, left_over, not_tried, parameters, power, ranking_of, reason, screened, traces,
+    unexplained,
 };
 use crate::request::{DiscoverError, Request};
 use crate::search::{Evidence, Open, Outcome, Screen, Search, Verdict, p_value_of_the_base};
@@ -139,6 +140,8 @@ struct Refined<'a> {
     data: Data<'a>,
     before: Fitted,
     after: Fitted,
+    /// How far the estimates of both may be off for what is left over.
+    model_spreads: [ModelSpread; 2],
 }
 
 /// What was found, and what is left over.
@@ -237,7 +240,13 @@ fn refine<'a>(
     count.more(1);
     let after = if named.is_base() { before.clone() } else { to_the_end(search, named, &of_fit)? };
     count.more(1);
-    Ok(Refined { data, before, after })
+    let of_base = ModelSpread::of(search, StructureId::BASE, &before, &data);
+    let model_spread = if named.is_base() {
+        of_base.clone()
+    } else {
+        ModelSpread::of(search, named, &after, &data)
+    };
+    Ok(Refined { data, before, after, model_spreads: [of_base, model_spread] })
 }
 
 /// A structure that was tried, fitted to the end with the asked tolerance.
@@ -262,11 +271,12 @@ fn to_the_end(
 fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'_>) -> Explained {
     let Prepared { request, model, .. } = prepared;
     let Searched { search, outcome, evidence, .. } = searched;
-    let Refined { data, before, after } = refined;
+    let Refined { data, before, after, model_spreads: [_, model_spread] } = refined;
     let missing = missing_inputs(model, request.base.engine, before, data);
     let circumstances = Circumstances::new(before, data);
     let structure = outcome.structure();
-    let found = Found { search, data, structure, after, circumstances: &circumstances };
+    let found =
+        Found { search, data, structure, after, model_spread, circumstances: &circumstances };
     let effects = structure.effects().zip(evidence).map(|(c, evidence)| found.effect(c, *evidence));
     let effects = effects.collect();
     let unexplained = match outcome {
@@ -352,7 +362,7 @@ fn report(
     let Prepared { request, model, .. } = prepared;
     let Searched { search, outcome, screens, .. } = searched;
     let verdict = outcome.verdict();
-    let Refined { data, before, after } = refined;
+    let Refined { data, before, after, model_spreads: [of_base, of_corrected] } = refined;
     let Explained { circumstances, missing, effects, unexplained } = explained;
     let [of_library, of_templates] = not_tried(search, screens, verdict);
     let left_out: Vec<_> = prepared.left_out.iter().cloned().chain(of_library).collect();
@@ -378,8 +388,8 @@ fn report(
         nowhere: missing.reason,
         ranking,
         screened: screened(search, screens),
-        base_parameters: parameters(&before, &[]),
-        corrected_parameters: parameters(&after, &[]),
+        base_parameters: parameters(&before, &of_base, &[]),
+        corrected_parameters: parameters(&after, &of_corrected, &[]),
         corrected: corrected(request.base, request.sources, &after, diagnostics)
             .map_err(DiscoverError::Model)?,
     })

@@ -18,7 +18,7 @@
 //! | `output_error` | fits that simulate |
 //! | `regression` | equations and outputs in which all else is known: least squares, recursive too |
 //! | `filter` | states and parameters while samples come in, and by the likelihood of innovations |
-//! | `uncertainty`, `intervals` | covariances; profiles and resampled data; which samples determine what |
+//! | `uncertainty`, `intervals` | covariances; profiles and resampled data; which samples determine what; how far parts are apart |
 //! | `progress` | who looks on, and may stop it |
 //! | `journal` | results kept, so that a run that was ended goes on where it was |
 //! | `random` | deviates from random bits |
@@ -42,6 +42,7 @@ pub use error::{EstimateError, TrialFailed, TrialFailure, WrongLength};
 pub use intervals::bootstrap::{Bootstrap, bootstrap};
 pub use intervals::information::{Information, information};
 pub use intervals::profile::{End, Profile, THRESHOLD, profile, profiles};
+pub use intervals::spread::{Part, Spread, SpreadAt, spread};
 pub use loss::{Loss, LossAt};
 pub use minimise::levenberg_marquardt::{
     Minimum, NormalEquations, Region, StoppingRule, Termination, minimise, minimise_watched,

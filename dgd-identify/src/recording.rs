@@ -253,7 +253,13 @@ pub(crate) fn sums(
 
 /// ∂w/∂z of one output.
 #[inline]
-fn write_slopes(dw: &[f64], n_w: usize, output: usize, columns: &[Column], slopes: &mut [f64]) {
+pub(crate) fn write_slopes(
+    dw: &[f64],
+    n_w: usize,
+    output: usize,
+    columns: &[Column],
+    slopes: &mut [f64],
+) {
     for (slope, column) in slopes.iter_mut().zip(columns) {
         *slope = dw[column.direction * n_w + output] * column.slope;
     }

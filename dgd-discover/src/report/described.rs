@@ -8,6 +8,7 @@ use dgd_runtime::System;
 
 use super::discovery::Described;
 use super::found::parameters;
+use super::model_spread::ModelSpread;
 use crate::fit::Fitted;
 use crate::library::{StructureId, signed};
 use crate::search::Search;
@@ -15,6 +16,7 @@ use crate::search::Search;
 /// The effects of a structure that bends to the recordings.
 pub(crate) fn described(search: &Search<'_>, structure: StructureId) -> Vec<Described> {
     let Some(fitted) = search.fitted(structure) else { return Vec::new() };
+    let model_spread = ModelSpread::of(search, structure, fitted, &search.data);
     let left =
         (search.training_square(structure).unwrap_or(f64::NAN), search.held_out_square(structure));
     let one = |candidate: usize| {
@@ -26,7 +28,7 @@ pub(crate) fn described(search: &Search<'_>, structure: StructureId) -> Vec<Desc
             kind: of.kind(),
             form: of.form(),
             target: of.target(),
-            parameters: parameters(fitted, &own),
+            parameters: parameters(fitted, &model_spread, &own),
             left,
             file: text(search, fitted, candidate),
             arguments: of.application.arguments.iter().map(|name| name.text.clone()).collect(),

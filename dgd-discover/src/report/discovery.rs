@@ -125,6 +125,9 @@ pub struct ParameterValue {
     pub value: f64,
     /// Standard deviation, SI; `None` where the data does not determine it.
     pub std: Option<f64>,
+    /// How far it may be off for what the model still misses, SI: the spread over parts of the training recordings and
+    /// over structures that do nearly as well. `None` where nothing is left over, and where it is not known.
+    pub std_model: Option<f64>,
 }
 
 /// A discrepancy without a name.

@@ -4,6 +4,7 @@ use dgd_identify::Estimate;
 use dgd_runtime::System;
 
 use super::discovery::{FoundEffect, ParameterValue};
+use super::model_spread::ModelSpread;
 use crate::conditions::Circumstances;
 use crate::fit::{Data, Fitted};
 use crate::library::StructureId;
@@ -15,13 +16,15 @@ pub(crate) struct Found<'a> {
     pub data: &'a Data<'a>,
     pub structure: StructureId,
     pub after: &'a Fitted,
+    /// How far estimates of `after` may be off for what is left over.
+    pub model_spread: &'a ModelSpread,
     pub circumstances: &'a Circumstances,
 }
 
 impl Found<'_> {
     /// All about one effect of the structure.
     pub(crate) fn effect(&self, candidate: usize, evidence: Evidence) -> FoundEffect {
-        let Found { search, data, structure, after, circumstances } = *self;
+        let Found { search, data, structure, after, model_spread, circumstances } = *self;
         let described = &search.candidates[candidate];
         let effect = described.application.effect;
         let brought = after.structure.brought_by(candidate);
@@ -60,7 +63,7 @@ impl Found<'_> {
             onset,
             windows: windows.swap_remove(0),
             condition,
-            parameters: parameters(after, &own),
+            parameters: parameters(after, model_spread, &own),
             evidence,
         }
     }
@@ -87,7 +90,11 @@ impl Found<'_> {
 }
 
 /// Estimated parameters of a fit by name; all that were estimated where no names are given.
-pub(crate) fn parameters(fitted: &Fitted, names: &[String]) -> Vec<ParameterValue> {
+pub(crate) fn parameters(
+    fitted: &Fitted,
+    model_spread: &ModelSpread,
+    names: &[String],
+) -> Vec<ParameterValue> {
     let signature = fitted.structure.system.signature();
     let wanted = |name: &str| names.is_empty() || names.iter().any(|other| other == name);
     let estimates = fitted.estimates.iter().filter(|estimate| estimate.recording.is_none());
@@ -98,6 +105,7 @@ pub(crate) fn parameters(fitted: &Fitted, names: &[String]) -> Vec<ParameterValu
             unit: parameter.unit.clone(),
             value: estimate.value,
             std: estimate.std,
+            std_model: model_spread.get(&estimate.name),
         })
     };
     estimates.filter(|estimate| wanted(&estimate.name)).filter_map(value).collect()

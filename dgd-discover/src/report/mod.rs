@@ -8,6 +8,7 @@ mod corrected;
 mod described;
 mod discovery;
 mod found;
+mod model_spread;
 mod power;
 mod reason;
 
@@ -21,6 +22,7 @@ pub use discovery::{
     Screened, Unexplained,
 };
 pub(crate) use found::{Found, parameters};
+pub(crate) use model_spread::ModelSpread;
 pub use power::Power;
 pub(crate) use power::power;
 pub(crate) use reason::reason;

@@ -200,6 +200,29 @@ impl Search<'_> {
         others.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, other)| other)
     }
 
+    /// Structures that leave about as much as another does, on training and validation data alike.
+    pub(crate) fn near(&self, structure: StructureId) -> Vec<StructureId> {
+        let roots = |of: StructureId| {
+            let held_out = self.held_out_square(of);
+            let squares = [self.training_square(of), held_out.or_else(|| self.training_square(of))];
+            Some([squares[0]?.sqrt(), squares[1]?.sqrt(), f64::from(u8::from(held_out.is_some()))])
+        };
+        let Some(own) = roots(structure) else { return Vec::new() };
+        let apart = |one: f64, other: f64| (one / other).max(other / one);
+        let is_near = |other: &StructureId| {
+            *other != structure
+                && self.is_sound(*other)
+                && self.fitted(*other).is_some_and(|fitted| fitted.is_converged)
+                && roots(*other).is_some_and(|found| {
+                    // Both have validation errors, or none has.
+                    found[2] == own[2]
+                        && apart(found[0], own[0]).max(apart(found[1], own[1]))
+                            <= self.thresholds.alternative
+                })
+        };
+        self.ranked().into_iter().filter(is_near).collect()
+    }
+
     /// What there is to say about a structure.
     pub(crate) fn note(&self, structure: StructureId) -> String {
         let Some(fitted) = self.fitted(structure) else { return String::new() };
@@ -229,4 +252,32 @@ impl Search<'_> {
 /// The noise of whitened errors.
 fn unit_of(noise: &SensorNoise) -> SensorNoise {
     SensorNoise { std: 1.0, colour: None, ..*noise }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::draining::{id, leaving, with_effects};
+    use super::*;
+
+    #[test]
+    fn near_structures_leave_as_much() {
+        let left: [(&[usize], f64); 4] = [(&[], 400.0), (&[0], 6.0), (&[1], 6.5), (&[2], 7.0)];
+        with_effects(["density", "clock", "influx"], |base, candidates, data| {
+            let fitted = |(chosen, left): &(&[usize], f64)| {
+                let structure = base.structure(candidates, id(chosen)).expect("a structure");
+                (id(chosen), Ok(leaving(*left, structure)))
+            };
+            let tried = left.iter().map(fitted).collect();
+            let mut search = Search { tried, ..Search::new(base, candidates, data, 1, 1) };
+            // Roots: 6.5 is 4 % above 6, and 7 is 8 % above.
+            assert_eq!(search.near(id(&[0])), [id(&[1])]);
+            assert_eq!(search.near(id(&[1])), [id(&[0]), id(&[2])]);
+            assert_eq!(search.near(StructureId::BASE), []);
+            // What was not fitted to the end is not compared.
+            if let Some(Ok(one)) = search.tried.get_mut(&id(&[1])) {
+                one.is_converged = false;
+            }
+            assert_eq!(search.near(id(&[0])), []);
+        });
+    }
 }

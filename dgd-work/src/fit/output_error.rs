@@ -9,6 +9,7 @@ use super::refit::options_of_refit;
 use super::report::information::Origins;
 use super::report::intervals::Intervals;
 use super::report::left_out::LeftOut;
+use super::report::left_over::LeftOver;
 use super::report::outcome::{Outcome, name_of};
 use super::report::quality::Quality;
 use super::task::Task;
@@ -71,9 +72,13 @@ pub(super) fn run(
         .map_err(|error| task.failed(error, &request.data))?;
     let mut reservations = reservations::of_recordings(&task.system, &fit.p, &task.train);
     reservations.extend(task.repeated(request));
+    let quality = Quality::of(signature, &task.train, &train, &fit);
     if task.few.hide_stds() {
         fit.forget_uncertainty();
     }
+    let ended = is_converged && !task.few.hide_stds() && !task.session.listener.is_stopped();
+    let left_over = LeftOver::find(&problem, &fit, &quality, ended)
+        .map_err(|error| task.failed(error, &request.data))?;
     let outcome = Outcome {
         signature,
         variants: &task.compiled.model.variants,
@@ -87,7 +92,8 @@ pub(super) fn run(
         minima,
         few: &task.few,
         left_out: &left_out,
-        quality: Quality::of(signature, &task.train, &train, &fit),
+        left_over,
+        quality,
         quality_valid: valid
             .as_ref()
             .map(|tested| Quality::of(signature, &tested.recordings, &tested.evaluation, &fit)),

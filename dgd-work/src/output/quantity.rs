@@ -24,31 +24,35 @@ pub(crate) fn of_differences(unit: &Unit) -> Unit {
     Unit { symbol, factor: unit.factor, offset: 0.0 }
 }
 
-/// A value and its standard deviation, `275.0 ± 1.2` or `(1.752 ± 0.031)·10⁸`.
+/// A value and its standard deviation, `275.0 ± 1.2` or `(1.752 ± 0.031)·10⁸`; where the model misses something,
+/// what that may have done to it, too: `275.0 ± 1.2, model ± 4.1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Quantity {
     value: f64,
     std: Option<f64>,
+    std_model: Option<f64>,
 }
 
 impl Quantity {
     /// A value and how far it may be off.
     pub(crate) fn new(value: f64, std: f64) -> Quantity {
-        Quantity { value, std: Some(std) }
+        Quantity { value, std: Some(std), std_model: None }
     }
 
     /// A parameter in its declared unit.
     pub(crate) fn of(parameter: &ParameterValue) -> Quantity {
         let unit = &parameter.unit;
         let value = unit.from_si(parameter.value);
-        let std = parameter.std.map(|std| std / unit.factor);
-        Quantity { value, std: std.filter(|std| std.is_finite() && *std > 0.0) }
+        let shown = |std: Option<f64>| {
+            std.map(|std| std / unit.factor).filter(|std| std.is_finite() && *std > 0.0)
+        };
+        Quantity { value, std: shown(parameter.std), std_model: shown(parameter.std_model) }
     }
 }
 
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Quantity { value, std } = *self;
+        let Quantity { value, std, std_model } = *self;
         if !value.is_finite() {
             return f.write_str("–");
         }
@@ -62,10 +66,13 @@ impl fmt::Display for Quantity {
         // Two digits of the standard deviation.
         let decimals = 1 - decade(std / scale);
         let (value, std) = (fixed(value / scale, decimals), fixed(std / scale, decimals));
+        let model = std_model.map_or_else(String::new, |std| {
+            format!(", model ± {}", fixed(std / scale, 1 - decade(std / scale)))
+        });
         if power == 0 {
-            write!(f, "{value} ± {std}")
+            write!(f, "{value} ± {std}{model}")
         } else {
-            write!(f, "({value} ± {std}){}", times_ten_to(power))
+            write!(f, "({value} ± {std}{model}){}", times_ten_to(power))
         }
     }
 }
@@ -169,7 +176,14 @@ mod tests {
             (0.0, None, "0.000"),
             (f64::NAN, None, "–"),
         ] {
-            assert_eq!(Quantity { value, std }.to_string(), shown, "{value}");
+            assert_eq!(Quantity { value, std, std_model: None }.to_string(), shown, "{value}");
+        }
+        for (value, std, std_model, shown) in [
+            (1.047_18, 1.7e-4, 0.005_04, "1.04718 ± 0.00017, model ± 0.0050"),
+            (2.1352e9, 3.2e6, 8.6e7, "(2.1352 ± 0.0032, model ± 0.086)·10⁹"),
+        ] {
+            let quantity = Quantity { value, std: Some(std), std_model: Some(std_model) };
+            assert_eq!(quantity.to_string(), shown);
         }
     }
 

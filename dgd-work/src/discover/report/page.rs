@@ -46,6 +46,7 @@ struct Page<'a> {
     equations: Vec<Changed<Equation>>,
     changes: Vec<Changed<&'a str>>,
     parameters: Vec<Parameter<'a>>,
+    has_std_model: bool,
     recordings: Vec<[String; 2]>,
     command: &'a str,
     trace: &'static str,
@@ -147,6 +148,9 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
         equations: equations::changed(subject, &discovery.corrected)?,
         changes: diff::lines(patch),
         parameters: parameters(&discovery.base_parameters, &discovery.corrected_parameters),
+        has_std_model: (discovery.base_parameters.iter())
+            .chain(&discovery.corrected_parameters)
+            .any(|parameter| parameter.std_model.is_some()),
         recordings: recordings(subject),
         command: subject.command,
         trace: UNEXPLAINED,

@@ -190,6 +190,7 @@ fn parameters(parameters: &[ParameterValue]) -> Value {
             "value": tidy(unit.from_si(parameter.value)),
             "unit": unit.symbol,
             "std": parameter.std.map(|std| tidy(std / unit.factor)),
+            "std_model": parameter.std_model.map(|std| tidy(std / unit.factor)),
         });
         (&parameter.name, value)
     }))

@@ -38,6 +38,9 @@ fn write_text(
         writeln!(text, "{}", discovery.reason)?;
     }
     writeln!(text, "{}", verdict::next(discovery))?;
+    if says_std_model(discovery) {
+        writeln!(text, "{STD_MODEL}")?;
+    }
     for words in reservations {
         writeln!(text, "But {words}.")?;
     }
@@ -110,6 +113,17 @@ fn write_text(
         writeln!(text, "\nreport: {}", folder.join("report.html").display())?;
     }
     Ok(())
+}
+
+/// What the second deviation of a value is.
+pub(super) const STD_MODEL: &str = "Behind `model ±` stands how far a value may be off for what is left over: how far \
+     estimates from parts of the recordings, and from models that do nearly as well, are apart.";
+
+/// Whether a value has a second deviation.
+pub(super) fn says_std_model(discovery: &Discovery) -> bool {
+    let of_effects = discovery.effects.iter().flat_map(|effect| &effect.parameters);
+    let described = discovery.described.iter().flat_map(|described| &described.parameters);
+    of_effects.chain(described).any(|parameter| parameter.std_model.is_some())
 }
 
 /// Templates that were not tried, so many by name for each reason, and the reason.

@@ -4,6 +4,7 @@ pub(crate) mod few_samples;
 pub(crate) mod information;
 pub(crate) mod intervals;
 pub(crate) mod left_out;
+pub(crate) mod left_over;
 pub(crate) mod linearised;
 pub(crate) mod outcome;
 pub(crate) mod quality;

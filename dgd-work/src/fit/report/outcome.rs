@@ -16,6 +16,7 @@ use crate::fit::report::few_samples::FewSamples;
 use crate::fit::report::information::Origins;
 use crate::fit::report::intervals::{Estimated, Intervals};
 use crate::fit::report::left_out::LeftOut;
+use crate::fit::report::left_over::LeftOver;
 use crate::fit::report::linearised::Linearised;
 use crate::fit::report::quality::Quality;
 use crate::output::table::{push_table, significant};
@@ -45,6 +46,8 @@ pub(crate) struct Outcome<'a> {
     pub left_out: &'a LeftOut,
     /// Outputs whose noise could not be estimated.
     pub few: &'a FewSamples,
+    /// What is left over of the training recordings, and how far it may have bent the estimates.
+    pub left_over: LeftOver,
     pub quality: Quality,
     /// On validation recordings.
     pub quality_valid: Option<Quality>,
@@ -94,14 +97,16 @@ impl Outcome<'_> {
     /// `result.json`.
     pub(crate) fn to_json(&self) -> Value {
         let fit = self.fit;
-        let parameters = || self.parameters().map(|i| &fit.estimates[i]);
+        let parameters = || self.parameters();
         let starts: Vec<Value> = self
             .data
             .iter()
             .enumerate()
             .map(|(r, path)| {
-                let own = fit.estimates.iter().filter(|estimate| estimate.recording == Some(r));
-                json!({ "data": path.display().to_string(), "values": self.entries(own) })
+                let own = fit.estimates.iter().enumerate();
+                let own = own.filter(|(_, estimate)| estimate.recording == Some(r));
+                let values = self.entries(own.map(|(i, _)| i));
+                json!({ "data": path.display().to_string(), "values": values })
             })
             .collect();
         let mut outputs = Map::new();
@@ -145,13 +150,14 @@ impl Outcome<'_> {
             "starts": starts,
             "starts_valid": self.starts_valid(),
             "counts_from": self.valid.as_ref().map(Tested::counts_from),
-            "names": parameters().map(|estimate| estimate.name.clone()).collect::<Vec<_>>(),
+            "names": parameters().map(|i| &fit.estimates[i].name).collect::<Vec<_>>(),
             "covariance": self.matrix(|i, j| {
                 let factor = |i: usize| self.unit(i).factor;
                 Some(fit.covariance(i, j)? / factor(i) / factor(j))
             }),
             "correlation": self.matrix(|i, j| fit.correlation(i, j)),
             "undetermined": undetermined,
+            "left_over": self.left_over.to_json(self.data, |i| self.name(i)),
             "few_samples": self.few.to_json(),
             "reservations": self.reservations,
             "samples": fit.samples,
@@ -202,8 +208,14 @@ impl Outcome<'_> {
         estimates.filter(|(_, estimate)| estimate.recording.is_none()).map(|(i, _)| i)
     }
 
-    fn entries<'e>(&self, estimates: impl Iterator<Item = &'e Estimate>) -> Value {
-        Value::Object(estimates.map(|estimate| entry(self.signature, estimate)).collect())
+    /// Of estimates by their positions.
+    fn entries(&self, estimates: impl Iterator<Item = usize>) -> Value {
+        let of = |i: usize| {
+            let (name, mut entry) = entry(self.signature, &self.fit.estimates[i]);
+            entry["std_model"] = self.left_over.entry(i, self.unit(i));
+            (name, entry)
+        };
+        Value::Object(estimates.map(of).collect())
     }
 
     fn starts_valid(&self) -> Value {
@@ -242,7 +254,8 @@ impl Outcome<'_> {
     pub(crate) fn to_text(&self) -> String {
         let fit = self.fit;
         let mut text = String::new();
-        let mut table = vec![["estimate", "value", "std", "unit", ""].map(str::to_owned)];
+        let mut table =
+            vec![["estimate", "value", "std", "std model", "unit", ""].map(str::to_owned)];
         for (i, estimate) in fit.estimates.iter().enumerate() {
             let unit = self.unit(i);
             let value = unit.from_si(estimate.value);
@@ -256,11 +269,21 @@ impl Outcome<'_> {
                 self.name(i),
                 digits_of(value, std),
                 std.map_or_else(String::new, |std| significant(std, 2)),
+                self.left_over
+                    .std(i)
+                    .map_or_else(String::new, |std| significant(std / unit.factor.abs(), 2)),
                 unit.symbol.to_string(),
                 remark,
             ]);
         }
-        push_table(&mut text, &table);
+        if self.left_over.is_shown() {
+            push_table(&mut text, &table);
+        } else {
+            let without = |[estimate, value, std, _, unit, remark]: [String; 6]| {
+                [estimate, value, std, unit, remark]
+            };
+            push_table(&mut text, &table.into_iter().map(without).collect::<Vec<_>>());
+        }
 
         text.push('\n');
         let mut table = vec![
@@ -327,6 +350,8 @@ impl Outcome<'_> {
         }
         self.push_light(text);
         self.quality.push_remarks(text, self.signature);
+        let name = |i| self.name(i);
+        self.left_over.push_text(text, self.signature, &self.recording_names, name);
         if fit.samples_without_sensitivity > 0 {
             let _ = writeln!(
                 text,

@@ -21,7 +21,7 @@ use crate::output::table::significant;
 const LAGS: usize = 25;
 
 /// A test fails where chance alone fails one of all the tests of a set this often.
-const RARE: f64 = 0.01;
+pub(crate) const RARE: f64 = 0.01;
 
 /// Quality of all outputs on one set of recordings.
 pub(crate) struct Quality {
@@ -97,8 +97,7 @@ impl Quality {
         })
     }
 
-    /// A sentence for each output whose residuals correlate with an input, and one for all whose residuals
-    /// are autocorrelated.
+    /// A sentence for each output whose residuals correlate with an input.
     pub(crate) fn push_remarks(&self, text: &mut String, signature: &Signature) {
         let names = || signature.outputs.iter().map(|output| &output.name).zip(&self.outputs);
         // Writing to a string does not fail.
@@ -120,18 +119,17 @@ impl Quality {
                 test.correlation[test.lag], test.limit
             );
         }
+    }
+
+    /// Outputs whose residuals are autocorrelated.
+    pub(crate) fn coloured(&self, signature: &Signature) -> Vec<String> {
         let tests = self.outputs.iter().flatten().filter(|q| q.whiteness.is_some()).count();
-        let coloured: Vec<String> = names()
-            .filter(|(_, quality)| quality.as_ref().is_some_and(|q| q.is_coloured(tests)))
-            .map(|(name, _)| format!("`{name}`"))
-            .collect();
-        if !coloured.is_empty() {
-            let _ = writeln!(
-                text,
-                "The residuals of {} are autocorrelated, so the standard deviations above are unreliable.",
-                coloured.join(", ")
-            );
-        }
+        let names = signature.outputs.iter().map(|output| output.name.to_string());
+        let is_coloured = |quality: &Option<OutputQuality>| {
+            quality.as_ref().is_some_and(|quality| quality.is_coloured(tests))
+        };
+        let outputs = names.zip(&self.outputs).filter(|(_, quality)| is_coloured(quality));
+        outputs.map(|(name, _)| name).collect()
     }
 }
 

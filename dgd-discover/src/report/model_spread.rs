@@ -1,0 +1,117 @@
+//! How far estimates may be off for what a model still misses.
+//!
+//! ```text
+//!   s² = s_parts² + max (θ' − θ)²      θ': the same parameter in a structure that does nearly as well
+//! ```
+//!
+//! s_parts is how far parts of the recordings are apart ([`dgd_identify::Spread`]), each output weighed by what is
+//! left of it. Both see only what parts or structures disagree about.
+
+use std::collections::BTreeMap;
+
+use dgd_identify::{Estimate, OutputErrorProblem, SpreadAt, spread};
+use dgd_runtime::Direction;
+
+use super::reason::Excess;
+use crate::fit::{Data, Fitted, with_starts};
+use crate::library::StructureId;
+use crate::search::Search;
+
+/// Standard deviations for what is left over, SI, by the names of parameters; empty where nothing is.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ModelSpread(BTreeMap<String, f64>);
+
+impl ModelSpread {
+    /// Of the parameters of a structure, fitted as it is reported.
+    pub(crate) fn of(
+        search: &Search<'_>,
+        structure: StructureId,
+        fitted: &Fitted,
+        data: &Data<'_>,
+    ) -> Self {
+        if Excess::of(fitted, data, &search.thresholds).is_none() {
+            return Self::default();
+        }
+        let Some(over_parts) = over_parts(fitted, data) else { return Self::default() };
+        let near = search.near(structure);
+        let both = |(name, std): (String, f64)| {
+            let value = fitted.values.p.get(&name).copied();
+            let off = value.map_or(0.0, |value| {
+                let others = near
+                    .iter()
+                    .filter_map(|other| estimate_in(search, (structure, fitted), *other, &name));
+                others.map(|other| (other - value).abs()).fold(0.0, f64::max)
+            });
+            (name, std.hypot(off))
+        };
+        Self(over_parts.into_iter().map(both).collect())
+    }
+
+    /// That of a parameter; `None` where nothing is left over, and where it is not known.
+    pub(crate) fn get(&self, name: &str) -> Option<f64> {
+        self.0.get(name).copied()
+    }
+}
+
+/// How far parts of the training recordings are apart, by the names of parameters.
+fn over_parts(fitted: &Fitted, data: &Data<'_>) -> Option<Vec<(String, f64)>> {
+    let system = &fitted.structure.system;
+    let is_moment = |of: &Direction| match of {
+        Direction::Parameter(i) => fitted.moments.contains(i),
+        Direction::Start(_) => false,
+    };
+    let estimates: Vec<Estimate> =
+        fitted.estimates.iter().filter(|estimate| !is_moment(&estimate.of)).cloned().collect();
+    let recordings = with_starts(data.train, &fitted.values, &fitted.structure);
+    let residuals = fitted.residuals(data);
+    let left = |output: usize| {
+        let all = residuals.iter().flat_map(|outputs| &outputs[output]).filter(|e| e.is_finite());
+        let (sum, n) = all.fold((0.0, 0), |(sum, n), e| (sum + e * e, n + 1));
+        (sum > 0.0).then(|| (sum / f64::from(n)).sqrt())
+    };
+    let sigma: Vec<Option<f64>> = (data.noise.iter().enumerate())
+        .map(|(output, noise)| noise.as_ref().and_then(|_| left(output)))
+        .collect();
+    let problem = OutputErrorProblem {
+        options: data.options,
+        threads: 1,
+        ..OutputErrorProblem::new(system.as_model(), &fitted.p, &recordings)
+    };
+    let at = SpreadAt { p: &fitted.p, estimates: &estimates, sigma: &sigma };
+    // Without it there is one deviation as before.
+    let found = spread(&problem, at).ok().flatten()?;
+    let known = estimates.into_iter().zip(found.std);
+    Some(known.filter_map(|(estimate, std)| Some((estimate.name, std?))).collect())
+}
+
+/// What a parameter of a structure is in another; `None` where the other has it not, or means something else by it,
+/// or does not know it.
+fn estimate_in(
+    search: &Search<'_>,
+    (structure, own): (StructureId, &Fitted),
+    other: StructureId,
+    name: &str,
+) -> Option<f64> {
+    let fitted = search.fitted(other)?;
+    let brought = structure.effects().find_map(|effect| {
+        let names = &own.structure.brought_by(effect)?.names;
+        let (of_effect, _) = names.iter().find(|(_, known)| known == name)?;
+        Some((effect, of_effect))
+    });
+    let called = match brought {
+        None => name,
+        Some((effect, of_effect)) => {
+            let names = &fitted.structure.brought_by(effect)?.names;
+            let (_, known) = names.iter().find(|(own, _)| own == of_effect)?;
+            known.as_str()
+        }
+    };
+    // What an effect puts something else in the place of is not that parameter any more.
+    if other.effects().any(|effect| search.candidates[effect].target() == called) {
+        return None;
+    }
+    let found = fitted.estimates.iter().find(|estimate| {
+        estimate.name == called && estimate.recording.is_none() && estimate.std.is_some()
+    });
+    found.map(|estimate| estimate.value)
+}

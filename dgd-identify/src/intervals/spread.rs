@@ -1,0 +1,337 @@
+//! How far estimates from parts of the recordings and by their outputs are apart: what a wrong model leaves uncertain.
+//!
+//! A covariance shrinks with every sample, and a bias does not. What shows of a bias is that parts of the
+//! recordings ask for different parameters. Each part b of B is left out once, with one Gauss–Newton step from
+//! the estimate, and its own say is the pseudo-value
+//!
+//! ```text
+//!   θ̂₍b₎ = θ̂ − (H − H_b)⁻¹ (g − g_b)             H, g: information and gradient of all samples and priors
+//!   θ̃_b  = θ̂ + (B − 1)(θ̂ − θ̂₍b₎)                 what b alone would say, were it as good as the others
+//!   s²   = Σ_b (θ̃_b − mean θ̃)²/(B − 1)
+//! ```
+//!
+//! The outputs are left out one after the other, too: where sensors do not agree about a parameter, the estimate
+//! is off by as far as it moves, and
+//!
+//! ```text
+//!   s_model² = s² + max_o (θ̂₍o₎ − θ̂)²             o: outputs without which θ is known all the same
+//! ```
+//!
+//! s is the spread of estimates from single parts about their mean, and not s/√B, the standard error of that
+//! mean: errors of a model do not average out as noise does. Of a model that is right with white noise, s is
+//! √B times the standard deviation. What all parts and outputs want alike it does not see.
+//!
+//! Sources: Tukey, Ann. Math. Stat. 29 (1958) 614, pseudo-values; Fox, Hinkley, Larntz, Technometrics 22 (1980)
+//! 29, one step for each in nonlinear regression; Wu, Ann. Stat. 14 (1986) 1261, deleting more than one.
+
+use dgd_runtime::parallel::in_parallel_by_model;
+use dgd_runtime::{Direction, Options};
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
+
+use crate::error::{EstimateError, TrialFailed};
+use crate::intervals::cells::{Cell, Divided, SimulatedAt, Weights, cells, cells_of, parts};
+use crate::output_error::OutputErrorProblem;
+use crate::output_error::fit::{Fit, unseen};
+use crate::uncertainty::Estimate;
+use crate::variables::Variables;
+
+/// Fewest parts whose spread says anything.
+const LEAST_PARTS: usize = 4;
+
+/// An estimate rests on one part where the others alone would know it this many times less well.
+const RESTS: f64 = 10.0;
+
+/// Keeps a factorisation from failing where the other parts see nothing; in variances.
+const RIDGE: f64 = 1e-9;
+
+/// A part of the recordings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Part {
+    /// The first recording that it has samples of, and the last.
+    pub recordings: [usize; 2],
+    /// From where in the first to where in the last, s.
+    pub from: f64,
+    /// See `from`.
+    pub until: f64,
+}
+
+/// How far estimates from parts of the recordings are apart.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spread {
+    /// The parts, in order.
+    pub parts: Vec<Part>,
+    /// For each estimate, the standard deviation of what single parts say together with how far it moves without one
+    /// of the outputs, SI; `None` for start values, at a
+    /// bound, and where it is not determined, or rests on one part.
+    pub std: Vec<Option<f64>>,
+    /// For each estimate that rests on one part, that part.
+    pub rests_on: Vec<Option<usize>>,
+}
+
+/// Where the parts are compared: estimates, and how samples weigh.
+#[derive(Debug, Clone, Copy)]
+pub struct SpreadAt<'a> {
+    /// All parameters, SI.
+    pub p: &'a [f64],
+    /// What was estimated. Parameters that are not differentiated by are not among them.
+    pub estimates: &'a [Estimate],
+    /// σ of each output, SI; `None` for one that was not fitted.
+    pub sigma: &'a [Option<f64>],
+}
+
+impl Fit {
+    /// How far estimates from parts of the recordings are apart; `None` where these have too few samples to be divided.
+    ///
+    /// # Errors
+    ///
+    /// The problem cannot be simulated where the fit ended.
+    pub fn spread(
+        &self,
+        problem: &OutputErrorProblem<'_>,
+    ) -> Result<Option<Spread>, EstimateError> {
+        let options = self.stepping.applied(problem.options);
+        let at = SpreadAt { p: &self.p, estimates: &self.estimates, sigma: &self.noise };
+        spread(&OutputErrorProblem { options, ..problem.clone() }, at)
+    }
+}
+
+/// How far estimates from parts of the recordings are apart; `None` where these have too few samples to be divided.
+///
+/// # Errors
+///
+/// The problem cannot be simulated there.
+pub fn spread(
+    problem: &OutputErrorProblem<'_>,
+    at: SpreadAt<'_>,
+) -> Result<Option<Spread>, EstimateError> {
+    let SpreadAt { p, estimates, sigma } = at;
+    let directions = &problem.system.signature().directions;
+    let is_estimated = |of: &Direction| estimates.iter().any(|estimate| estimate.of == *of);
+    let free: Vec<bool> = directions.iter().map(is_estimated).collect();
+    let (variables, mut z) = Variables::new(problem.system, p, problem.recordings, &free)?;
+    let estimate_of = |i: usize| {
+        let variable = &variables.all[i];
+        let is_own = |e: &Estimate| e.of == variable.of && e.recording == variable.recording;
+        estimates.iter().position(is_own)
+    };
+    let places: Vec<Option<usize>> = (0..variables.len()).map(estimate_of).collect();
+    let mut held = vec![true; variables.len()];
+    for (i, place) in places.iter().enumerate() {
+        let Some(estimate) = place.map(|place| &estimates[place]) else { continue };
+        held[i] = estimate.at_bound.is_some();
+        z[i] = variables.all[i].variable(estimate.value);
+    }
+
+    let of = Differentiated { variables: &variables, z: &z };
+    let [cells, by_output] = all_cells(problem, &of, p, sigma)?;
+    let Some(seen) = Seen::new(&of.priors(problem, &cells), &held, problem.options) else {
+        return Ok(None);
+    };
+    let shares = seen.shares(&of, &cells);
+    let recordings: Vec<usize> = cells.iter().map(|cell| cell.recording).collect();
+    let known: f64 = shares.iter().sum();
+    if known.is_nan() || known <= 0.0 {
+        return Ok(None);
+    }
+    let runs = parts(&recordings, &shares);
+    if runs.len() < LEAST_PARTS {
+        return Ok(None);
+    }
+    let without: Vec<Without> =
+        runs.iter().map(|run| seen.without(&of, &cells[run.clone()])).collect();
+    // Cells of one output each, in the order of recordings and outputs.
+    let without_output = |output: usize| {
+        let own: Vec<Cell> = by_output.iter().skip(output).step_by(sigma.len()).cloned().collect();
+        seen.without(&of, &own)
+    };
+    let fitted = (0..sigma.len()).filter(|output| sigma[*output].is_some());
+    let without_outputs: Vec<Without> = fitted.map(without_output).collect();
+    let mut found = Spread {
+        parts: runs.iter().map(|run| Part::of(&cells[run.clone()])).collect(),
+        std: vec![None; estimates.len()],
+        rests_on: vec![None; estimates.len()],
+    };
+    for (i, place) in places.iter().enumerate().take(variables.n_shared) {
+        let Some(place) = place.filter(|place| estimates[*place].std.is_some()) else { continue };
+        let most = (0..without.len())
+            .max_by(|a, b| without[*a].inflation[i].total_cmp(&without[*b].inflation[i]));
+        found.rests_on[place] = most.filter(|part| without[*part].inflation[i] > RESTS);
+        if found.rests_on[place].is_none() {
+            let moved = without.iter().map(|without| without.moved[i]);
+            let known = without_outputs.iter().filter(|without| without.inflation[i] <= RESTS);
+            let furthest = known.map(|without| without.moved[i].abs()).fold(0.0, f64::max);
+            let std = of_pseudo_values(moved).hypot(furthest) * variables.all[i].slope(z[i]);
+            found.std[place] = std.is_finite().then_some(std);
+        }
+    }
+    Ok(Some(found))
+}
+
+/// The standard deviation of pseudo-values, by how far an estimate moves when each part is left out.
+fn of_pseudo_values(moved: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
+    let n = moved.len() as f64;
+    let mean = moved.clone().sum::<f64>() / n;
+    let squares: f64 = moved.map(|moved| ((n - 1.0) * (moved - mean)).powi(2)).sum();
+    (squares / (n - 1.0)).sqrt()
+}
+
+impl Part {
+    /// Of consecutive cells.
+    fn of(cells: &[Cell]) -> Part {
+        let (first, last) = (&cells[0], &cells[cells.len() - 1]);
+        Part { recordings: [first.recording, last.recording], from: first.from, until: last.until }
+    }
+}
+
+/// Variables with their values.
+struct Differentiated<'a> {
+    variables: &'a Variables,
+    z: &'a [f64],
+}
+
+/// Information and gradient over all variables.
+struct Normal {
+    information: DMatrix<f64>,
+    gradient: DVector<f64>,
+}
+
+impl Differentiated<'_> {
+    /// Of some cells.
+    fn sum(&self, cells: &[Cell]) -> Normal {
+        let n = self.variables.len();
+        let mut sum = Normal { information: DMatrix::zeros(n, n), gradient: DVector::zeros(n) };
+        for cell in cells {
+            let position = |i: usize| self.variables.position(cell.recording, i);
+            let mut place = cell.information.iter();
+            for (i, gradient) in cell.gradient.iter().enumerate() {
+                let row = position(i);
+                sum.gradient[row] += gradient;
+                for (j, term) in place.by_ref().take(i + 1).enumerate() {
+                    sum.information[(row, position(j))] += term;
+                }
+            }
+        }
+        sum.information.fill_upper_triangle_with_lower_triangle();
+        sum
+    }
+
+    /// Of all cells and what is known beforehand.
+    fn priors(&self, problem: &OutputErrorProblem<'_>, cells: &[Cell]) -> Normal {
+        let mut sum = self.sum(cells);
+        for prior in &problem.priors {
+            let Some(i) = self.variables.parameter(prior.parameter) else { continue };
+            let variable = &self.variables.all[i];
+            let slope = variable.slope(self.z[i]) / prior.std;
+            sum.gradient[i] += slope * (variable.value(self.z[i]) - prior.mean) / prior.std;
+            sum.information[(i, i)] += slope * slope;
+        }
+        sum
+    }
+}
+
+/// Cells of all recordings, and what each output of each recording adds.
+fn all_cells(
+    problem: &OutputErrorProblem<'_>,
+    of: &Differentiated<'_>,
+    p: &[f64],
+    sigma: &[Option<f64>],
+) -> Result<[Vec<Cell>; 2], EstimateError> {
+    let OutputErrorProblem { system, recordings, options, threads, .. } = problem;
+    let Differentiated { variables, z, .. } = of;
+    let numbers = cells_of(recordings, variables.n_shared + variables.n_start);
+    let weights = Weights { sigma, loss: problem.loss };
+    let results = in_parallel_by_model(*system, recordings.len(), *threads, |system, r| {
+        let start = variables.starts(r, &recordings[r].start, z);
+        let at = SimulatedAt { p, start: &start, options };
+        cells(system, (r, &recordings[r]), at, &variables.columns(r, z), weights, numbers[r])
+    });
+    let mut all = [Vec::new(), Vec::new()];
+    for (recording, result) in results.into_iter().enumerate() {
+        let failed = |reason| EstimateError::Start(TrialFailed { recording, reason });
+        let Divided { cells, outputs } = result.map_err(failed)?;
+        all[0].extend(cells);
+        all[1].extend(outputs);
+    }
+    Ok(all)
+}
+
+/// Coordinates y in which the information of everything is the identity: z = Tᵀy.
+struct Seen {
+    /// T, of the combinations that outputs see.
+    t: DMatrix<f64>,
+    /// T g.
+    gradient: DVector<f64>,
+}
+
+/// What the estimates are without a part.
+struct Without {
+    /// By how far each variable moves.
+    moved: Vec<f64>,
+    /// Its standard deviation over what it is.
+    inflation: Vec<f64>,
+}
+
+impl Seen {
+    /// `None` where nothing is seen.
+    fn new(normal: &Normal, held: &[bool], options: Options) -> Option<Seen> {
+        let (h, n) = (&normal.information, held.len());
+        let size = DVector::from_fn(n, |i, _| match h[(i, i)] {
+            own if own > 0.0 && own.is_finite() && !held[i] => own.sqrt().recip(),
+            _ => 0.0,
+        });
+        if size.iter().all(|size| *size == 0.0) {
+            return None;
+        }
+        let scaled = DMatrix::from_fn(n, n, |i, j| size[i] * size[j] * h[(i, j)]);
+        let eigen = SymmetricEigen::try_new(scaled, f64::EPSILON, 1000)?;
+        let least = unseen(options.rtol) * eigen.eigenvalues.max();
+        let kept: Vec<usize> = (0..n).filter(|k| eigen.eigenvalues[*k] > least).collect();
+        let t = DMatrix::from_fn(kept.len(), n, |k, i| {
+            size[i] * eigen.eigenvectors[(i, kept[k])] / eigen.eigenvalues[kept[k]].sqrt()
+        });
+        let gradient = &t * &normal.gradient;
+        Some(Seen { t, gradient })
+    }
+
+    /// For each cell, Σ over parameters of what it knows of all that is known: (C H_c C)ᵢᵢ/Cᵢᵢ with C = TᵀT, the
+    /// squares of what is left of sensitivities when the others have taken what they could mimic.
+    fn shares(&self, of: &Differentiated<'_>, cells: &[Cell]) -> Vec<f64> {
+        let parameters = (0..of.variables.n_shared).filter(|i| self.t.column(*i).norm() > 0.0);
+        let alone: Vec<DVector<f64>> = parameters
+            .map(|i| self.t.tr_mul(&self.t.column(i)) / self.t.column(i).norm())
+            .collect();
+        let share = |cell: &Cell| -> f64 {
+            let squares = alone.iter().map(|along| {
+                let position = |i: usize| along[of.variables.position(cell.recording, i)];
+                let own: Vec<f64> = (0..cell.gradient.len()).map(position).collect();
+                cell.square(&own)
+            });
+            squares.sum()
+        };
+        cells.iter().map(share).collect()
+    }
+
+    /// One step to the minimum without some cells.
+    fn without(&self, of: &Differentiated<'_>, cells: &[Cell]) -> Without {
+        let part = of.sum(cells);
+        let m = self.t.nrows();
+        let mut rest = DMatrix::identity(m, m) * (1.0 + RIDGE);
+        rest -= &self.t * part.information * self.t.transpose();
+        let n = of.variables.len();
+        let Some(rest) = Cholesky::new(rest) else {
+            return Without { moved: vec![f64::NAN; n], inflation: vec![f64::INFINITY; n] };
+        };
+        let step = rest.solve(&(&self.gradient - &self.t * part.gradient));
+        // Less the step that is left to the minimum of everything.
+        let moved = self.t.tr_mul(&(&self.gradient - step));
+        let spread = rest.l().solve_lower_triangular(&self.t);
+        let inflation = |i: usize| {
+            let own = self.t.column(i).norm();
+            spread.as_ref().map_or(f64::INFINITY, |spread| spread.column(i).norm() / own)
+        };
+        Without {
+            moved: moved.iter().copied().collect(),
+            inflation: (0..n).map(inflation).collect(),
+        }
+    }
+}

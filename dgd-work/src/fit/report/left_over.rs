@@ -1,0 +1,141 @@
+//! What a fit leaves over besides noise, and how far that may have bent the estimates.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use dgd_identify::{EstimateError, Fit, Noise, OutputErrorProblem, Part, Spread};
+use dgd_runtime::{Signature, Unit};
+use dgd_screen::distribution::chi_square_tail;
+use serde_json::{Map, Value, json};
+
+use super::quality::{Quality, RARE};
+use crate::output::table::significant;
+
+/// The spread of estimates over parts of the recordings, where something is left over.
+#[derive(Debug, Default)]
+pub(crate) struct LeftOver {
+    /// Outputs whose residuals are autocorrelated.
+    coloured: Vec<String>,
+    /// Whether residuals are larger than the noise that is declared.
+    is_larger: bool,
+    spread: Option<Spread>,
+}
+
+impl LeftOver {
+    /// Of a fit; parts are compared where it has `ended`: that of a minimum which is known.
+    pub(crate) fn find(
+        problem: &OutputErrorProblem<'_>,
+        fit: &Fit,
+        quality: &Quality,
+        ended: bool,
+    ) -> Result<Self, EstimateError> {
+        let signature = problem.system.signature();
+        let is_fitted = |name: &String| {
+            let mut outputs = signature.outputs.iter().zip(&fit.noise);
+            outputs.any(|(output, sigma)| *output.name == *name && sigma.is_some())
+        };
+        let mut coloured = quality.coloured(signature);
+        coloured.retain(is_fitted);
+        let is_known = |noise: &Option<Noise>| matches!(noise, Some(Noise::Known(_)));
+        let is_larger = problem.noise.iter().any(is_known)
+            && fit.reduced_chi_square().is_some_and(|chi| {
+                let freedom = fit.degrees_of_freedom as f64;
+                chi > 1.0 && chi_square_tail(chi * freedom, freedom) < RARE
+            });
+        let is_left_over = is_larger || !coloured.is_empty();
+        let spread = if ended && is_left_over { fit.spread(problem)? } else { None };
+        Ok(Self { coloured, is_larger, spread })
+    }
+
+    /// Of an estimate, SI; `None` where nothing is left over, and where it is not known.
+    pub(crate) fn std(&self, estimate: usize) -> Option<f64> {
+        self.spread.as_ref()?.std[estimate]
+    }
+
+    /// The same in its unit, for programs.
+    pub(crate) fn entry(&self, estimate: usize, unit: &Unit) -> Value {
+        json!(self.std(estimate).map(|std| std / unit.factor.abs()))
+    }
+
+    /// Whether there is one to show.
+    pub(crate) fn is_shown(&self) -> bool {
+        self.spread.as_ref().is_some_and(|spread| spread.std.iter().any(Option::is_some))
+    }
+
+    /// `left_over` of `result.json`; null where nothing is.
+    pub(crate) fn to_json(&self, data: &[PathBuf], name: impl Fn(usize) -> String) -> Value {
+        if self.coloured.is_empty() && !self.is_larger {
+            return Value::Null;
+        }
+        let parts = self.spread.iter().flat_map(|spread| &spread.parts);
+        let part = |part: &Part| {
+            let [first, last] = part.recordings.map(|r| data[r].display().to_string());
+            let recordings = if first == last { vec![first] } else { vec![first, last] };
+            json!({ "recordings": recordings, "from": part.from, "until": part.until })
+        };
+        let rests_on: Map<String, Value> =
+            self.rests_on().map(|(estimate, part)| (name(estimate), json!(part))).collect();
+        json!({
+            "autocorrelated": self.coloured,
+            "exceeds_declared_noise": self.is_larger,
+            "parts": parts.map(part).collect::<Vec<_>>(),
+            "rests_on_part": rests_on,
+        })
+    }
+
+    /// Estimates that rest on one part, and the part.
+    fn rests_on(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let all = self.spread.iter().flat_map(|spread| spread.rests_on.iter().enumerate());
+        all.filter_map(|(estimate, part)| Some((estimate, (*part)?)))
+    }
+
+    /// What the second deviation is, and which estimates have none.
+    pub(crate) fn push_text(
+        &self,
+        text: &mut String,
+        signature: &Signature,
+        recording_names: &[String],
+        name: impl Fn(usize) -> String,
+    ) {
+        // Writing to a string does not fail.
+        if !self.coloured.is_empty() {
+            let named: Vec<String> = self.coloured.iter().map(|name| format!("`{name}`")).collect();
+            let _ = writeln!(
+                text,
+                "The residuals of {} are autocorrelated, so the standard deviations above are unreliable.",
+                named.join(", ")
+            );
+        }
+        if self.is_larger {
+            let _ = writeln!(
+                text,
+                "The residuals of `{}` are larger than the declared noise, which `std` takes them for.",
+                signature.name
+            );
+        }
+        let Some(spread) = &self.spread else { return };
+        if self.is_shown() {
+            let _ = writeln!(
+                text,
+                "`std model` is how far estimates from {} parts of the recordings scatter: what the model \
+                 misses does not average out as noise does.",
+                spread.parts.len()
+            );
+        }
+        for (estimate, part) in self.rests_on() {
+            let Part { recordings: [first, last], from, until } = spread.parts[part];
+            let seconds = format!("{} to {} s", significant(from, 4), significant(until, 4));
+            let place = match recording_names {
+                [_] => format!("the recording from {seconds}"),
+                _ if first == last => format!("{} from {seconds}", recording_names[first]),
+                _ => format!("{} to {}", recording_names[first], recording_names[last]),
+            };
+            let _ = writeln!(
+                text,
+                "`{}` rests on one part, {place}: another test with what happens there would show how far \
+                 the model bends it.",
+                name(estimate)
+            );
+        }
+    }
+}
