@@ -185,6 +185,10 @@ fn what_is_under_the_cursor_is_told() {
     for part in ["parameter M_ssp [kg/m^4]", "= 110000000 kg/m^4", "Used", "is in `kg/m^4`"] {
         assert!(said.contains(part), "{part}: {said}");
     }
+    let label = editor.at(&path, &text, "riser:", 0);
+    let hover = editor.ask("textDocument/hover", label);
+    let said = hover["contents"]["value"].as_str().expect("a text");
+    assert!(said.contains("$$\n") && said.contains("\\dot{h}"), "{said}");
     let declared = editor.ask("textDocument/definition", at);
     let line = text.lines().position(|line| line.starts_with("parameter M_ssp")).expect("it is");
     assert_eq!(declared[0]["range"]["start"]["line"], line);
@@ -201,6 +205,9 @@ fn what_is_under_the_cursor_is_told() {
     let folds = editor.ask("textDocument/foldingRange", document.clone());
     assert!(!folds.as_array().expect("a list").is_empty());
     assert_eq!(editor.ask("textDocument/formatting", document.clone()), json!([]));
+    let lenses = editor.ask("textDocument/codeLens", document.clone());
+    assert_eq!(lenses[0]["command"]["command"], "dgd.simulate", "{lenses}");
+    assert_eq!(lenses[0]["command"]["arguments"], json!([path.display().to_string()]));
     let tokens = editor.ask("textDocument/semanticTokens/full", document);
     assert_eq!(tokens["data"].as_array().expect("a list").len() % 5, 0);
     editor.end();

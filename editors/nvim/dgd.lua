@@ -29,3 +29,12 @@ vim.api.nvim_create_autocmd("FileType", {
     vim.lsp.buf_attach_client(event.buf, clients[root])
   end,
 })
+
+-- Code lenses, where `vim.lsp.codelens` is used: a terminal with the command, to which data and options are added.
+vim.lsp.commands = vim.lsp.commands or {}
+for _, command in ipairs({ "simulate", "sensitivity", "discover" }) do
+  vim.lsp.commands["dgd." .. command] = function(lens)
+    vim.cmd("split | terminal")
+    vim.fn.chansend(vim.b.terminal_job_id, "dgd " .. command .. " " .. vim.fn.shellescape(lens.arguments[1]) .. " ")
+  end
+end

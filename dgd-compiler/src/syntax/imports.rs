@@ -117,7 +117,7 @@ impl Loading<'_, '_> {
     }
 
     /// Takes in the tree of a library or a model.
-    fn take(&mut self, ast: Ast, path: &str, span: Span) {
+    fn take(&mut self, mut ast: Ast, path: &str, span: Span) {
         if let Some(effect) = &ast.effect {
             let name = &effect.name.text;
             let message = format!("`{path}` is an effect, `{name}`, not a library or a model");
@@ -128,9 +128,8 @@ impl Loading<'_, '_> {
             );
             return;
         }
-        let is_read = !self.holes.iter().any(|hole| hole.span.source == ast.source);
-        if ast.model.is_none() && is_read {
-            verify_library(&ast, self.diagnostics);
+        if ast.model.is_none() {
+            verify_library(&mut ast, self.diagnostics);
         }
         self.asts.push(ast);
     }
@@ -141,35 +140,25 @@ impl Loading<'_, '_> {
     }
 }
 
-/// A library declares nothing that belongs to one model.
-fn verify_library(ast: &Ast, diagnostics: &mut Diagnostics) {
-    for item in &ast.items {
-        match item.kind {
+/// A library declares nothing that belongs to one model; what does is reported and left out.
+fn verify_library(ast: &mut Ast, diagnostics: &mut Diagnostics) {
+    ast.items.retain(|item| {
+        let is_allowed = matches!(
+            item.kind,
             ItemKind::Import { .. }
-            | ItemKind::Constant { .. }
-            | ItemKind::Let { .. }
-            | ItemKind::Function { .. } => {}
-            ItemKind::Size { .. }
-            | ItemKind::Array { .. }
-            | ItemKind::For { .. }
-            | ItemKind::Parameter { .. }
-            | ItemKind::Input { .. }
-            | ItemKind::Unknown { .. }
-            | ItemKind::Output { .. }
-            | ItemKind::Equation { .. }
-            | ItemKind::Modes { .. }
-            | ItemKind::Variant { .. }
-            | ItemKind::Part { .. }
-            | ItemKind::Binding { .. }
-            | ItemKind::When(_)
-            | ItemKind::Saturate { .. } => {
-                diagnostics.error(
-                    Diagnostic::new(Code::E208, item.span, "this cannot stand in a library")
-                        .help("a library has constants, `let`s and functions; a model file begins with `model NAME`"),
-                );
-            }
+                | ItemKind::Constant { .. }
+                | ItemKind::Let { .. }
+                | ItemKind::Function { .. }
+        );
+        if !is_allowed {
+            diagnostics.error(
+                Diagnostic::new(Code::E208, item.span, "this cannot stand in a library").help(
+                    "a library has constants, `let`s and functions; a model file begins with `model NAME`",
+                ),
+            );
         }
-    }
+        is_allowed
+    });
 }
 
 /// The path of an import as seen from where the importing file lies.

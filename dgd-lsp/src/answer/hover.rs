@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use dgd_compiler::expr::intrinsics::INTRINSICS;
-use dgd_compiler::names::{Names, SymbolId};
+use dgd_compiler::model::typeset::latex;
+use dgd_compiler::names::{Names, Symbol, SymbolId, SymbolKind};
 use dgd_compiler::source::{SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::{Ast, Item, ItemKind};
 use dgd_compiler::syntax::{parse_what_is_sound, visit};
@@ -76,7 +77,7 @@ fn of_symbol(id: SymbolId, names: &Names, sources: &Sources, context: &Context<'
     } else {
         let _ = write!(text, "{:?} `{}`", symbol.kind, symbol.name);
     }
-    if let Some(value) = value_of(&symbol.name, symbol.declared, sources, context) {
+    if let Some(value) = value_of(symbol, sources, context) {
         let _ = write!(text, "\n\n{value}");
     }
     let uses = names.uses_of(id).filter(|one| !one.declares);
@@ -109,12 +110,8 @@ fn item_around(ast: &Ast, place: Span) -> Option<&Item> {
 }
 
 /// The value of a constant or parameter of the document, in its unit; the typeset equation of a label.
-fn value_of(
-    name: &str,
-    declared: Span,
-    sources: &Sources,
-    context: &Context<'_>,
-) -> Option<String> {
+fn value_of(symbol: &Symbol, sources: &Sources, context: &Context<'_>) -> Option<String> {
+    let Symbol { name, kind, declared } = symbol;
     if sources.get(declared.source).name != context.path {
         return None;
     }
@@ -122,12 +119,16 @@ fn value_of(
     let model = analysis.model.as_ref()?;
     let constants = model.constants.iter().map(|one| (&one.declared, one.value));
     let parameters = model.parameters.iter().map(|one| (&one.declared, one.value));
-    let found = constants.chain(parameters).find(|(declared, _)| declared.name == name);
+    let found = constants.chain(parameters).find(|(declared, _)| declared.name == *name);
     if let Some((declared, si)) = found {
         let unit = &declared.unit;
         return Some(format!("= {} {}", unit.from_si(si), unit.symbol));
     }
-    let dimension = model.lets.iter().find(|one| one.name == name).map(|one| one.dimension);
+    if *kind == SymbolKind::Equation {
+        let equations = latex::equations(&analysis.asts, model, name);
+        return Some(format!("$$\n{}\n$$", equations.join(" \\\\\n")));
+    }
+    let dimension = model.lets.iter().find(|one| one.name == *name).map(|one| one.dimension);
     dimension.map(|dimension| format!("in `{}`", describe(dimension)))
 }
 

@@ -8,15 +8,15 @@ mod text;
 
 use dgd_compiler::source::{Columns, SourceId};
 use lsp_types::request::{
-    CodeActionRequest, Completion, DocumentSymbolRequest, FoldingRangeRequest, Formatting,
-    GotoDefinition, HoverRequest, InlayHintRequest, PrepareRenameRequest, References, Rename,
-    Request as _, SemanticTokensFullRequest, SignatureHelpRequest,
+    CodeActionRequest, CodeLensRequest, Completion, DocumentSymbolRequest, FoldingRangeRequest,
+    Formatting, GotoDefinition, HoverRequest, InlayHintRequest, PrepareRenameRequest, References,
+    Rename, Request as _, SemanticTokensFullRequest, SignatureHelpRequest,
 };
 use lsp_types::{
-    CodeActionProviderCapability, CompletionOptions, HoverProviderCapability, OneOf, Position,
-    PositionEncodingKind, RenameOptions, SemanticTokensFullOptions, SemanticTokensLegend,
-    SemanticTokensOptions, ServerCapabilities, SignatureHelpOptions, TextDocumentSyncCapability,
-    TextDocumentSyncKind, Uri, WorkDoneProgressOptions,
+    CodeActionProviderCapability, CodeLensOptions, CompletionOptions, HoverProviderCapability,
+    OneOf, Position, PositionEncodingKind, RenameOptions, SemanticTokensFullOptions,
+    SemanticTokensLegend, SemanticTokensOptions, ServerCapabilities, SignatureHelpOptions,
+    TextDocumentSyncCapability, TextDocumentSyncKind, Uri, WorkDoneProgressOptions,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -78,6 +78,7 @@ pub(crate) fn capabilities(encoding: PositionEncodingKind) -> ServerCapabilities
         document_symbol_provider: Some(OneOf::Left(true)),
         folding_range_provider: Some(true.into()),
         document_formatting_provider: Some(OneOf::Left(true)),
+        code_lens_provider: Some(CodeLensOptions { resolve_provider: Some(false) }),
         inlay_hint_provider: Some(OneOf::Left(true)),
         code_action_provider: Some(CodeActionProviderCapability::Simple(true)),
         semantic_tokens_provider: Some(
@@ -117,6 +118,7 @@ pub(crate) fn answer(method: &str, params: Value, context: &Context<'_>) -> Opti
         FoldingRangeRequest::METHOD => json(text::folding(context)),
         Formatting::METHOD => json(text::formatting(context)),
         SemanticTokensFullRequest::METHOD => json(text::semantic_tokens(context)),
+        CodeLensRequest::METHOD => json(text::lenses(context)),
         InlayHintRequest::METHOD => json(hover::inlay_hints(context)),
         CodeActionRequest::METHOD => with(params, |params| Ok(fixes::actions(&params, context))),
         #[cfg(test)]

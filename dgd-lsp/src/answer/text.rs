@@ -6,8 +6,8 @@ use dgd_compiler::source::{SourceId, Sources};
 use dgd_compiler::syntax::ast::{Item, ItemKind, Name};
 use dgd_compiler::syntax::{Token, TokenKind, layout, parse, tokens};
 use lsp_types::{
-    DocumentSymbol, FoldingRange, FoldingRangeKind, SemanticToken, SemanticTokenType,
-    SemanticTokens, TextEdit,
+    CodeLens, Command, DocumentSymbol, FoldingRange, FoldingRangeKind, SemanticToken,
+    SemanticTokenType, SemanticTokens, TextEdit,
 };
 
 use super::Context;
@@ -83,6 +83,30 @@ fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<Docu
     }
     all
 }
+
+/// What can be run with a model, above its first line: the editor runs `dgd COMMAND PATH`.
+pub(super) fn lenses(context: &Context<'_>) -> Vec<CodeLens> {
+    let Some(analysis) = context.analysis else { return Vec::new() };
+    let Some(header) = &analysis.asts[0].model else { return Vec::new() };
+    let range = places::range_of(header.name.span, &analysis.sources, context.columns);
+    let lens = |(title, command): &(&str, &str)| CodeLens {
+        range,
+        command: Some(Command {
+            title: (*title).to_owned(),
+            command: (*command).to_owned(),
+            arguments: Some(vec![context.path.clone().into()]),
+        }),
+        data: None,
+    };
+    RUNS.iter().map(lens).collect()
+}
+
+/// Lenses, with the commands that editors are to know.
+const RUNS: [(&str, &str); 3] = [
+    ("Simulate", "dgd.simulate"),
+    ("Sensitivity", "dgd.sensitivity"),
+    ("Discover", "dgd.discover"),
+];
 
 /// The tokens of the document, with what could not be read.
 fn own_tokens(context: &Context<'_>) -> Vec<Token> {

@@ -60,8 +60,9 @@ impl<'a> Reader<'a, '_> {
                 }
                 (TokenKind::Name, Some(TokenKind::OpenBrace)) => {
                     let mut docs = std::mem::take(&mut above);
-                    let (mode, rest) = self.choice(inside, &mut docs, nesting)?;
+                    let (mut mode, rest) = self.choice(inside, &mut docs, nesting)?;
                     mode.items.iter().for_each(|item| self.verify_mode_item(item, &mode.name));
+                    mode.items.retain(|item| matches!(item.kind, ItemKind::Equation { .. }));
                     modes.push(mode);
                     inside = rest;
                 }

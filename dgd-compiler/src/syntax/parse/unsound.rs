@@ -160,7 +160,7 @@ impl Reader<'_, '_> {
             "input" => ItemKind::Input { name, unit, attributes },
             "state" => unknown(UnknownKind::State),
             "unknown" => unknown(UnknownKind::Unknown),
-            "let" if unit.is_some() => ItemKind::Parameter { name, unit, value, attributes },
+            "let" if unit.is_some() => ItemKind::Constant { name, unit, value },
             _ => return None,
         };
         let span = self.span(*keyword).to(self.span(*statement.last()?));
