@@ -6,6 +6,7 @@ use super::lexical::{Token, TokenKind, begins_item};
 use crate::diagnostics::suggestion;
 use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind, Name, Unit, UnknownKind};
+use crate::syntax::visit::{self, Part};
 
 /// An item that could not be read, as far as it matters to others.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,6 +41,17 @@ impl Reader<'_, '_> {
         // Within a block it would stand outside of its choice.
         let stand_in = if nesting == 0 { self.stand_in(statement) } else { None };
         self.holes.push((Hole { span, names, hides_all }, stand_in));
+    }
+
+    /// Remembers an item that was read and cannot stand where it does.
+    pub(super) fn hole_of(&mut self, item: &mut Item) {
+        let mut names = Vec::new();
+        visit::parts_mut(item, &mut |part| {
+            if let Part::Declares(_, name) = part {
+                names.push(name.text.clone());
+            }
+        });
+        self.holes.push((Hole { span: item.span, names, hides_all: false }, None));
     }
 
     /// The names behind keywords and those that are bound; where the item's beginning is no keyword, or cannot
