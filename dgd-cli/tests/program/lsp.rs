@@ -1,5 +1,6 @@
 //! `dgd lsp`, by a recorded session over standard input and output.
 
+use std::fmt::Write as _;
 use std::io::Write as _;
 use std::process::Stdio;
 
@@ -38,7 +39,7 @@ fn a_recorded_session_is_answered_and_ends() {
     let mut input = String::new();
     for message in session {
         let message = message.to_string();
-        input.push_str(&format!("Content-Length: {}\r\n\r\n{message}", message.len()));
+        write!(input, "Content-Length: {}\r\n\r\n{message}", message.len()).expect("a string");
     }
     let mut child = command(&root(), &["lsp", "--stdio"])
         .stdin(Stdio::piped())
