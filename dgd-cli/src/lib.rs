@@ -100,6 +100,7 @@ fn perform(command: &Command, console: Console<'_>) -> Result<(), CommandError> 
         Command::Adopt(args) => command::adopt::run(args, console),
         Command::Screen(args) => command::screen::run(args, console),
         Command::Methods => command::methods::run(console),
+        Command::Lsp(_) => command::lsp::run(),
     }
 }
 

@@ -175,7 +175,7 @@ fn inputs(command: &Command) -> Vec<PathBuf> {
             all.push(args.model.clone());
             Some(&args.choices)
         }
-        Command::Fmt(_) | Command::Explain(_) | Command::Methods => None,
+        Command::Fmt(_) | Command::Explain(_) | Command::Methods | Command::Lsp(_) => None,
         Command::Adopt(args) => {
             all.push(args.result.clone());
             None
@@ -233,6 +233,7 @@ fn plots(command: &Command) -> &[PathBuf] {
         | Command::Emit(_)
         | Command::Explain(_)
         | Command::Methods
+        | Command::Lsp(_)
         | Command::Adopt(_)
         // Refused there.
         | Command::Linearize(_) => &[],
@@ -251,6 +252,7 @@ fn out(command: &Command) -> Out {
         | Command::Emit(_)
         | Command::Explain(_)
         | Command::Methods
+        | Command::Lsp(_)
         | Command::Adopt(_) => Out::File,
         Command::Fmt(_) => Out::Layout,
         Command::Simulate(_)

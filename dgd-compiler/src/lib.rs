@@ -8,6 +8,7 @@ pub mod diagnostics;
 pub mod effects;
 pub mod expr;
 pub mod model;
+pub mod names;
 pub mod parts;
 pub mod pipeline;
 pub mod program;

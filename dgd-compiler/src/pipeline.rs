@@ -9,14 +9,16 @@
 //! | 5 | [`crate::codegen::generate`] | `Program` | Rust tokens |
 
 use crate::dae::{Dae, assemble};
-use crate::diagnostics::{Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::model::{Model, ModelOptions, resolve};
 use crate::program::{Program, choose, lower};
-use crate::source::{Source, Sources};
+use crate::source::{Source, Sources, Span};
+use crate::syntax::Hole;
 use crate::syntax::ast::Ast;
+use crate::syntax::imports::{self, Loaded};
 
 pub use crate::program::Directions;
-pub use crate::syntax::imports::{Read, load};
+pub use crate::syntax::imports::Read;
 
 /// What every stage made.
 #[derive(Debug, Clone)]
@@ -29,6 +31,68 @@ pub struct Compiled {
     pub dae: Dae,
     /// Ready to run.
     pub program: Program,
+}
+
+/// Parses a file and, once each, the libraries and models that it imports directly or through others.
+///
+/// An item that cannot be read hides only itself: what is wrong with the others, names and units, is reported
+/// together with it, for the first choice of each variant.
+///
+/// # Errors
+///
+/// [`Reported`] where a file has syntax errors, or cannot be read or imported.
+pub fn load(
+    main: Source,
+    read: &mut Read<'_>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Ast>, Reported> {
+    let mut own = Diagnostics::default();
+    let Loaded { asts, holes } = imports::load(vec![main], read, sources, &mut own);
+    let result = own.check();
+    if result.is_err() && asts[0].model.is_some() {
+        further_mistakes(&asts, &holes, &ModelOptions::default(), &mut own);
+    }
+    for diagnostic in own.sorted() {
+        diagnostics.error(diagnostic.clone());
+    }
+    diagnostics.check()?;
+    result.map(|()| asts)
+}
+
+/// Reports what is wrong with the sound items of a model that has holes, without what only follows from these.
+pub fn further_mistakes(
+    asts: &[Ast],
+    holes: &[Hole],
+    options: &ModelOptions,
+    diagnostics: &mut Diagnostics,
+) {
+    let mut found = Diagnostics::default();
+    // The model is of no use: it lacks what the holes would have declared.
+    let _: Result<Model, Reported> = resolve(asts, options, &mut found);
+    for mistake in found.sorted() {
+        if !holes.iter().any(|hole| follows_from(mistake, hole)) {
+            diagnostics.error(mistake.clone());
+        }
+    }
+}
+
+/// Whether a mistake may only be one because an item could not be read.
+fn follows_from(mistake: &Diagnostic, hole: &Hole) -> bool {
+    let is_about_names =
+        matches!(mistake.code, Code::E201 | Code::E203 | Code::E205 | Code::E209 | Code::E220);
+    let names_it = |name: &String| {
+        let quoted = [format!("`{name}`"), format!("`{name}.")];
+        quoted.iter().any(|quoted| mistake.message.contains(quoted))
+    };
+    let is_within = |span: Span| {
+        span.source == hole.span.source
+            && hole.span.start <= span.start
+            && span.end <= hole.span.end
+    };
+    hole.hides_all && is_about_names
+        || hole.names.iter().any(names_it)
+        || mistake.labels.iter().any(|label| is_within(label.span))
 }
 
 /// Runs stages 1 to 4.

@@ -79,6 +79,98 @@ impl Sources {
     pub fn line_column(&self, span: Span) -> (usize, usize) {
         let before = &self.get(span.source).text[..span.start as usize];
         let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-        (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
+        (before.matches('\n').count() + 1, Columns::Characters.of(&before[line_start..]) + 1)
+    }
+}
+
+/// In what a column is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Columns {
+    /// Bytes of UTF-8.
+    Utf8,
+    /// Units of UTF-16, of which a letter beyond the first plane has two.
+    Utf16,
+    /// Characters.
+    Characters,
+}
+
+impl Columns {
+    /// How many columns a text without line ends takes.
+    pub fn of(self, text: &str) -> usize {
+        match self {
+            Columns::Utf8 => text.len(),
+            Columns::Utf16 => text.chars().map(char::len_utf16).sum(),
+            Columns::Characters => text.chars().count(),
+        }
+    }
+
+    /// The bytes that the first columns of a line take, to its end where it has not so many. A column within
+    /// a character is taken as the one before it.
+    fn bytes(self, line: &str, columns: usize) -> usize {
+        let mut passed = 0;
+        for (at, c) in line.char_indices() {
+            passed += self.of(&line[at..at + c.len_utf8()]);
+            if passed > columns {
+                return at;
+            }
+        }
+        line.len()
+    }
+}
+
+/// Where the lines of a text begin: from bytes to lines and columns and back, both counted from 0.
+#[derive(Debug, Clone)]
+pub struct Lines {
+    starts: Vec<usize>,
+}
+
+impl Lines {
+    /// The lines of a text.
+    pub fn of(text: &str) -> Lines {
+        let behind_ends = text.match_indices('\n').map(|(at, _)| at + 1);
+        Lines { starts: std::iter::once(0).chain(behind_ends).collect() }
+    }
+
+    /// Line and column of a byte of this text.
+    pub fn position(&self, text: &str, byte: usize, columns: Columns) -> (usize, usize) {
+        let mut byte = byte.min(text.len());
+        while !text.is_char_boundary(byte) {
+            byte -= 1;
+        }
+        let line = self.starts.partition_point(|start| *start <= byte) - 1;
+        (line, columns.of(&text[self.starts[line]..byte]))
+    }
+
+    /// The byte of this text at a line and column; the end of the line or text where it has not so many.
+    pub fn byte(&self, text: &str, line: usize, column: usize, columns: Columns) -> usize {
+        let Some(&start) = self.starts.get(line) else { return text.len() };
+        let end = self.starts.get(line + 1).map_or(text.len(), |next| next - 1);
+        let line = text[start..end].strip_suffix('\r').unwrap_or(&text[start..end]);
+        start + columns.bytes(line, column)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_of_greek_and_wide_letters_lead_back_to_their_bytes() {
+        let text = "let τ = 1\r\nΔp 𝜌x # end\n";
+        let lines = Lines::of(text);
+        for (byte, _) in text.char_indices().filter(|(_, c)| !matches!(c, '\r' | '\n')) {
+            for columns in [Columns::Utf8, Columns::Utf16, Columns::Characters] {
+                let (line, column) = lines.position(text, byte, columns);
+                assert_eq!(lines.byte(text, line, column, columns), byte, "{columns:?}");
+            }
+        }
+        let x = text.find('x').expect("it is there");
+        assert_eq!(lines.position(text, x, Columns::Utf8), (1, 8));
+        assert_eq!(lines.position(text, x, Columns::Utf16), (1, 5));
+        assert_eq!(lines.position(text, x, Columns::Characters), (1, 4));
+        // Within a letter of two units, beyond a line, and beyond the text.
+        assert_eq!(lines.byte(text, 1, 4, Columns::Utf16), text.find('𝜌').expect("it is there"));
+        assert_eq!(lines.byte(text, 0, 99, Columns::Utf16), text.find('\r').expect("it is there"));
+        assert_eq!(lines.byte(text, 9, 0, Columns::Utf16), text.len());
     }
 }

@@ -2,9 +2,9 @@
 
 use crate::diagnostics::{Diagnostics, render};
 use crate::model::{Model, ModelOptions, resolve};
+use crate::pipeline::load;
 use crate::source::{Source, Sources};
 use crate::syntax::ast::Ast;
-use crate::syntax::imports::load;
 
 pub(crate) const TANK: &str = "\
 model tank

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 /// The crates of the workspace, each of which uses only those before it. Tests may use any.
-pub(crate) const CRATES: [&str; 13] = [
+pub(crate) const CRATES: [&str; 14] = [
     "dgd-signature",
     "dgd-compiler",
     "dgd-macros",
@@ -17,6 +17,7 @@ pub(crate) const CRATES: [&str; 13] = [
     "dgd-data",
     "dgd-plot",
     "dgd-work",
+    "dgd-lsp",
     "dgd-cli",
     "dgd",
 ];

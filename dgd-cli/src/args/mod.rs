@@ -104,6 +104,19 @@ pub(crate) enum Command {
     Screen(ScreenArgs),
     /// List the integration methods
     Methods,
+    /// Serve an editor on standard input and output, by the Language Server Protocol
+    ///
+    /// Editors start it themselves: `vim.lsp.start({ cmd = { "dgd", "lsp" } })`; settings for Neovim, Helix, Zed
+    /// and VS Code are in docs/editors.md.
+    Lsp(LspArgs),
+}
+
+/// Arguments of `lsp`.
+#[derive(Debug, Args)]
+pub(crate) struct LspArgs {
+    /// Taken and ignored: many editors say it
+    #[arg(long, hide = true)]
+    pub stdio: bool,
 }
 
 /// Arguments of `check`.

@@ -9,6 +9,7 @@ pub(crate) mod explain;
 pub(crate) mod fit;
 pub(crate) mod fmt;
 pub(crate) mod linearize;
+pub(crate) mod lsp;
 pub(crate) mod methods;
 pub(crate) mod screen;
 pub(crate) mod sensitivity;

@@ -16,6 +16,7 @@ mod fit_estimators;
 mod fit_quality;
 mod gates;
 mod linearize;
+mod lsp;
 mod model_spread;
 mod names;
 mod options;

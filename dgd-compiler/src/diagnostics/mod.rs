@@ -98,6 +98,11 @@ impl Diagnostics {
         self.reported.map_or(Ok(()), Err)
     }
 
+    /// How many mistakes are kept so far.
+    pub(crate) fn len(&self) -> usize {
+        self.list.len()
+    }
+
     /// What was reported, in the order of place.
     pub fn sorted(&self) -> Vec<&Diagnostic> {
         let mut all: Vec<_> = self.list.iter().collect();

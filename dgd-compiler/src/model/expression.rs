@@ -51,6 +51,8 @@ pub(super) struct Lowering<'a> {
     depth: usize,
     /// The index of the loop that is open.
     pub(super) index: Option<LoopIndex<'a>>,
+    /// Dimensions of expressions by place, where somebody wants to know.
+    pub(super) dimensions: Option<BTreeMap<Span, Dimension>>,
     /// `let`s of loops, by name and index.
     pub(super) opened_lets: BTreeMap<(&'a str, LoopIndex<'a>), Result<Typed, Reported>>,
 }
@@ -67,6 +69,7 @@ impl<'a> Lowering<'a> {
             exhausted: None,
             depth: 0,
             index: None,
+            dimensions: None,
             opened_lets: BTreeMap::new(),
         }
     }
@@ -107,6 +110,9 @@ impl<'a> Lowering<'a> {
             self.lower_kind(expr, arguments, diagnostics)
         };
         self.depth -= 1;
+        if let (Some(dimensions), Ok(typed)) = (&mut self.dimensions, result) {
+            dimensions.insert(expr.span, typed.dim.dimension());
+        }
         result
     }
 

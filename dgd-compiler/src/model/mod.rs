@@ -27,7 +27,7 @@ pub use crate::syntax::ast::{Bound, Name};
 pub use dgd_signature::{Crossing, Interpolation};
 
 pub use crate::parts::InnerModel;
-pub use resolve::{ModelOptions, Setting, resolve};
+pub use resolve::{ModelOptions, Setting, resolve, resolve_noting};
 
 /// What `resolve` promises:
 ///

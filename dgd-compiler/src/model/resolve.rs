@@ -15,7 +15,7 @@ use crate::source::Span;
 use crate::syntax::ast::{
     Ast, AttributeKind, Expr, Item, ItemKind, Name, Unit as WrittenUnit, UnknownKind,
 };
-use crate::units::Unit;
+use crate::units::{Dimension, Unit};
 
 /// What is chosen and set from outside the model file.
 #[derive(Debug, Clone, Default)]
@@ -47,6 +47,21 @@ pub struct Setting {
 pub fn resolve(
     asts: &[Ast],
     options: &ModelOptions,
+    diagnostics: &mut Diagnostics,
+) -> Result<Model, Reported> {
+    resolve_noting(asts, options, None, diagnostics)
+}
+
+/// Makes a model as [`resolve`] does and notes the dimension of every expression that has one, by its place, also
+/// where other expressions are wrong.
+///
+/// # Errors
+///
+/// [`Reported`] after at least one diagnostic.
+pub fn resolve_noting(
+    asts: &[Ast],
+    options: &ModelOptions,
+    dimensions: Option<&mut BTreeMap<Span, Dimension>>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Model, Reported> {
     let main = asts.first().unwrap_or_else(|| unreachable!("a compilation has a main file"));
@@ -83,7 +98,8 @@ pub fn resolve(
         }
     }
 
-    parts::leave_out_unbound(&mut items, main, &parts, diagnostics)?;
+    // What is not bound has been reported, and is an input then.
+    let _: Result<(), Reported> = parts::leave_out_unbound(&mut items, main, &parts, diagnostics);
     leave_out_impossible(&mut variants, main, libraries, options);
     parts::leave_out_unread_inputs(&mut items, main, options.columns.as_deref());
 
@@ -102,6 +118,7 @@ pub fn resolve(
             ..Model::default()
         },
     };
+    resolver.lowering.dimensions = dimensions.is_some().then(BTreeMap::new);
     resolver.constants_and_lets(&order, diagnostics);
     for item in &items {
         // Each item reports its own mistakes; the next is independent of them.
@@ -109,6 +126,9 @@ pub fn resolve(
     }
     resolver.unused_functions(diagnostics);
     resolver.unused_lets(diagnostics);
+    if let Some(dimensions) = dimensions {
+        dimensions.extend(resolver.lowering.dimensions.take().into_iter().flatten());
+    }
     diagnostics.check()?;
     resolver.open_starts(diagnostics)?;
 

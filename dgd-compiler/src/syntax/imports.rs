@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::ast::{Ast, ItemKind};
-use super::parse;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use super::parse::{Hole, parse_with_holes};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::source::{Source, SourceId, Sources, Span};
 
 /// How the name of an imported file must end. Nothing else is read, so that a model cannot show what
@@ -15,25 +15,34 @@ const ENDING: &str = ".dgd";
 /// of the file.
 pub type Read<'a> = dyn FnMut(&str) -> Result<String, String> + 'a;
 
-/// Parses a file and, once each, the libraries and models that it imports directly or through
-/// others.
+/// The trees of files and of all that they import.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The given files first, then what they import.
+    pub asts: Vec<Ast>,
+    /// Items that could not be read, and imports that bring nothing.
+    pub holes: Vec<Hole>,
+}
+
+/// Parses files and, once each, the libraries and models that they import directly or through others.
 ///
-/// A path is relative to the file that names it.
-///
-/// # Errors
-///
-/// [`Reported`] where a file has syntax errors, or cannot be read or imported.
+/// A path is relative to the file that names it. What is wrong is reported, and what is sound is there all
+/// the same.
 pub fn load(
-    main: Source,
+    files: Vec<Source>,
     read: &mut Read<'_>,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
-) -> Result<Vec<Ast>, Reported> {
-    let path = normalise(&main.name);
-    let main = sources.add(main);
-    let asts = vec![parse(main, sources, diagnostics)?];
-    let known = BTreeMap::from([(path, main)]);
-    let mut loading = Loading { asts, known, read, sources, diagnostics };
+) -> Loaded {
+    let (asts, known, holes) = (Vec::new(), BTreeMap::new(), Vec::new());
+    let mut loading = Loading { asts, known, holes, read, sources, diagnostics };
+    for file in files {
+        let path = normalise(&file.name);
+        let id = loading.sources.add(file);
+        loading.known.insert(path, id);
+        let ast = loading.parse(id);
+        loading.asts.push(ast);
+    }
     let mut next = 0;
     while next < loading.asts.len() {
         let imports = imports_of(&loading.asts[next]);
@@ -42,8 +51,7 @@ pub fn load(
         loading.asts[next].imports = found;
         next += 1;
     }
-    loading.diagnostics.check()?;
-    Ok(loading.asts)
+    Loaded { asts: loading.asts, holes: loading.holes }
 }
 
 /// `import "path"`
@@ -67,6 +75,7 @@ struct Loading<'a, 'r> {
     asts: Vec<Ast>,
     /// Files by their normalised paths.
     known: BTreeMap<String, SourceId>,
+    holes: Vec<Hole>,
     read: &'a mut Read<'r>,
     sources: &'a mut Sources,
     diagnostics: &'a mut Diagnostics,
@@ -96,17 +105,23 @@ impl Loading<'_, '_> {
         };
         let id = self.sources.add(Source { name: name.clone(), text });
         self.known.insert(name, id);
-        if let Ok(ast) = parse(id, self.sources, self.diagnostics) {
-            self.take(ast, path, *span);
-        }
+        let ast = self.parse(id);
+        self.take(ast, path, *span);
         Some(id)
     }
 
+    fn parse(&mut self, id: SourceId) -> Ast {
+        let (ast, holes) = parse_with_holes(id, self.sources, self.diagnostics);
+        self.holes.extend(holes);
+        ast
+    }
+
     /// Takes in the tree of a library or a model.
-    fn take(&mut self, ast: Ast, path: &str, span: Span) {
+    fn take(&mut self, mut ast: Ast, path: &str, span: Span) {
         if let Some(effect) = &ast.effect {
             let name = &effect.name.text;
             let message = format!("`{path}` is an effect, `{name}`, not a library or a model");
+            self.holes.push(Hole::import(span));
             self.diagnostics.error(
                 Diagnostic::new(Code::E208, span, message)
                     .help("an effect is taken into a model with `--apply`"),
@@ -114,45 +129,36 @@ impl Loading<'_, '_> {
             return;
         }
         if ast.model.is_none() {
-            verify_library(&ast, self.diagnostics);
+            verify_library(&mut ast, self.diagnostics);
         }
         self.asts.push(ast);
     }
 
     fn refuse(&mut self, span: Span, message: String) {
+        self.holes.push(Hole::import(span));
         self.diagnostics.error(Diagnostic::new(Code::E208, span, message));
     }
 }
 
-/// A library declares nothing that belongs to one model.
-fn verify_library(ast: &Ast, diagnostics: &mut Diagnostics) {
-    for item in &ast.items {
-        match item.kind {
+/// A library declares nothing that belongs to one model; what does is reported and left out.
+fn verify_library(ast: &mut Ast, diagnostics: &mut Diagnostics) {
+    ast.items.retain(|item| {
+        let is_allowed = matches!(
+            item.kind,
             ItemKind::Import { .. }
-            | ItemKind::Constant { .. }
-            | ItemKind::Let { .. }
-            | ItemKind::Function { .. } => {}
-            ItemKind::Size { .. }
-            | ItemKind::Array { .. }
-            | ItemKind::For { .. }
-            | ItemKind::Parameter { .. }
-            | ItemKind::Input { .. }
-            | ItemKind::Unknown { .. }
-            | ItemKind::Output { .. }
-            | ItemKind::Equation { .. }
-            | ItemKind::Modes { .. }
-            | ItemKind::Variant { .. }
-            | ItemKind::Part { .. }
-            | ItemKind::Binding { .. }
-            | ItemKind::When(_)
-            | ItemKind::Saturate { .. } => {
-                diagnostics.error(
-                    Diagnostic::new(Code::E208, item.span, "this cannot stand in a library")
-                        .help("a library has constants, `let`s and functions; a model file begins with `model NAME`"),
-                );
-            }
+                | ItemKind::Constant { .. }
+                | ItemKind::Let { .. }
+                | ItemKind::Function { .. }
+        );
+        if !is_allowed {
+            diagnostics.error(
+                Diagnostic::new(Code::E208, item.span, "this cannot stand in a library").help(
+                    "a library has constants, `let`s and functions; a model file begins with `model NAME`",
+                ),
+            );
         }
-    }
+        is_allowed
+    });
 }
 
 /// The path of an import as seen from where the importing file lies.

@@ -13,4 +13,5 @@ pub mod visit;
 #[cfg(test)]
 mod tests;
 
-pub use parse::{parse, parse_setting, parse_what_is_sound};
+pub use parse::lexical::{Token, TokenKind, tokens};
+pub use parse::{Hole, parse, parse_setting, parse_what_is_sound, parse_with_holes};

@@ -17,6 +17,18 @@ pub fn write(asts: &[Ast], model: &Model) -> String {
     text
 }
 
+/// The equations with a label, of which every mode may have one, each as a formula for a text.
+pub fn equations(asts: &[Ast], model: &Model, label: &str) -> Vec<String> {
+    let lines = formula::lines(asts, model);
+    let own = lines.iter().filter_map(|line| match line {
+        Line::Equation { left, right, label: Some(own) } if own == label => {
+            Some(format!("{} = {}", formula(left), formula(right)))
+        }
+        _ => None,
+    });
+    own.collect()
+}
+
 pub(super) fn line(line: &Line) -> String {
     match line {
         Line::Equation { left, right, label } => {

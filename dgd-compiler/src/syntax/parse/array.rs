@@ -105,7 +105,11 @@ impl<'a> Reader<'a, '_> {
                 }
                 _ => {
                     let (line, rest) = inside.split_at(item_length(inside));
-                    items.extend(self.item_of_loop(line, std::mem::take(&mut above), &index));
+                    let item = self.item_of_loop(line, std::mem::take(&mut above), &index);
+                    if item.is_none() {
+                        self.hole(line, nesting + 1);
+                    }
+                    items.extend(item);
                     inside = rest;
                 }
             }

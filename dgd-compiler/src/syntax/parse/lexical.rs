@@ -17,8 +17,10 @@ use crate::source::{SourceId, Sources, Span};
 
 /// What a token is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum TokenKind {
+pub enum TokenKind {
+    /// `3.5e3`
     Number,
+    /// A name or a word of the language
     Name,
     /// `"…"`
     Text,
@@ -26,21 +28,37 @@ pub(crate) enum TokenKind {
     Unit,
     /// `[…]` directly after a name
     Index,
+    /// `+`
     Plus,
+    /// `-`
     Minus,
+    /// `*`
     Star,
+    /// `/`
     Slash,
+    /// `^`
     Caret,
+    /// `=`
     Equal,
+    /// `<`
     Less,
+    /// `<=`
     LessEqual,
+    /// `>`
     Greater,
+    /// `>=`
     GreaterEqual,
+    /// `(`
     Open,
+    /// `)`
     Close,
+    /// `{`
     OpenBrace,
+    /// `}`
     CloseBrace,
+    /// `,`
     Comma,
+    /// `:`
     Colon,
     /// `..`
     Range,
@@ -60,19 +78,23 @@ pub(crate) enum TokenKind {
 
 /// A token and its place in the source's text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Token {
-    pub(crate) kind: TokenKind,
-    pub(crate) start: u32,
-    pub(crate) end: u32,
+pub struct Token {
+    /// What it is.
+    pub kind: TokenKind,
+    /// First byte.
+    pub start: u32,
+    /// One past the last byte.
+    pub end: u32,
 }
 
 impl Token {
     /// The token as it stands in the text.
-    pub(crate) fn text(self, source: &str) -> &str {
+    pub fn text(self, source: &str) -> &str {
         &source[self.start as usize..self.end as usize]
     }
 
-    pub(crate) fn span(self, source: SourceId) -> Span {
+    /// Its place in this source.
+    pub fn span(self, source: SourceId) -> Span {
         Span { source, start: self.start, end: self.end }
     }
 }
@@ -81,11 +103,7 @@ impl Token {
 pub(crate) const RESERVED: &[&str] = &["and", "or", "not", "if", "then", "else"];
 
 /// Cuts a source into tokens. What cannot be read becomes [`TokenKind::Invalid`] and is reported.
-pub(crate) fn tokens(
-    source: SourceId,
-    sources: &Sources,
-    diagnostics: &mut Diagnostics,
-) -> Vec<Token> {
+pub fn tokens(source: SourceId, sources: &Sources, diagnostics: &mut Diagnostics) -> Vec<Token> {
     let text = sources.get(source).text.as_str();
     if i32::try_from(text.len()).is_err() {
         let span = Span { source, start: 0, end: 0 };
@@ -494,7 +512,7 @@ fn continues(kind: TokenKind, text: &str) -> bool {
 }
 
 /// Whether two tokens are a keyword and a name: no expression goes on like that.
-fn begins_item(first: Token, second: Option<Token>, source: &str) -> bool {
+pub(super) fn begins_item(first: Token, second: Option<Token>, source: &str) -> bool {
     first.kind == TokenKind::Name
         && item::is_keyword(first.text(source))
         && second.is_some_and(|second| match second.kind {

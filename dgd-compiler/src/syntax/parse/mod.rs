@@ -11,12 +11,15 @@ pub(super) mod lexical;
 mod modes;
 mod part;
 pub(super) mod tokens;
+mod unsound;
 
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::source::{SourceId, Sources, Span};
 use crate::syntax::ast::{Ast, Choice, Clause, EffectHeader, Expr, Header, Item, ItemKind, Name};
 use lexical::{Token, TokenKind};
 use tokens::{NESTING, Stop, Tokens, dotted, name, too_deep};
+
+pub use unsound::Hole;
 
 /// Reads a source.
 ///
@@ -27,7 +30,7 @@ pub fn parse(
     diagnostics: &mut Diagnostics,
 ) -> Result<Ast, Reported> {
     // Mistakes of earlier sources do not concern this one.
-    let (ast, own) = read(source, sources);
+    let (ast, _, own) = read(source, sources);
     for diagnostic in own.sorted() {
         diagnostics.error(diagnostic.clone());
     }
@@ -40,8 +43,33 @@ pub fn parse_what_is_sound(source: SourceId, sources: &Sources) -> Ast {
     read(source, sources).0
 }
 
-/// The items that can be read, and what is wrong with the others.
-fn read(source: SourceId, sources: &Sources) -> (Ast, Diagnostics) {
+/// Reads a source with mistakes, so that what is wrong with its sound items can still be found: declarations
+/// stand in for those that could not be read, as far as their heads say what they declare.
+pub fn parse_with_holes(
+    source: SourceId,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> (Ast, Vec<Hole>) {
+    let (mut ast, holes, own) = read(source, sources);
+    for diagnostic in own.sorted() {
+        diagnostics.error(diagnostic.clone());
+    }
+    let stand_ins = holes.iter().filter_map(|(_, stand_in)| stand_in.clone());
+    ast.items.extend(stand_ins);
+    let letters = |span: Span| sources.text(span).chars().filter(|c| c.is_alphanumeric());
+    let is_header = |hole: &Hole| letters(hole.span).collect::<String>().contains("model");
+    if let Some((hole, _)) = holes.iter().find(|(hole, _)| ast.model.is_none() && is_header(hole)) {
+        let text = hole.names.last().cloned().unwrap_or_default();
+        ast.model = Some(Header { doc: Vec::new(), name: Name { text, span: hole.span } });
+    }
+    (ast, holes.into_iter().map(|(hole, _)| hole).collect())
+}
+
+/// An item that could not be read, and what can stand in for it.
+type Unsound = (Hole, Option<Item>);
+
+/// The items that can be read, what the others are, and what is wrong with them.
+fn read(source: SourceId, sources: &Sources) -> (Ast, Vec<Unsound>, Diagnostics) {
     let mut own = Diagnostics::default();
     let text = sources.get(source).text.as_str();
     let all = lexical::tokens(source, sources, &mut own);
@@ -58,12 +86,12 @@ fn read(source: SourceId, sources: &Sources) -> (Ast, Diagnostics) {
 
     let mut reader = Reader::new(source, text, &mut own);
     let items = reader.items(&tokens, 0);
-    let (model, effect) = (reader.model, reader.effect);
+    let (model, effect, holes) = (reader.model, reader.effect, reader.holes);
     if items.is_empty() && model.is_none() && effect.is_none() && own.check().is_ok() {
         let span = Span { source, start: 0, end: 0 };
         own.error(Diagnostic::new(Code::E112, span, "there is nothing in this file"));
     }
-    (Ast { source, model, effect, items, imports: Vec::new() }, own)
+    (Ast { source, model, effect, items, imports: Vec::new() }, holes, own)
 }
 
 /// Reads `name = value`, as it is set from outside a model file.
@@ -93,12 +121,15 @@ struct Reader<'a, 'd> {
     effect: Option<EffectHeader>,
     /// Whether an item has been met.
     begun: bool,
+    /// Items that could not be read.
+    holes: Vec<Unsound>,
     diagnostics: &'d mut Diagnostics,
 }
 
 impl<'a, 'd> Reader<'a, 'd> {
     fn new(source: SourceId, text: &'a str, diagnostics: &'d mut Diagnostics) -> Self {
-        Reader { source, text, model: None, effect: None, begun: false, diagnostics }
+        let (model, effect, holes) = (None, None, Vec::new());
+        Reader { source, text, model, effect, begun: false, holes, diagnostics }
     }
 
     /// Reads items until nothing is left.
@@ -118,9 +149,14 @@ impl<'a, 'd> Reader<'a, 'd> {
                     tokens = rest;
                 }
                 _ => {
-                    let (statement, rest) = tokens.split_at(item_length(tokens));
+                    let (statement, rest) = tokens.split_at(self.length(tokens));
                     let docs = std::mem::take(&mut doc);
-                    items.extend(self.item(statement, docs, nesting));
+                    let n_mistakes = self.diagnostics.len();
+                    let item = self.item(statement, docs, nesting);
+                    if item.is_none() && self.is_wrong(statement, n_mistakes) {
+                        self.hole(statement, nesting);
+                    }
+                    items.extend(item);
                     tokens = rest;
                 }
             }
@@ -132,6 +168,22 @@ impl<'a, 'd> Reader<'a, 'd> {
             ));
         }
         items
+    }
+
+    /// How many tokens an item takes; one whose block is never closed ends where another begins.
+    fn length(&self, tokens: &[Token]) -> usize {
+        let length = item_length(tokens);
+        let n = |kind| tokens[..length].iter().filter(|token| token.kind == kind).count();
+        if length == tokens.len() && n(TokenKind::OpenBrace) > n(TokenKind::CloseBrace) {
+            return self.end_of_unclosed(tokens);
+        }
+        length
+    }
+
+    /// Whether something has been reported of an item, now or when it was cut into tokens.
+    fn is_wrong(&self, statement: &[Token], n_mistakes_before: usize) -> bool {
+        self.diagnostics.len() > n_mistakes_before
+            || statement.iter().any(|token| token.kind == TokenKind::Invalid)
     }
 
     /// Reads one item, without line ends around it.

@@ -60,8 +60,8 @@ impl<'a> Reader<'a, '_> {
                 }
                 (TokenKind::Name, Some(TokenKind::OpenBrace)) => {
                     let mut docs = std::mem::take(&mut above);
-                    let (mode, rest) = self.choice(inside, &mut docs, nesting)?;
-                    mode.items.iter().for_each(|item| self.verify_mode_item(item, &mode.name));
+                    let (mut mode, rest) = self.choice(inside, &mut docs, nesting)?;
+                    mode.items.retain_mut(|item| self.is_mode_item(item, &mode.name));
                     modes.push(mode);
                     inside = rest;
                 }
@@ -99,16 +99,20 @@ impl<'a> Reader<'a, '_> {
         Some(ItemKind::Modes { name, modes, transitions, starts })
     }
 
-    /// A mode says what holds while it lasts; what exists is the same in all of them.
-    fn verify_mode_item(&mut self, item: &Item, mode: &Name) {
-        if !matches!(item.kind, ItemKind::Equation { .. }) {
+    /// A mode says what holds while it lasts; what exists is the same in all of them. Anything else is
+    /// reported, and is not there.
+    fn is_mode_item(&mut self, item: &mut Item, mode: &Name) -> bool {
+        let is_equation = matches!(item.kind, ItemKind::Equation { .. });
+        if !is_equation {
             let message = "a mode holds equations only";
             self.error(
                 Diagnostic::new(Code::E130, item.span, message)
                     .label(mode.span, "the mode")
                     .help("move it in front of `modes`: what is declared exists in every mode"),
             );
+            self.hole_of(item);
         }
+        is_equation
     }
 
     /// `MODE -> MODE when EXPRESSION falls below EXPRESSION`, perhaps with `{ reset x = e }`.

@@ -1,0 +1,137 @@
+//! From the items of a file to the names that it declares. What choices of a variant declare under one name is
+//! one symbol.
+
+use std::collections::BTreeMap;
+
+use super::{Names, Scope, SymbolId, SymbolKind, Use};
+use crate::syntax::ast::{Ast, Choice, Item, ItemKind, Name, Target, UnknownKind};
+
+/// The set of a scope that a name belongs to.
+type Set = fn(&mut Scope) -> &mut BTreeMap<String, SymbolId>;
+
+impl Names {
+    /// Takes in what a file declares.
+    pub(super) fn declare(&mut self, ast: &Ast) {
+        let mut scope = Scope::default();
+        if let Some(header) = &ast.model {
+            let name = &header.name;
+            scope.model = Some(self.add(&name.text, SymbolKind::Model, name.span));
+        }
+        if let Some(header) = &ast.effect {
+            self.add(&header.name.text, SymbolKind::Effect, header.name.span);
+            if let Target::Template(slots) = &header.target {
+                for slot in slots {
+                    self.declare_in(&mut scope, |s| &mut s.slots, &slot.name, SymbolKind::Argument);
+                }
+            }
+        }
+        self.declare_items(&ast.items, &mut scope);
+        // Of an output without a value, the name is that of what it reads.
+        self.declare_outputs(&ast.items, &mut scope);
+        self.scopes.insert(ast.source, scope);
+    }
+
+    fn declare_items(&mut self, items: &[Item], scope: &mut Scope) {
+        for item in items {
+            let (name, kind) = match &item.kind {
+                ItemKind::Constant { name, .. } => (name, SymbolKind::Constant),
+                ItemKind::Parameter { name, .. } => (name, SymbolKind::Parameter),
+                ItemKind::Input { name, .. } => (name, SymbolKind::Input),
+                ItemKind::Unknown { declared, name, .. }
+                | ItemKind::Array { declared, name, .. } => match declared {
+                    UnknownKind::State => (name, SymbolKind::State),
+                    UnknownKind::Unknown => (name, SymbolKind::Unknown),
+                },
+                ItemKind::Size { name, .. } => (name, SymbolKind::Size),
+                ItemKind::Let { name, .. } => (name, SymbolKind::Let),
+                ItemKind::Function { name, .. } => (name, SymbolKind::Function),
+                ItemKind::Equation { label, .. } => {
+                    self.declare_in(scope, |s| &mut s.equations, label, SymbolKind::Equation);
+                    continue;
+                }
+                ItemKind::Variant { name, choices } => {
+                    self.declare_in(scope, |s| &mut s.variants, name, SymbolKind::Variant);
+                    self.declare_choices(name, choices, SymbolKind::Choice, scope);
+                    continue;
+                }
+                ItemKind::Modes { name, modes, .. } => {
+                    self.declare_in(scope, |s| &mut s.modes, name, SymbolKind::Modes);
+                    self.declare_choices(name, modes, SymbolKind::Mode, scope);
+                    continue;
+                }
+                ItemKind::Part { name, model, .. } => {
+                    self.declare_part(scope, name, model);
+                    continue;
+                }
+                ItemKind::For { items, .. } => {
+                    self.declare_items(items, scope);
+                    continue;
+                }
+                ItemKind::Import { .. }
+                | ItemKind::Output { .. }
+                | ItemKind::Binding { .. }
+                | ItemKind::When(_)
+                | ItemKind::Saturate { .. } => continue,
+            };
+            self.declare_in(scope, |s| &mut s.values, name, kind);
+        }
+    }
+
+    fn declare_outputs(&mut self, items: &[Item], scope: &mut Scope) {
+        for item in items {
+            match &item.kind {
+                ItemKind::Output { name, value: Some(_), .. } => {
+                    self.declare_in(scope, |s| &mut s.outputs, name, SymbolKind::Output);
+                }
+                ItemKind::Variant { choices, .. } => {
+                    for choice in choices {
+                        self.declare_outputs(&choice.items, scope);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn declare_choices(
+        &mut self,
+        of: &Name,
+        choices: &[Choice],
+        kind: SymbolKind,
+        scope: &mut Scope,
+    ) {
+        for Choice { name, items, .. } in choices {
+            let key = (of.text.clone(), name.text.clone());
+            if let Some(&symbol) = scope.choices.get(&key) {
+                self.again(symbol, name);
+            } else {
+                let symbol = self.add(&name.text, kind, name.span);
+                scope.choices.insert(key, symbol);
+            }
+            self.declare_items(items, scope);
+        }
+    }
+
+    fn declare_part(&mut self, scope: &mut Scope, name: &Name, model: &Name) {
+        if let Some(&(symbol, _)) = scope.parts.get(&name.text) {
+            self.again(symbol, name);
+        } else {
+            let symbol = self.add(&name.text, SymbolKind::Part, name.span);
+            scope.parts.insert(name.text.clone(), (symbol, model.text.clone()));
+        }
+    }
+
+    fn declare_in(&mut self, scope: &mut Scope, set: Set, name: &Name, kind: SymbolKind) {
+        if let Some(&symbol) = set(scope).get(&name.text) {
+            self.again(symbol, name);
+        } else {
+            let symbol = self.add(&name.text, kind, name.span);
+            set(scope).insert(name.text.clone(), symbol);
+        }
+    }
+
+    /// Declares a symbol at one more place.
+    fn again(&mut self, symbol: SymbolId, name: &Name) {
+        self.uses.push(Use { span: name.span, symbol, declares: true });
+    }
+}

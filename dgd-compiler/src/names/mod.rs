@@ -1,0 +1,226 @@
+//! Names and their uses: where each is declared and where it is read, in all files of a project.
+//!
+//! Unlike stage 2, which knows a name by the part that it belongs to and looks at the chosen variants only, this
+//! looks at what is written: every choice of every variant, parts by the files of their models, and effects
+//! with the models that they are for. It is what an editor asks: what is under the cursor, where else is it.
+//!
+//! | file | what it holds |
+//! |---|---|
+//! | `declare` | from the items of a file to the names that it declares |
+//! | `files` | which files a file sees |
+//! | `read` | from expressions and clauses to the names that they read |
+
+mod declare;
+mod files;
+mod read;
+
+use std::collections::BTreeMap;
+
+use crate::source::{SourceId, Sources, Span};
+use crate::syntax::ast::Ast;
+
+/// The position of a symbol in [`Names::symbols`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SymbolId(pub usize);
+
+/// What a symbol is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SymbolKind {
+    /// `model NAME`
+    Model,
+    /// `effect NAME`
+    Effect,
+    /// `constant`
+    Constant,
+    /// `parameter`
+    Parameter,
+    /// `input`
+    Input,
+    /// `state`, an array of them too
+    State,
+    /// `unknown`, an array of them too
+    Unknown,
+    /// `size`
+    Size,
+    /// `let`, in a loop too
+    Let,
+    /// `function`
+    Function,
+    /// `output`
+    Output,
+    /// The label of an equation
+    Equation,
+    /// `variant`
+    Variant,
+    /// A choice of a variant
+    Choice,
+    /// `modes`
+    Modes,
+    /// One of the modes
+    Mode,
+    /// `part`
+    Part,
+    /// An argument of a function or of a template
+    Argument,
+    /// The index of a loop or of an array
+    Index,
+}
+
+/// Something that has a name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Symbol {
+    /// Its name, as it is declared.
+    pub name: String,
+    /// What it is.
+    pub kind: SymbolKind,
+    /// Where it is first declared.
+    pub declared: Span,
+}
+
+/// A place where a symbol is named.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Use {
+    /// The place: of `pump.c0`, one for the part and one for what it has.
+    pub span: Span,
+    /// What is named there.
+    pub symbol: SymbolId,
+    /// Whether it is declared there.
+    pub declares: bool,
+}
+
+/// All symbols of some files, and all their uses.
+#[derive(Debug, Clone, Default)]
+pub struct Names {
+    symbols: Vec<Symbol>,
+    /// In the order of place.
+    uses: Vec<Use>,
+    scopes: BTreeMap<SourceId, Scope>,
+    /// For each file those whose names it can read as its own.
+    seen: BTreeMap<SourceId, Vec<SourceId>>,
+}
+
+/// What one file declares.
+#[derive(Debug, Clone, Default)]
+struct Scope {
+    model: Option<SymbolId>,
+    values: BTreeMap<String, SymbolId>,
+    outputs: BTreeMap<String, SymbolId>,
+    equations: BTreeMap<String, SymbolId>,
+    variants: BTreeMap<String, SymbolId>,
+    /// By variant and choice, and by block and mode.
+    choices: BTreeMap<(String, String), SymbolId>,
+    modes: BTreeMap<String, SymbolId>,
+    /// Parts, with the name of the model of each.
+    parts: BTreeMap<String, (SymbolId, String)>,
+    /// Arguments of a template.
+    slots: BTreeMap<String, SymbolId>,
+}
+
+impl Scope {
+    /// What expressions can read under a name.
+    fn value(&self, name: &str) -> Option<SymbolId> {
+        self.values.get(name).or_else(|| self.slots.get(name)).copied()
+    }
+
+    /// What can be read under a name, or else an output, a variant or an argument of that name.
+    fn any(&self, name: &str) -> Option<SymbolId> {
+        let found = [&self.values, &self.slots, &self.outputs, &self.variants]
+            .into_iter()
+            .find_map(|names| names.get(name));
+        found.copied()
+    }
+}
+
+impl Names {
+    /// The names of files that were loaded together.
+    pub fn of(asts: &[Ast], sources: &Sources) -> Names {
+        let mut names = Names::default();
+        for ast in asts {
+            names.declare(ast);
+        }
+        let files = files::Files::new(asts, sources);
+        for ast in asts {
+            names.seen.insert(ast.source, files.seen_by(ast));
+        }
+        for ast in asts {
+            read::read(ast, &files, &mut names, sources);
+        }
+        names.uses.sort_unstable();
+        names.uses.dedup_by_key(|one| (one.span, one.symbol));
+        names
+    }
+
+    /// All symbols, in the order in which the files declare them.
+    pub fn symbols(&self) -> impl Iterator<Item = (SymbolId, &Symbol)> {
+        self.symbols.iter().enumerate().map(|(i, symbol)| (SymbolId(i), symbol))
+    }
+
+    /// A symbol.
+    pub fn symbol(&self, id: SymbolId) -> &Symbol {
+        &self.symbols[id.0]
+    }
+
+    /// What is named at a byte of a source, or ends there.
+    pub fn at(&self, source: SourceId, byte: u32) -> Option<&Use> {
+        let is_there = |one: &&Use| {
+            one.span.source == source && one.span.start <= byte && byte <= one.span.end
+        };
+        // Of two that touch, the one that begins there.
+        self.uses.iter().rev().find(is_there)
+    }
+
+    /// Every place where a symbol is named, in the order of place.
+    pub fn uses_of(&self, symbol: SymbolId) -> impl Iterator<Item = &Use> {
+        self.uses.iter().filter(move |one| one.symbol == symbol)
+    }
+
+    /// All uses in one source, in the order of place.
+    pub fn uses_in(&self, source: SourceId) -> impl Iterator<Item = &Use> {
+        self.uses.iter().filter(move |one| one.span.source == source)
+    }
+
+    /// What expressions of a file can read: its own names, then those of its libraries and, for an effect, of
+    /// its model.
+    pub fn readable_in(&self, source: SourceId) -> Vec<SymbolId> {
+        let others = self.seen.get(&source).into_iter().flatten();
+        let scopes = std::iter::once(&source).chain(others).filter_map(|id| self.scopes.get(id));
+        let mut all = Vec::new();
+        for scope in scopes {
+            all.extend(scope.values.values().chain(scope.slots.values()));
+            all.extend(scope.parts.values().map(|(id, _)| id));
+        }
+        all
+    }
+
+    /// What can stand behind a part's name and a point.
+    pub fn members_of(&self, source: SourceId, part: &str) -> Vec<SymbolId> {
+        let Some(scope) = self.model_of_part(source, part) else { return Vec::new() };
+        let own = scope.values.values().chain(scope.outputs.values());
+        own.chain(scope.parts.values().map(|(id, _)| id)).copied().collect()
+    }
+
+    /// The scope of the model that a part is, `well.pump` being a part of a part.
+    fn model_of_part(&self, source: SourceId, part: &str) -> Option<&Scope> {
+        let seen = self.seen.get(&source).into_iter().flatten();
+        let mut scope =
+            std::iter::once(&source).chain(seen).filter_map(|id| self.scopes.get(id)).find(
+                |scope| part.split('.').next().is_some_and(|p| scope.parts.contains_key(p)),
+            )?;
+        for part in part.split('.') {
+            let (_, model) = scope.parts.get(part)?;
+            scope = self.scopes.values().find(|scope| self.is_model(scope, model))?;
+        }
+        Some(scope)
+    }
+
+    fn is_model(&self, scope: &Scope, name: &str) -> bool {
+        scope.model.is_some_and(|id| self.symbol(id).name == name)
+    }
+
+    fn add(&mut self, name: &str, kind: SymbolKind, declared: Span) -> SymbolId {
+        self.symbols.push(Symbol { name: name.to_owned(), kind, declared });
+        let id = SymbolId(self.symbols.len() - 1);
+        self.uses.push(Use { span: declared, symbol: id, declares: true });
+        id
+    }
+}

@@ -1,0 +1,401 @@
+//! From expressions, clauses and items to the names that they read.
+
+use super::files::Files;
+use super::{Names, Scope, SymbolId, SymbolKind, Use};
+use crate::source::{SourceId, Sources, Span};
+use crate::syntax::ast::{
+    Argument, Ast, Attribute, AttributeKind, ClauseKind, EffectHeader, Expr, ExprKind, Item,
+    ItemKind, Name, PartArgument, Reset, Target, Transition, Unit,
+};
+use crate::syntax::visit;
+
+/// Records what a file reads.
+pub(super) fn read(ast: &Ast, files: &Files<'_>, names: &mut Names, sources: &Sources) {
+    let mut reader = Reader { source: ast.source, files, names, sources, locals: Vec::new() };
+    if let Some(header) = &ast.effect {
+        reader.effect(header);
+    }
+    reader.items(&ast.items);
+}
+
+struct Reader<'a> {
+    source: SourceId,
+    files: &'a Files<'a>,
+    names: &'a mut Names,
+    sources: &'a Sources,
+    /// Arguments and indices that are open, innermost last.
+    locals: Vec<(String, SymbolId)>,
+}
+
+impl Reader<'_> {
+    fn reads(&mut self, symbol: SymbolId, span: Span) {
+        self.names.uses.push(Use { span, symbol, declares: false });
+    }
+
+    /// The first of the file itself and the files that it sees in which something is found.
+    fn find(&self, in_scope: impl Fn(&Scope) -> Option<SymbolId>) -> Option<SymbolId> {
+        let seen = self.names.seen.get(&self.source).into_iter().flatten();
+        let mut all = std::iter::once(&self.source).chain(seen);
+        all.find_map(|id| self.names.scopes.get(id).and_then(&in_scope))
+    }
+
+    /// Something that an expression reads, or that has a value otherwise.
+    fn value(&mut self, text: &str, span: Span) {
+        let local = self.locals.iter().rev().find(|(name, _)| name == text);
+        let found = local.map(|(_, symbol)| *symbol);
+        let found = found.or_else(|| self.find(|scope| scope.value(text)));
+        match found.or_else(|| self.find(|scope| scope.any(text))) {
+            Some(symbol) => self.reads(symbol, span),
+            None => self.member(text, span, Scope::any),
+        }
+    }
+
+    fn name(&mut self, name: &Name) {
+        self.value(&name.text, name.span);
+    }
+
+    /// `pump.c0`: the part, and what its model has.
+    fn member(&mut self, text: &str, span: Span, find: impl Fn(&Scope, &str) -> Option<SymbolId>) {
+        let spans = self.segments(span);
+        let segments: Vec<&str> = text.split('.').collect();
+        if segments.len() < 2 || spans.len() != segments.len() {
+            return;
+        }
+        let part_of = |scope: &Scope| scope.parts.get(segments[0]).map(|(symbol, _)| *symbol);
+        let Some(part) = self.find(part_of) else { return };
+        self.reads(part, spans[0]);
+        let mut file = self.names.symbol(part).declared.source;
+        let mut part = segments[0];
+        for (i, segment) in segments.iter().enumerate().skip(1) {
+            let scope = self.names.scopes.get(&file);
+            let Some((_, model)) = scope.and_then(|scope| scope.parts.get(part)) else { return };
+            let Some(inner) = self.files.model(model, file) else { return };
+            let Some(scope) = self.names.scopes.get(&inner) else { return };
+            let nested = scope.parts.get(*segment).map(|(symbol, _)| *symbol);
+            let is_last = i + 1 == segments.len();
+            match if is_last { find(scope, segment).or(nested) } else { nested } {
+                Some(symbol) => self.reads(symbol, spans[i]),
+                None => return,
+            }
+            (file, part) = (inner, segment);
+        }
+    }
+
+    /// The places of the words between the points of a name.
+    fn segments(&self, span: Span) -> Vec<Span> {
+        let text = self.sources.text(span);
+        let mut start = span.start;
+        let mut all = Vec::new();
+        for word in text.split('.') {
+            let blanks = (word.len() - word.trim_start().len()) as u32;
+            let begin = start + blanks;
+            let end = begin + word.trim().len() as u32;
+            all.push(Span { source: span.source, start: begin, end });
+            start += word.len() as u32 + 1;
+        }
+        all
+    }
+
+    fn output(&mut self, name: &Name) {
+        let text = name.text.as_str();
+        match self.find(|scope| scope.outputs.get(text).copied()) {
+            Some(symbol) => self.reads(symbol, name.span),
+            None => self.name(name),
+        }
+    }
+
+    fn equation(&mut self, label: &Name) {
+        let text = label.text.as_str();
+        let slot = |scope: &Scope| scope.slots.get(text).copied();
+        let own = |scope: &Scope| scope.equations.get(text).copied();
+        match self.find(slot).or_else(|| self.find(own)) {
+            Some(symbol) => self.reads(symbol, label.span),
+            None => self.member(text, label.span, |scope, name| scope.equations.get(name).copied()),
+        }
+    }
+
+    fn expr(&mut self, expr: &Expr) {
+        match &expr.kind {
+            ExprKind::Name(name) => self.value(name, expr.span),
+            ExprKind::Call { function, .. } => self.name(function),
+            ExprKind::Number { unit, .. } => self.unit(unit.as_ref()),
+            _ => {}
+        }
+        for operand in visit::operands(expr) {
+            self.expr(operand);
+        }
+    }
+
+    fn exprs<'e>(&mut self, all: impl IntoIterator<Item = &'e Expr>) {
+        all.into_iter().for_each(|expr| self.expr(expr));
+    }
+
+    /// `[unit(y)]` names an argument of the effect.
+    fn unit(&mut self, unit: Option<&Unit>) {
+        let Some(unit) = unit else { return };
+        let text = self.sources.text(unit.span);
+        for (at, _) in text.match_indices("unit(") {
+            let start = at + "unit(".len();
+            let Some(len) = text[start..].find(')') else { return };
+            let name = text[start..start + len].trim();
+            let blanks = text[start..start + len].find(name).unwrap_or(0);
+            let begin = unit.span.start + (start + blanks) as u32;
+            let end = begin + name.len() as u32;
+            let span = Span { source: unit.span.source, start: begin, end };
+            if let Some(symbol) = self.find(|scope| scope.slots.get(name).copied()) {
+                self.reads(symbol, span);
+            }
+        }
+    }
+
+    /// Reads something in which a name is only known here.
+    fn with_local(&mut self, local: Option<&Name>, kind: SymbolKind, read: impl FnOnce(&mut Self)) {
+        let open = self.locals.len();
+        if let Some(name) = local {
+            let symbol = self.names.add(&name.text, kind, name.span);
+            self.locals.push((name.text.clone(), symbol));
+        }
+        read(self);
+        self.locals.truncate(open);
+    }
+
+    /// The index that stands between brackets behind a label or name of a loop.
+    fn index_behind(&mut self, name: &Name) {
+        let text = &self.sources.get(name.span.source).text;
+        let rest = &text[name.span.end as usize..];
+        let Some(inside) = rest.strip_prefix('[').and_then(|rest| rest.split(']').next()) else {
+            return;
+        };
+        let index = inside.trim();
+        let begin = name.span.end + 1 + (inside.len() - inside.trim_start().len()) as u32;
+        let span = Span { source: name.span.source, start: begin, end: begin + index.len() as u32 };
+        let index = index.to_owned();
+        self.value(&index, span);
+    }
+
+    fn items(&mut self, items: &[Item]) {
+        for item in items {
+            self.item(item);
+        }
+    }
+
+    fn item(&mut self, item: &Item) {
+        match &item.kind {
+            ItemKind::Import { .. } => {}
+            ItemKind::Size { value, .. } => self.expr(value),
+            ItemKind::Constant { unit, value, .. } | ItemKind::Let { unit, value, .. } => {
+                self.unit(unit.as_ref());
+                self.expr(value);
+            }
+            ItemKind::Parameter { unit, value, attributes, .. } => {
+                self.unit(unit.as_ref());
+                self.expr(value);
+                self.attributes(attributes);
+            }
+            ItemKind::Input { unit, attributes, .. } => {
+                self.unit(unit.as_ref());
+                self.attributes(attributes);
+            }
+            ItemKind::Unknown { unit, start, attributes, .. } => {
+                self.unit(unit.as_ref());
+                self.exprs(start);
+                self.attributes(attributes);
+            }
+            ItemKind::Array { index, range, unit, start, attributes, .. } => {
+                self.exprs([&range.lower, &range.upper]);
+                self.unit(unit.as_ref());
+                self.with_local(index.as_ref(), SymbolKind::Index, |this| this.exprs(start));
+                self.attributes(attributes);
+            }
+            ItemKind::For { index, range, items } => {
+                self.exprs([&range.lower, &range.upper]);
+                self.with_local(Some(index), SymbolKind::Index, |this| {
+                    for item in items {
+                        if let ItemKind::Equation { label: name, .. } | ItemKind::Let { name, .. } =
+                            &item.kind
+                        {
+                            this.index_behind(name);
+                        }
+                        this.item(item);
+                    }
+                });
+            }
+            ItemKind::Function { arguments, body, .. } => self.function(arguments, body),
+            ItemKind::Output { name, unit, value, attributes } => {
+                if value.is_none() {
+                    self.name(name);
+                }
+                self.unit(unit.as_ref());
+                self.exprs(value);
+                self.attributes(attributes);
+            }
+            ItemKind::Equation { left, right, attributes, .. } => {
+                self.exprs([left, right]);
+                self.attributes(attributes);
+            }
+            ItemKind::Variant { choices, .. } => {
+                for choice in choices {
+                    self.items(&choice.items);
+                }
+            }
+            ItemKind::Modes { name, modes, transitions, starts } => {
+                for mode in modes {
+                    self.items(&mode.items);
+                }
+                for transition in transitions {
+                    self.transition(name, transition);
+                }
+                for start in starts {
+                    self.mode(name, &start.mode);
+                    self.exprs(&start.condition);
+                }
+            }
+            ItemKind::Part { model, arguments, .. } => self.part(model, arguments),
+            ItemKind::Binding { input, value } => {
+                self.name(input);
+                self.expr(value);
+            }
+            ItemKind::When(reaction) => {
+                self.exprs([&reaction.left, &reaction.right]);
+                self.resets(&reaction.resets);
+            }
+            ItemKind::Saturate { name, bound, .. } => {
+                self.name(name);
+                self.expr(bound);
+            }
+        }
+    }
+
+    fn attributes(&mut self, all: &[Attribute]) {
+        for attribute in all {
+            match &attribute.kind {
+                AttributeKind::Bounds(lower, upper) => self.exprs(lower.iter().chain(upper)),
+                AttributeKind::PriorNormal(mean, std) => self.exprs([mean, std]),
+                AttributeKind::Nominal(value)
+                | AttributeKind::Noise(value)
+                | AttributeKind::History(value) => self.expr(value),
+                AttributeKind::Log
+                | AttributeKind::Fixed
+                | AttributeKind::Hold
+                | AttributeKind::Linear
+                | AttributeKind::Exact => {}
+            }
+        }
+    }
+
+    fn function(&mut self, arguments: &[Argument], body: &Expr) {
+        let open = self.locals.len();
+        for Argument { name, unit } in arguments {
+            self.unit(unit.as_ref());
+            let symbol = self.names.add(&name.text, SymbolKind::Argument, name.span);
+            self.locals.push((name.text.clone(), symbol));
+        }
+        self.expr(body);
+        self.locals.truncate(open);
+    }
+
+    fn mode(&mut self, block: &Name, mode: &Name) {
+        let key = (block.text.clone(), mode.text.clone());
+        if let Some(symbol) = self.find(|scope| scope.choices.get(&key).copied()) {
+            self.reads(symbol, mode.span);
+        }
+    }
+
+    fn transition(&mut self, block: &Name, transition: &Transition) {
+        let Transition { from, to, left, right, resets, .. } = transition;
+        self.mode(block, from);
+        self.mode(block, to);
+        self.exprs([left, right]);
+        self.resets(resets);
+    }
+
+    fn resets(&mut self, resets: &[Reset]) {
+        for Reset { name, value, .. } in resets {
+            self.name(name);
+            self.expr(value);
+        }
+    }
+
+    /// The model of a part, and what its arguments set.
+    fn part(&mut self, model: &Name, arguments: &[PartArgument]) {
+        let inner = self.files.model(&model.text, self.source);
+        let scope = inner.and_then(|inner| self.names.scopes.get(&inner)).cloned();
+        if let Some(symbol) = scope.as_ref().and_then(|scope| scope.model) {
+            self.reads(symbol, model.span);
+        }
+        for PartArgument { name, value } in arguments {
+            let Some(scope) = &scope else {
+                self.expr(value);
+                continue;
+            };
+            let text = name.text.as_str();
+            if let Some(symbol) = scope.values.get(text) {
+                self.reads(*symbol, name.span);
+                self.expr(value);
+            } else if let Some(symbol) = scope.variants.get(text) {
+                self.reads(*symbol, name.span);
+                if let ExprKind::Name(choice) = &value.kind
+                    && let Some(choice) = scope.choices.get(&(text.to_owned(), choice.clone()))
+                {
+                    self.reads(*choice, value.span);
+                }
+            } else {
+                self.expr(value);
+            }
+        }
+    }
+
+    /// What an effect is for, and its clauses.
+    fn effect(&mut self, header: &EffectHeader) {
+        match &header.target {
+            Target::Model(model) => {
+                let file = self.files.model(&model.text, self.source);
+                let scope = file.and_then(|file| self.names.scopes.get(&file));
+                if let Some(symbol) = scope.and_then(|scope| scope.model) {
+                    self.reads(symbol, model.span);
+                }
+            }
+            Target::Template(slots) => {
+                for slot in slots {
+                    self.unit(slot.unit.as_ref());
+                }
+            }
+        }
+        for clause in &header.clauses {
+            match &clause.kind {
+                ClauseKind::Kind(_) | ClauseKind::Form(_) => {}
+                ClauseKind::Null { name, value } => {
+                    self.name(name);
+                    self.expr(value);
+                }
+                ClauseKind::Replace { name, arguments, equation, by } => {
+                    self.name(name);
+                    if let Some(equation) = equation {
+                        self.equation(equation);
+                    }
+                    let none = |name: &Name| Argument { name: name.clone(), unit: None };
+                    let arguments: Vec<Argument> = arguments.iter().map(none).collect();
+                    self.function(&arguments, by);
+                }
+                ClauseKind::ReplaceOutput { output, by } => {
+                    self.output(output);
+                    self.replaced_output(output, by);
+                }
+                ClauseKind::Add { value, equation } => {
+                    self.expr(value);
+                    self.equation(equation);
+                }
+            }
+        }
+    }
+
+    /// What stands in the place of an output: its name is what it read before.
+    fn replaced_output(&mut self, output: &Name, by: &Expr) {
+        let text = output.text.as_str();
+        let symbol = self.find(|scope| scope.outputs.get(text).copied());
+        let open = self.locals.len();
+        self.locals.extend(symbol.map(|symbol| (text.to_owned(), symbol)));
+        self.expr(by);
+        self.locals.truncate(open);
+    }
+}

@@ -1,0 +1,203 @@
+//! Items that could not be read: which names they would have declared, and what stands in for them.
+
+use super::Reader;
+use super::item::is_keyword;
+use super::lexical::{Token, TokenKind, begins_item};
+use crate::diagnostics::suggestion;
+use crate::source::Span;
+use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind, Name, Unit, UnknownKind};
+use crate::syntax::visit::{self, Part};
+
+/// An item that could not be read, as far as it matters to others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hole {
+    /// Its place.
+    pub span: Span,
+    /// Names that it may have declared.
+    pub names: Vec<String>,
+    /// Whether it may have declared names that it does not say: an import.
+    pub hides_all: bool,
+}
+
+impl Hole {
+    /// An import that brings nothing.
+    pub(crate) fn import(span: Span) -> Hole {
+        Hole { span, names: Vec::new(), hides_all: true }
+    }
+}
+
+/// What can stand in for itself.
+const STANDING_IN: [&str; 6] = ["constant", "parameter", "input", "state", "unknown", "let"];
+
+impl Reader<'_, '_> {
+    /// Remembers an item that could not be read.
+    pub(super) fn hole(&mut self, statement: &[Token], nesting: u32) {
+        let (Some(first), Some(last)) = (statement.first(), statement.last()) else { return };
+        let names = self.names_declared(statement);
+        // Only an import has a text.
+        let hides_all = statement.iter().any(|token| token.kind == TokenKind::Text)
+            || first.text(self.text) == "import";
+        let span = self.span(*first).to(self.span(*last));
+        // Within a block it would stand outside of its choice.
+        let stand_in = if nesting == 0 { self.stand_in(statement) } else { None };
+        self.holes.push((Hole { span, names, hides_all }, stand_in));
+    }
+
+    /// Remembers an item that was read and cannot stand where it does.
+    pub(super) fn hole_of(&mut self, item: &mut Item) {
+        let mut names = Vec::new();
+        visit::parts_mut(item, &mut |part| {
+            if let Part::Declares(_, name) = part {
+                names.push(name.text.clone());
+            }
+        });
+        self.holes.push((Hole { span: item.span, names, hides_all: false }, None));
+    }
+
+    /// The names behind keywords and those that are bound; where the item's beginning is no keyword, or cannot
+    /// be read, all words before what it says of them.
+    fn names_declared(&self, statement: &[Token]) -> Vec<String> {
+        let is_name = |token: &Token| token.kind == TokenKind::Name;
+        let head = Self::head(statement);
+        let begins_with_keyword =
+            statement.first().is_some_and(|first| is_keyword(first.text(self.text)));
+        let is_unreadable = head.iter().any(|token| token.kind == TokenKind::Invalid);
+        let mut names = Vec::new();
+        if is_unreadable || !begins_with_keyword {
+            names = self.words(head);
+        }
+        for (i, pair) in statement.windows(2).enumerate() {
+            if !is_name(&pair[0]) {
+                continue;
+            }
+            if is_keyword(pair[0].text(self.text)) && is_name(&pair[1]) {
+                names.push(self.dotted_at(&statement[i + 1..]));
+            } else if pair[1].kind == TokenKind::Dot && (i == 0 || !is_dot(&statement[i - 1])) {
+                names.push(self.dotted_at(&statement[i..]));
+            }
+        }
+        let members: Vec<String> =
+            names.iter().filter_map(|name| Some(name.rsplit_once('.')?.1.to_owned())).collect();
+        names.extend(members);
+        names
+    }
+
+    /// What stands before an item's unit, value or arguments.
+    fn head(statement: &[Token]) -> &[Token] {
+        let ends = |token: &Token| {
+            matches!(
+                token.kind,
+                TokenKind::Equal
+                    | TokenKind::Colon
+                    | TokenKind::Unit
+                    | TokenKind::Index
+                    | TokenKind::Open
+                    | TokenKind::OpenBrace
+                    | TokenKind::Newline
+            )
+        };
+        &statement[..statement.iter().position(ends).unwrap_or(statement.len())]
+    }
+
+    /// The words that tokens without blanks between them make, without what cannot stand in a word.
+    fn words(&self, tokens: &[Token]) -> Vec<String> {
+        let mut words: Vec<String> = Vec::new();
+        let mut end = None;
+        for token in tokens {
+            let letters = token.text(self.text).chars();
+            let sound = letters.filter(|c| c.is_alphanumeric() || matches!(c, '_' | '.'));
+            match words.last_mut() {
+                Some(last) if end == Some(token.start) => last.extend(sound),
+                _ => words.push(sound.collect()),
+            }
+            end = Some(token.end);
+        }
+        words.retain(|word| !word.is_empty() && !is_keyword(word));
+        words
+    }
+
+    /// The name that tokens begin with, with what follows it after points.
+    fn dotted_at(&self, tokens: &[Token]) -> String {
+        let mut end = 1;
+        while tokens.get(end).is_some_and(|token| token.kind == TokenKind::Dot)
+            && tokens.get(end + 1).is_some_and(|token| token.kind == TokenKind::Name)
+        {
+            end += 2;
+        }
+        tokens[..end].iter().map(|token| token.text(self.text)).collect()
+    }
+
+    /// A declaration in the place of one that could not be read, where its head is sound: others then read
+    /// something of its unit.
+    fn stand_in(&self, statement: &[Token]) -> Option<Item> {
+        let [keyword, name, behind @ ..] = statement else { return None };
+        if name.kind != TokenKind::Name || behind.first().is_some_and(|t| t.kind == TokenKind::Dot)
+        {
+            return None;
+        }
+        let own = |token: &Token| Name {
+            text: token.text(self.text).to_owned(),
+            span: self.span(*token),
+        };
+        let unit = match behind.first() {
+            Some(token) if token.kind == TokenKind::Unit => {
+                let inside = token.text(self.text);
+                let text = inside[1..inside.len() - 1].trim().to_owned();
+                Some(Unit { span: self.span(*token), text })
+            }
+            Some(token) if !matches!(token.kind, TokenKind::Equal | TokenKind::Name) => {
+                return None;
+            }
+            Some(_) | None => None,
+        };
+        let number = ExprKind::Number { value: 1.0, text: "1".to_owned(), unit: None };
+        let value = Expr { span: self.span(*name), kind: number };
+        let (name, attributes) = (own(name), Vec::new());
+        let unknown = |declared| ItemKind::Unknown {
+            declared,
+            name: name.clone(),
+            unit: unit.clone(),
+            start: None,
+            attributes: Vec::new(),
+        };
+        let word = keyword.text(self.text);
+        let meant = if STANDING_IN.contains(&word) {
+            Some(word)
+        } else {
+            suggestion(word, STANDING_IN).filter(|_| !is_keyword(word))
+        };
+        let kind = match meant? {
+            "constant" => ItemKind::Constant { name, unit, value },
+            "parameter" => ItemKind::Parameter { name, unit, value, attributes },
+            "input" => ItemKind::Input { name, unit, attributes },
+            "state" => unknown(UnknownKind::State),
+            "unknown" => unknown(UnknownKind::Unknown),
+            "let" if unit.is_some() => ItemKind::Constant { name, unit, value },
+            _ => return None,
+        };
+        let span = self.span(*keyword).to(self.span(*statement.last()?));
+        Some(Item { span, doc: Vec::new(), kind })
+    }
+
+    /// Where an item with a block that is never closed ends: before the next line that begins an item no deeper
+    /// than this one.
+    pub(super) fn end_of_unclosed(&self, tokens: &[Token]) -> usize {
+        let Some(first) = tokens.first() else { return 0 };
+        let column = |token: &Token| {
+            let line = &self.text[..token.start as usize];
+            line.len() - line.rfind('\n').map_or(0, |at| at + 1)
+        };
+        let ends = |i: &usize| {
+            let mut behind = tokens[i + 1..].iter().filter(|token| token.kind != TokenKind::Doc);
+            let begins = behind.next().filter(|token| column(token) <= column(first));
+            tokens[*i].kind == TokenKind::Newline
+                && begins
+                    .is_some_and(|token| begins_item(*token, behind.next().copied(), self.text))
+        };
+        (0..tokens.len()).find(ends).unwrap_or(tokens.len())
+    }
+}
+
+fn is_dot(token: &Token) -> bool {
+    token.kind == TokenKind::Dot
+}

@@ -1,0 +1,118 @@
+//! What the compiler says of a document: mistakes, the model, dimensions of expressions.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use dgd_compiler::dae::assemble;
+use dgd_compiler::diagnostics::{Diagnostic, Diagnostics, Reported};
+use dgd_compiler::effects::{Application, Blending, Effect, apply};
+use dgd_compiler::model::{Model, ModelOptions, resolve, resolve_noting};
+use dgd_compiler::pipeline::further_mistakes;
+use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::syntax::ast::{Ast, Name, Target};
+use dgd_compiler::syntax::imports::{self, Loaded};
+use dgd_compiler::units::Dimension;
+
+use crate::files::Files;
+
+/// A document with the first choice of each variant, as far as it can be understood.
+pub(crate) struct Analysis {
+    /// The document itself first.
+    pub(crate) sources: Sources,
+    pub(crate) asts: Vec<Ast>,
+    pub(crate) model: Option<Model>,
+    /// Of expressions, by place.
+    pub(crate) dimensions: BTreeMap<Span, Dimension>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
+}
+
+/// Looks at the file of a path.
+pub(crate) fn analyse(path: &str, files: &Files) -> Analysis {
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let main = Source { name: path.to_owned(), text: files.read(path).unwrap_or_default() };
+    let mut read = |path: &str| files.read(path);
+    let Loaded { asts, holes } =
+        imports::load(vec![main], &mut read, &mut sources, &mut diagnostics);
+    let mut dimensions = BTreeMap::new();
+    let options = ModelOptions::default();
+    let mut model = None;
+    if asts[0].effect.is_some() {
+        if diagnostics.check().is_ok() {
+            effect(path, &asts[0], files, &mut sources, &mut diagnostics);
+        }
+    } else if asts[0].model.is_some() {
+        let is_sound = diagnostics.check().is_ok();
+        if !is_sound {
+            further_mistakes(&asts, &holes, &options, &mut diagnostics);
+        }
+        let mut own = Diagnostics::default();
+        model = resolve_noting(&asts, &options, Some(&mut dimensions), &mut own).ok();
+        if let Some(model) = model.as_ref().filter(|_| is_sound) {
+            let _: Result<_, Reported> = assemble(model, &mut own);
+        }
+        if is_sound {
+            take(&own, &mut diagnostics);
+        }
+    }
+    let diagnostics = diagnostics.sorted().into_iter().cloned().collect();
+    Analysis { sources, asts, model, dimensions, diagnostics }
+}
+
+fn take(from: &Diagnostics, to: &mut Diagnostics) {
+    for diagnostic in from.sorted() {
+        to.error(diagnostic.clone());
+    }
+}
+
+/// Checks an effect, and with the model that it is for where that lies above its folder.
+fn effect(
+    path: &str,
+    ast: &Ast,
+    files: &Files,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) {
+    let Ok(effect) = Effect::read(ast.clone(), diagnostics) else { return };
+    let Target::Model(name) = &effect.target else { return };
+    let above = Path::new(path).ancestors().skip(2).take(2);
+    let mut candidates = above.map(|f| f.join(format!("{}.dgd", name.text)).display().to_string());
+    let Some(model) = candidates.find(|path| files.is_file(path)) else { return };
+    let main = Source { name: model.clone(), text: files.read(&model).unwrap_or_default() };
+    let (mut read, mut own) = (|path: &str| files.read(path), Diagnostics::default());
+    let Loaded { asts, .. } = imports::load(vec![main], &mut read, sources, &mut own);
+    // What is wrong with the model is told in its own file.
+    if own.check().is_err() || resolve(&asts, &ModelOptions::default(), &mut own).is_err() {
+        return;
+    }
+    let application =
+        Application { effect: &effect, arguments: Vec::new(), span: effect.name.span };
+    let _: Result<_, Reported> = apply(&asts, &[application], Blending::Applied, diagnostics)
+        .and_then(|applied| resolve(&applied.asts, &ModelOptions::default(), diagnostics))
+        .and_then(|model| assemble(&model, diagnostics));
+}
+
+impl Analysis {
+    /// What is wrong with choices that are not the first, one at a time; nothing where `goes_on` says that
+    /// something newer waits.
+    pub(crate) fn other_variants(
+        &self,
+        goes_on: &mut dyn FnMut() -> bool,
+    ) -> Option<Vec<Diagnostic>> {
+        let mut own = Diagnostics::default();
+        for variant in self.model.iter().flat_map(|model| &model.variants) {
+            for (_, choice) in
+                variant.choices.iter().enumerate().filter(|(i, _)| *i != variant.chosen)
+            {
+                if !goes_on() {
+                    return None;
+                }
+                let name = |text: &str| Name { text: text.to_owned(), span: Span::default() };
+                let variants = vec![(name(&variant.name), name(choice))];
+                let options = ModelOptions { variants, ..ModelOptions::default() };
+                let _: Result<_, Reported> = resolve(&self.asts, &options, &mut own)
+                    .and_then(|model| assemble(&model, &mut own));
+            }
+        }
+        Some(own.sorted().into_iter().cloned().collect())
+    }
+}

@@ -1,0 +1,79 @@
+//! The files that an editor works on: those that are open, as they are there, and the others as they lie on disk.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::names::Names;
+use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::syntax::imports;
+
+/// A project has no more files than this, and no deeper folders: a home folder is not searched to its end.
+const MOST_FILES: usize = 2000;
+const DEEPEST: usize = 8;
+
+/// Open documents by path, and the folders that the editor has opened.
+#[derive(Debug, Default)]
+pub(crate) struct Files {
+    pub(crate) open: BTreeMap<String, String>,
+    pub(crate) folders: Vec<String>,
+}
+
+impl Files {
+    /// The text of a file.
+    pub(crate) fn read(&self, path: &str) -> Result<String, String> {
+        match self.open.get(path) {
+            Some(text) => Ok(text.clone()),
+            None => fs::read_to_string(path).map_err(|error| error.to_string()),
+        }
+    }
+
+    /// Whether there is a file.
+    pub(crate) fn is_file(&self, path: &str) -> bool {
+        self.open.contains_key(path) || Path::new(path).is_file()
+    }
+
+    /// The names in all files of the project, and what is imported from elsewhere. The file of a path comes first.
+    pub(crate) fn names(&self, first: &str) -> (Names, Sources) {
+        let mut paths = vec![first.to_owned()];
+        let mut add = |path: String| {
+            if !paths.contains(&path) && paths.len() < MOST_FILES {
+                paths.push(path);
+            }
+        };
+        self.open.keys().for_each(|path| add(path.clone()));
+        let beside = Path::new(first).parent().map(Path::to_path_buf);
+        let folders: Vec<PathBuf> = match self.folders.as_slice() {
+            [] => beside.into_iter().collect(),
+            folders => folders.iter().map(PathBuf::from).collect(),
+        };
+        for folder in folders {
+            collect(&folder, 0, &mut add);
+        }
+        let source = |path: String| self.read(&path).ok().map(|text| Source { name: path, text });
+        let files: Vec<Source> = paths.into_iter().filter_map(source).collect();
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let mut read = |path: &str| self.read(path);
+        let loaded = imports::load(files, &mut read, &mut sources, &mut diagnostics);
+        (Names::of(&loaded.asts, &sources), sources)
+    }
+}
+
+fn collect(folder: &Path, depth: usize, add: &mut dyn FnMut(String)) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    let mut paths: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    paths.sort();
+    for path in paths {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+        let is_left_out =
+            |name: &str| name.starts_with('.') || matches!(name, "target" | "node_modules");
+        if path.is_dir() {
+            if depth < DEEPEST && !name.is_some_and(|name| is_left_out(&name)) {
+                collect(&path, depth + 1, add);
+            }
+        } else if path.extension().is_some_and(|ending| ending == "dgd") {
+            add(path.display().to_string());
+        }
+    }
+}

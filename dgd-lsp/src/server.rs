@@ -1,0 +1,227 @@
+//! The loop: messages in, answers and diagnostics out.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::error::Error;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
+
+use dgd_compiler::source::Columns;
+use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
+use lsp_types::notification::{
+    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, Notification as _,
+    PublishDiagnostics,
+};
+use lsp_types::{
+    DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
+    InitializeParams, PositionEncodingKind, PublishDiagnosticsParams,
+};
+use serde_json::{Value, json};
+
+use crate::analysis::{Analysis, analyse};
+use crate::answer::{self, Context};
+use crate::files::Files;
+use crate::places;
+
+/// How long nothing is typed before other variants are looked at.
+const PAUSE: Duration = Duration::from_millis(300);
+
+type Failure = Box<dyn Error + Send + Sync>;
+
+struct Server<'a> {
+    connection: &'a Connection,
+    files: Files,
+    columns: Columns,
+    /// Documents that have changed since they were looked at, and since their other variants were.
+    changed: BTreeSet<String>,
+    unfinished: BTreeSet<String>,
+    analyses: BTreeMap<String, Analysis>,
+}
+
+pub(crate) fn run(connection: &Connection) -> Result<(), Failure> {
+    let (id, params) = connection.initialize_start()?;
+    let params: InitializeParams = serde_json::from_value(params)?;
+    let columns = columns(&params);
+    let encoding = match columns {
+        Columns::Utf8 => PositionEncodingKind::UTF8,
+        Columns::Utf16 | Columns::Characters => PositionEncodingKind::UTF16,
+    };
+    let version = env!("CARGO_PKG_VERSION");
+    let info = json!({ "name": "dgd", "version": version });
+    let answer = json!({ "capabilities": answer::capabilities(encoding), "serverInfo": info });
+    connection.initialize_finish(id, answer)?;
+    let folders = folders(&params);
+    let files = Files { folders, ..Files::default() };
+    let (changed, unfinished) = (BTreeSet::new(), BTreeSet::new());
+    let analyses = BTreeMap::new();
+    Server { connection, files, columns, changed, unfinished, analyses }.serve()
+}
+
+/// UTF-8 where the editor can, else UTF-16, which every editor can.
+fn columns(params: &InitializeParams) -> Columns {
+    let general = params.capabilities.general.as_ref();
+    let encodings = general.and_then(|general| general.position_encodings.as_ref());
+    match encodings {
+        Some(all) if all.contains(&PositionEncodingKind::UTF8) => Columns::Utf8,
+        Some(_) | None => Columns::Utf16,
+    }
+}
+
+#[allow(deprecated)] // Editors of some years ago say `rootUri` only.
+fn folders(params: &InitializeParams) -> Vec<String> {
+    let folders = params.workspace_folders.iter().flatten().map(|folder| &folder.uri);
+    let mut all: Vec<String> = folders.map(places::path_of).collect();
+    if all.is_empty() {
+        all.extend(params.root_uri.iter().map(places::path_of));
+    }
+    all
+}
+
+impl Server<'_> {
+    fn serve(mut self) -> Result<(), Failure> {
+        loop {
+            let waits = !self.connection.receiver.is_empty();
+            if !waits && let Some(path) = self.changed.pop_first() {
+                self.look_at(&path)?;
+                continue;
+            }
+            let message = if self.unfinished.is_empty() {
+                self.connection.receiver.recv().ok()
+            } else {
+                match self.connection.receiver.recv_timeout(PAUSE) {
+                    Ok(message) => Some(message),
+                    Err(error) if error.is_timeout() => {
+                        self.finish()?;
+                        continue;
+                    }
+                    Err(_) => None,
+                }
+            };
+            match message {
+                None => return Ok(()),
+                Some(Message::Request(request)) => {
+                    if self.connection.handle_shutdown(&request)? {
+                        return Ok(());
+                    }
+                    let response = self.answer(request);
+                    self.connection.sender.send(response.into())?;
+                }
+                Some(Message::Notification(notification)) => self.take(notification)?,
+                Some(Message::Response(_)) => {}
+            }
+        }
+    }
+
+    /// Answers a request; one that crashes gets an error.
+    fn answer(&mut self, Request { id, method, params }: Request) -> Response {
+        let answered = catch_unwind(AssertUnwindSafe(|| {
+            let path = answer::document(&params);
+            if let Some(path) = &path
+                && (self.changed.contains(path) || !self.analyses.contains_key(path))
+            {
+                // An answer is about the text as it is now; its diagnostics come when nothing waits.
+                self.analyses.insert(path.clone(), analyse(path, &self.files));
+            }
+            let analysis = path.as_ref().and_then(|path| self.analyses.get(path));
+            let (path, files, columns) =
+                (path.clone().unwrap_or_default(), &self.files, self.columns);
+            answer::answer(&method, params, &Context { path, files, columns, analysis })
+        }));
+        match answered {
+            Ok(Some(Ok(result))) => Response::new_ok(id, result),
+            Ok(Some(Err(message))) => {
+                Response::new_err(id, ErrorCode::InvalidParams as i32, message)
+            }
+            Ok(None) => {
+                let message = format!("dgd does not know the request {method}");
+                Response::new_err(id, ErrorCode::MethodNotFound as i32, message)
+            }
+            Err(_) => {
+                let message = format!("{method} could not be answered: a mistake of dgd itself");
+                Response::new_err(id, ErrorCode::InternalError as i32, message)
+            }
+        }
+    }
+
+    fn take(&mut self, Notification { method, params }: Notification) -> Result<(), Failure> {
+        match method.as_str() {
+            DidOpenTextDocument::METHOD => {
+                let params: DidOpenTextDocumentParams = serde_json::from_value(params)?;
+                let path = places::path_of(&params.text_document.uri);
+                self.files.open.insert(path.clone(), params.text_document.text);
+                self.touch(&path);
+            }
+            DidChangeTextDocument::METHOD => {
+                let params: DidChangeTextDocumentParams = serde_json::from_value(params)?;
+                let path = places::path_of(&params.text_document.uri);
+                let text = self.files.open.entry(path.clone()).or_default();
+                for change in params.content_changes {
+                    match change.range {
+                        None => *text = change.text,
+                        Some(range) => {
+                            let start = places::byte(text, range.start, self.columns);
+                            let end = places::byte(text, range.end, self.columns).max(start);
+                            text.replace_range(start..end, &change.text);
+                        }
+                    }
+                }
+                self.touch(&path);
+            }
+            DidCloseTextDocument::METHOD => {
+                let params: DidCloseTextDocumentParams = serde_json::from_value(params)?;
+                let path = places::path_of(&params.text_document.uri);
+                self.files.open.remove(&path);
+                self.changed.remove(&path);
+                self.unfinished.remove(&path);
+                self.analyses.remove(&path);
+                self.publish(&path, Vec::new())?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// A document has changed: it, and open ones that may read it, are looked at when nothing waits.
+    fn touch(&mut self, path: &str) {
+        self.changed.extend(self.files.open.keys().cloned());
+        self.unfinished.remove(path);
+    }
+
+    /// Looks at the first choice of each variant of a document.
+    fn look_at(&mut self, path: &str) -> Result<(), Failure> {
+        let looked = catch_unwind(AssertUnwindSafe(|| analyse(path, &self.files)));
+        let Ok(analysis) = looked else { return self.publish(path, vec![answer::crashed()]) };
+        let found = answer::diagnostics(&analysis, &[], self.columns);
+        self.analyses.insert(path.to_owned(), analysis);
+        self.unfinished.insert(path.to_owned());
+        self.publish(path, found)
+    }
+
+    /// Looks at the other variants of a document, unless something newer comes.
+    fn finish(&mut self) -> Result<(), Failure> {
+        let Some(path) = self.unfinished.pop_first() else { return Ok(()) };
+        let Some(analysis) = self.analyses.get(&path) else { return Ok(()) };
+        let receiver = &self.connection.receiver;
+        let others =
+            catch_unwind(AssertUnwindSafe(|| analysis.other_variants(&mut || receiver.is_empty())));
+        match others {
+            Ok(Some(others)) => {
+                let found = answer::diagnostics(analysis, &others, self.columns);
+                self.publish(&path, found)
+            }
+            Ok(None) => {
+                self.unfinished.insert(path);
+                Ok(())
+            }
+            Err(_) => Ok(()),
+        }
+    }
+
+    fn publish(&self, path: &str, diagnostics: Vec<lsp_types::Diagnostic>) -> Result<(), Failure> {
+        let Some(uri) = places::uri_of(path) else { return Ok(()) };
+        let params = PublishDiagnosticsParams { uri, diagnostics, version: None };
+        let params: Value = serde_json::to_value(params)?;
+        let method = PublishDiagnostics::METHOD.to_owned();
+        self.connection.sender.send(Notification { method, params }.into())?;
+        Ok(())
+    }
+}

@@ -1,0 +1,352 @@
+//! Sessions with an editor, in memory.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use dgd_compiler::source::{Columns, Lines};
+use lsp_server::{Connection, Message, Notification, Request, RequestId};
+use serde_json::{Value, json};
+
+use crate::places::{path_of, uri_of};
+use crate::serve;
+
+/// An editor: what it sends, and what it has been told.
+struct Editor {
+    connection: Connection,
+    server: JoinHandle<()>,
+    next: i32,
+    /// The last diagnostics of each document.
+    told: BTreeMap<String, Value>,
+    columns: Columns,
+}
+
+impl Editor {
+    fn new(folder: &Path, encoding: &str) -> Editor {
+        let (own, other) = Connection::memory();
+        let server = thread::spawn(move || serve(&other).expect("a session"));
+        let columns = if encoding == "utf-8" { Columns::Utf8 } else { Columns::Utf16 };
+        let told = BTreeMap::new();
+        let mut editor = Editor { connection: own, server, next: 0, told, columns };
+        let root = uri_of(&folder.display().to_string()).expect("an address");
+        let general = json!({ "general": { "positionEncodings": [encoding] } });
+        let answer =
+            editor.ask("initialize", json!({ "rootUri": root.as_str(), "capabilities": general }));
+        assert_eq!(answer["capabilities"]["positionEncoding"], encoding);
+        editor.tell("initialized", json!({}));
+        editor
+    }
+
+    fn tell(&self, method: &str, params: Value) {
+        let notification = Notification { method: method.to_owned(), params };
+        self.connection.sender.send(notification.into()).expect("a server that listens");
+    }
+
+    fn response(&mut self, method: &str, params: Value) -> lsp_server::Response {
+        self.next += 1;
+        let id = RequestId::from(self.next);
+        let request = Request { id: id.clone(), method: method.to_owned(), params };
+        self.connection.sender.send(request.into()).expect("a server that listens");
+        loop {
+            match self.receive() {
+                Some(Message::Response(response)) if response.id == id => return response,
+                Some(_) => {}
+                None => panic!("no answer to {method}"),
+            }
+        }
+    }
+
+    fn ask(&mut self, method: &str, params: Value) -> Value {
+        let response = self.response(method, params);
+        serde_json::to_value(response).expect("JSON")["result"].take()
+    }
+
+    fn receive(&mut self) -> Option<Message> {
+        let message = self.connection.receiver.recv_timeout(Duration::from_mins(1)).ok()?;
+        if let Message::Notification(notification) = &message {
+            let uri = notification.params["uri"].as_str().unwrap_or_default().to_owned();
+            self.told.insert(uri, notification.params["diagnostics"].clone());
+        }
+        Some(message)
+    }
+
+    /// Opens a document and waits for its diagnostics.
+    fn open(&mut self, path: &Path, text: &str) -> Value {
+        let uri = address(path);
+        let document = json!({ "uri": uri, "languageId": "dgd", "version": 1, "text": text });
+        self.tell("textDocument/didOpen", json!({ "textDocument": document }));
+        self.wait_for(&uri)
+    }
+
+    fn wait_for(&mut self, uri: &str) -> Value {
+        self.told.remove(uri);
+        while !self.told.contains_key(uri) {
+            assert!(self.receive().is_some(), "no diagnostics of {uri}");
+        }
+        self.told[uri].clone()
+    }
+
+    /// A document and the place of a text in it, the `skip`th byte of its first occurrence.
+    fn at(&self, path: &Path, text: &str, what: &str, skip: usize) -> Value {
+        let byte = text.find(what).expect("it is there") + skip;
+        let (line, character) = Lines::of(text).position(text, byte, self.columns);
+        let position = json!({ "line": line, "character": character });
+        json!({ "textDocument": { "uri": address(path) }, "position": position })
+    }
+
+    fn end(mut self) {
+        self.ask("shutdown", Value::Null);
+        self.tell("exit", Value::Null);
+        self.server.join().expect("the server ends well");
+    }
+}
+
+fn address(path: &Path) -> String {
+    uri_of(&path.display().to_string()).expect("an address").as_str().to_owned()
+}
+
+fn models() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the repository").join("models")
+}
+
+fn model(name: &str) -> (PathBuf, String) {
+    let path = models().join(name);
+    let text = fs::read_to_string(&path).expect("a model");
+    (path, text)
+}
+
+/// The text with the edits that an answer has for a document.
+fn edited(text: &str, edits: &Value, columns: Columns) -> String {
+    let lines = Lines::of(text);
+    let byte = |at: &Value| {
+        let number = |key: &str| at[key].as_u64().expect("a number") as usize;
+        lines.byte(text, number("line"), number("character"), columns)
+    };
+    let mut all: Vec<(usize, usize, &str)> = edits
+        .as_array()
+        .expect("edits")
+        .iter()
+        .map(|edit| {
+            let range = &edit["range"];
+            let new = edit["newText"].as_str().expect("a text");
+            (byte(&range["start"]), byte(&range["end"]), new)
+        })
+        .collect();
+    all.sort_unstable();
+    let mut edited = text.to_owned();
+    for (start, end, new) in all.into_iter().rev() {
+        edited.replace_range(start..end, new);
+    }
+    edited
+}
+
+#[test]
+fn mistakes_come_with_places_and_fixes_while_one_types() {
+    for encoding in ["utf-8", "utf-16"] {
+        let mut editor = Editor::new(&models(), encoding);
+        let path = models().join("not saved/größe.dgd");
+        let text = "model greek\n/// τ\nparameter τ_größe [s] = 3\nstate Δx [m] = 1\n\
+                    equation e: der(Δx) = -Δx/τ_größ\n";
+        let found = editor.open(&path, text);
+        assert_eq!(found.as_array().expect("a list").len(), 1, "{found}");
+        let range = found[0]["range"].clone();
+        let start = text.find("τ_größ\n").expect("the mistake");
+        let (line, character) = Lines::of(text).position(text, start, editor.columns);
+        assert_eq!(range["start"], json!({ "line": line, "character": character }));
+        let document = json!({ "uri": address(&path) });
+        let context = json!({ "diagnostics": [] });
+        let params = json!({ "textDocument": document, "range": range, "context": context });
+        let fixes = editor.ask("textDocument/codeAction", params);
+        let edits = &fixes[0]["edit"]["changes"][address(&path)];
+        let fixed = edited(text, edits, editor.columns);
+        assert!(fixed.ends_with("= -Δx/τ_größe\n"), "{fixed}");
+        // Typed by the editor: the change reaches the server, and nothing is wrong any more.
+        let change = json!({ "range": edits[0]["range"], "text": edits[0]["newText"] });
+        let document = json!({ "uri": address(&path), "version": 2 });
+        editor.tell(
+            "textDocument/didChange",
+            json!({ "textDocument": document, "contentChanges": [change] }),
+        );
+        assert_eq!(editor.wait_for(&address(&path)), json!([]));
+        editor.end();
+    }
+}
+
+#[test]
+fn what_is_under_the_cursor_is_told() {
+    let mut editor = Editor::new(&models(), "utf-16");
+    let (path, text) = model("mud_circulation.dgd");
+    assert_eq!(editor.open(&path, &text), json!([]));
+    let at = editor.at(&path, &text, "M_ssp * der", 0);
+    let hover = editor.ask("textDocument/hover", at.clone());
+    let said = hover["contents"]["value"].as_str().expect("a text");
+    for part in ["parameter M_ssp [kg/m^4]", "= 110000000 kg/m^4", "Used", "is in `kg/m^4`"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let label = editor.at(&path, &text, "riser:", 0);
+    let hover = editor.ask("textDocument/hover", label);
+    let said = hover["contents"]["value"].as_str().expect("a text");
+    assert!(said.contains("$$\n") && said.contains("\\dot{h}"), "{said}");
+    let declared = editor.ask("textDocument/definition", at);
+    let line = text.lines().position(|line| line.starts_with("parameter M_ssp")).expect("it is");
+    assert_eq!(declared[0]["range"]["start"]["line"], line);
+    let document = json!({ "textDocument": { "uri": address(&path) } });
+    let hints = editor.ask("textDocument/inlayHint", document.clone());
+    assert!(
+        hints.as_array().expect("a list").iter().any(|hint| hint["label"] == "[m^2]"),
+        "{hints}"
+    );
+    let symbols = editor.ask("textDocument/documentSymbol", document.clone());
+    let names: Vec<&str> =
+        symbols.as_array().expect("a list").iter().filter_map(|one| one["name"].as_str()).collect();
+    assert!(names.contains(&"riser") && names.contains(&"h_r"), "{names:?}");
+    let folds = editor.ask("textDocument/foldingRange", document.clone());
+    assert!(!folds.as_array().expect("a list").is_empty());
+    assert_eq!(editor.ask("textDocument/formatting", document.clone()), json!([]));
+    let lenses = editor.ask("textDocument/codeLens", document.clone());
+    assert_eq!(lenses[0]["command"]["command"], "dgd.simulate", "{lenses}");
+    assert_eq!(lenses[0]["command"]["arguments"], json!([path.display().to_string()]));
+    let tokens = editor.ask("textDocument/semanticTokens/full", document);
+    assert_eq!(tokens["data"].as_array().expect("a list").len() % 5, 0);
+    editor.end();
+}
+
+#[test]
+fn what_can_be_written_is_proposed() {
+    let mut editor = Editor::new(&models(), "utf-16");
+    let (path, text) = model("booster_line.dgd");
+    assert_eq!(editor.open(&path, &text), json!([]));
+    let labels = |answer: Value| -> Vec<String> {
+        let all = answer.as_array().expect("a list").clone();
+        all.iter().filter_map(|one| Some(one["label"].as_str()?.to_owned())).collect()
+    };
+    for (what, skip, expected) in [
+        ("theta_1*q_ssp - q_tf", 0, "rho"),
+        ("theta_1*q_ssp - q_tf", 0, "sqrt"),
+        ("line.q_pump = q_boost", 5, "q_pump"),
+        ("[m/s^2]", 1, "bar"),
+        ("constant g", 3, "parameter"),
+    ] {
+        let at = editor.at(&path, &text, what, skip);
+        let found = labels(editor.ask("textDocument/completion", at));
+        assert!(found.iter().any(|label| label == expected), "{expected}: {found:?}");
+    }
+    editor.end();
+}
+
+#[test]
+fn a_new_name_reaches_every_file_and_leaves_them_sound() {
+    let mut editor = Editor::new(&models(), "utf-16");
+    let (path, text) = model("mud_circulation.dgd");
+    assert_eq!(editor.open(&path, &text), json!([]));
+    let mut params = editor.at(&path, &text, "h_r ", 0);
+    for taken in ["rho", "time", "1x", "a b", "sqrt", "x.y"] {
+        params["newName"] = json!(taken);
+        let response = editor.response("textDocument/rename", params.clone());
+        let error = serde_json::to_value(response).expect("JSON")["error"].take();
+        assert!(error["message"].is_string(), "{taken} was not refused");
+    }
+    params["newName"] = json!("κ_level");
+    let answer = editor.ask("textDocument/rename", params);
+    let changes = answer["changes"].as_object().expect("changes");
+    assert!(changes.len() > 2, "effects name it, too: {}", changes.len());
+    let columns = editor.columns;
+    for (uri, edits) in changes {
+        let path = PathBuf::from(path_of(&uri.parse().expect("an address")));
+        let text = fs::read_to_string(&path).expect("a file");
+        editor.open(&path, &edited(&text, edits, columns));
+    }
+    // Each has been looked at again with the others as they are now.
+    for uri in changes.keys() {
+        let text = edited(
+            &fs::read_to_string(path_of(&uri.parse().expect("an address"))).expect("a file"),
+            &changes[uri],
+            columns,
+        );
+        let document = json!({ "uri": uri, "version": 3 });
+        let change = json!({ "textDocument": document, "contentChanges": [{ "text": text }] });
+        editor.tell("textDocument/didChange", change);
+        assert_eq!(editor.wait_for(uri), json!([]), "{uri}");
+    }
+    editor.end();
+}
+
+#[test]
+fn a_request_that_crashes_gets_an_error_and_loses_no_document() {
+    let mut editor = Editor::new(&models(), "utf-16");
+    let (path, text) = model("pendulum.dgd");
+    assert_eq!(editor.open(&path, &text), json!([]));
+    let response = serde_json::to_value(editor.response("dgd/panic", json!({}))).expect("JSON");
+    assert_eq!(response["error"]["code"], -32603, "{response}");
+    let response = serde_json::to_value(editor.response("dgd/other", json!({}))).expect("JSON");
+    assert_eq!(response["error"]["code"], -32601, "{response}");
+    let at = editor.at(&path, &text, "theta [deg]", 0);
+    let hover = editor.ask("textDocument/hover", at);
+    assert!(hover["contents"]["value"].as_str().is_some_and(|said| said.contains("theta")));
+    editor.end();
+}
+
+#[test]
+fn other_choices_are_looked_at_after_a_pause() {
+    let mut editor = Editor::new(&models(), "utf-16");
+    let path = models().join("not saved/choices.dgd");
+    let text = "model choices\nstate x [m] = 1\nvariant v {\n  a { let r = 1 [m/s] }\n  \
+                b { let r = 1 [m] }\n}\nequation e: der(x) = r\n";
+    assert_eq!(editor.open(&path, text), json!([]), "the first choice is sound");
+    let later = editor.wait_for(&address(&path));
+    assert_eq!(later[0]["code"], "E302", "{later}");
+    editor.end();
+}
+
+#[test]
+fn a_keystroke_is_answered_within_20_milliseconds_on_nearly_every_model() {
+    let mut editor = Editor::new(&models(), "utf-16");
+    let mut all = Vec::new();
+    for folder in ["", "parts", "test_set", "effects"] {
+        for entry in fs::read_dir(models().join(folder)).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.extension().is_some_and(|ending| ending == "dgd") {
+                all.push(path);
+            }
+        }
+    }
+    all.sort();
+    let mut slowest: Vec<(Duration, String)> = Vec::new();
+    for path in all {
+        let text = fs::read_to_string(&path).expect("a text");
+        editor.open(&path, &text);
+        let uri = address(&path);
+        let mut times = Vec::new();
+        for _ in 0..5 {
+            let begin = Instant::now();
+            let document = json!({ "uri": uri, "version": 2 });
+            let start = json!({ "line": 0, "character": 0 });
+            let range = json!({ "start": start, "end": start });
+            let change = json!({ "range": range, "text": "# \n" });
+            editor.tell(
+                "textDocument/didChange",
+                json!({ "textDocument": document, "contentChanges": [change] }),
+            );
+            editor.wait_for(&uri);
+            times.push(begin.elapsed());
+        }
+        times.sort();
+        slowest.push((times[2], uri.clone()));
+        editor.tell("textDocument/didClose", json!({ "textDocument": { "uri": uri } }));
+        editor.wait_for(&uri);
+    }
+    editor.end();
+    slowest.sort();
+    for (time, uri) in slowest.iter().rev().take(5) {
+        println!("{time:?} {uri}");
+    }
+    // Tests of programs that are not optimised say nothing of one that is. Four models take
+    // longer, up to 0.1 s.
+    if cfg!(not(debug_assertions)) {
+        let longer = slowest.iter().filter(|(time, _)| *time >= Duration::from_millis(20));
+        assert!(longer.count() <= 4, "{slowest:?}");
+        assert!(slowest.iter().all(|(time, _)| *time < Duration::from_millis(200)), "{slowest:?}");
+    }
+}

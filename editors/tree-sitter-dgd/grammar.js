@@ -1,0 +1,182 @@
+// The equation language of dgd, for editors. Line ends mean nothing here: no expression goes on with a name, so that
+// an item's end is seen from the next item's beginning. docs/language.md describes the language.
+
+const comma = (rule) => seq(rule, repeat(seq(",", rule)), optional(","));
+
+module.exports = grammar({
+  name: "dgd",
+
+  word: ($) => $.name,
+  extras: ($) => [/\s/, $.doc_comment, $.comment],
+
+  rules: {
+    source_file: ($) => repeat($._item),
+
+    doc_comment: () => token(prec(1, seq("///", /[^\n]*/))),
+    comment: () => token(seq("#", /[^\n]*/)),
+
+    _item: ($) =>
+      choice(
+        $.model,
+        $.effect,
+        $.import,
+        $.declaration,
+        $.function,
+        $.equation,
+        $.variant,
+        $.modes,
+        $.loop,
+        $.part,
+        $.binding,
+        $.when,
+        $.saturate,
+        $.clause,
+      ),
+
+    model: ($) => seq("model", field("name", $.name)),
+    effect: ($) =>
+      seq(
+        "effect",
+        field("name", $.name),
+        choice(seq("on", $.name), seq("(", comma(seq($.name, ":", $.name, optional($.unit))), ")")),
+      ),
+    import: ($) => seq("import", $.string),
+
+    declaration: ($) =>
+      prec.right(
+        seq(
+          choice("constant", "parameter", "input", "state", "unknown", "size", "let", "output"),
+          field("name", $.dotted),
+          optional($.range_or_index),
+          optional($.unit),
+          optional(seq("=", $._expression)),
+          optional($._attributes),
+        ),
+      ),
+    range_or_index: ($) =>
+      seq(
+        token.immediate(prec(1, "[")),
+        optional(seq($.name, "in")),
+        $._expression,
+        optional(seq("..", $._expression)),
+        "]",
+      ),
+    _attributes: ($) => prec.right(seq($.attribute, repeat(seq(",", $.attribute)))),
+    attribute: ($) =>
+      prec.right(
+        choice(
+          seq("in", optional($._expression), "..", optional($._expression)),
+          "log",
+          "fixed",
+          "hold",
+          "linear",
+          "exact",
+          seq("nominal", $._expression),
+          seq("noise", $._expression),
+          seq("history", $._expression),
+          seq("prior", "normal", "(", $._expression, ",", $._expression, ")"),
+        ),
+      ),
+
+    function: ($) =>
+      seq("function", field("name", $.dotted), "(", comma($.argument), ")", "=", $._expression),
+    argument: ($) => seq($.name, optional($.unit)),
+    equation: ($) =>
+      prec.right(
+        seq(
+          "equation",
+          field("label", $.dotted),
+          optional($.range_or_index),
+          ":",
+          $._expression,
+          "=",
+          $._expression,
+          optional($._attributes),
+        ),
+      ),
+
+    variant: ($) => seq("variant", field("name", $.dotted), "{", repeat($.choice), "}"),
+    choice: ($) => seq(field("name", $.name), "{", repeat($._item), "}"),
+    modes: ($) =>
+      seq(
+        "modes",
+        field("name", $.dotted),
+        "{",
+        repeat(choice($.choice, $.transition, $.start)),
+        "}",
+      ),
+    transition: ($) =>
+      prec.right(seq($.name, "->", $.name, "when", $._condition, optional($.resets))),
+    start: ($) => prec.right(seq("start", $.name, optional(seq("if", $._expression)))),
+    when: ($) => seq("when", $._condition, $.resets),
+    _condition: ($) =>
+      seq($._expression, choice(seq("rises", "above"), seq("falls", "below")), $._expression),
+    resets: ($) => seq("{", repeat1(seq("reset", $.dotted, "=", $._expression)), "}"),
+    loop: ($) =>
+      seq("for", $.name, "in", $._expression, "..", $._expression, "{", repeat($._item), "}"),
+
+    part: ($) =>
+      prec.right(
+        seq(
+          "part",
+          field("name", $.name),
+          ":",
+          field("model", $.name),
+          optional(seq("(", comma($.setting), ")")),
+        ),
+      ),
+    setting: ($) => seq($.dotted, "=", $._expression),
+    binding: ($) => seq($.dotted, "=", $._expression),
+    saturate: ($) => seq("saturate", $.dotted, choice(">=", "<="), $._expression),
+
+    clause: ($) =>
+      choice(
+        seq(choice("kind", "form"), $.name),
+        seq("null", $.name, "=", $._expression),
+        seq(
+          "replace",
+          optional("output"),
+          $.dotted,
+          optional(seq("(", comma($.name), ")")),
+          optional(seq("in", $.dotted)),
+          "by",
+          $._expression,
+        ),
+        seq("add", $._expression, "to", $.dotted),
+      ),
+
+    _expression: ($) =>
+      choice(
+        $.number,
+        $.dotted,
+        $.element,
+        $.call,
+        $.group,
+        $.unary,
+        $.binary,
+        $.conditional,
+      ),
+    number: ($) => prec.right(seq($.literal, optional($.unit))),
+    literal: () => /\d+(\.\d+)?([eE][+-]?\d+)?/,
+    element: ($) => prec(10, seq($.dotted, $.range_or_index)),
+    call: ($) => prec(10, seq(field("function", $.dotted), "(", comma($._expression), ")")),
+    group: ($) => seq("(", $._expression, ")"),
+    unary: ($) => choice(prec(6, seq("-", $._expression)), prec(3, seq("not", $._expression))),
+    binary: ($) =>
+      choice(
+        prec.right(8, seq($._expression, "^", $._expression)),
+        prec.left(7, seq($._expression, choice("*", "/"), $._expression)),
+        prec.left(5, seq($._expression, choice("+", "-"), $._expression)),
+        prec.left(4, seq($._expression, choice("<", "<=", ">", ">="), $._expression)),
+        prec.left(2, seq($._expression, "and", $._expression)),
+        prec.left(1, seq($._expression, "or", $._expression)),
+      ),
+    conditional: ($) =>
+      prec.right(0, seq("if", $._expression, "then", $._expression, "else", $._expression)),
+
+    dotted: ($) => prec.right(seq($.name, repeat(seq(".", $.name)))),
+    name: () => /\p{L}[\p{L}\p{N}_]*/,
+    unit: () => token(seq("[", /[^\[\]\n]*/, "]")),
+    string: () => /"[^"\n]*"/,
+  },
+});

@@ -1,0 +1,21 @@
+(comment) @comment
+(doc_comment) @comment
+(string) @string
+(literal) @number
+(unit) @type
+
+["model" "effect" "import" "constant" "parameter" "input" "state" "unknown" "size" "let" "output"
+ "function" "equation" "variant" "modes" "for" "part" "when" "saturate" "start" "reset"
+ "kind" "form" "null" "replace" "add" "on" "by" "to"] @keyword
+["if" "then" "else"] @conditional
+["and" "or" "not" "rises" "above" "falls" "below"] @keyword.operator
+["log" "fixed" "hold" "linear" "exact" "nominal" "noise" "history" "prior" "normal" "in"] @attribute
+["+" "-" "*" "/" "^" "=" "<" "<=" ">" ">=" "->" ".."] @operator
+
+(call function: (dotted) @function)
+(function name: (dotted) @function)
+(equation label: (dotted) @label)
+(model name: (name) @namespace)
+(part name: (name) @namespace)
+(argument (name) @parameter)
+(dotted) @variable
