@@ -233,9 +233,8 @@ fn plots(command: &Command) -> &[PathBuf] {
         | Command::Emit(_)
         | Command::Explain(_)
         | Command::Methods
-        | Command::Adopt(_)
-        // Refused there.
-        | Command::Linearize(_) => &[],
+        | Command::Adopt(_) => &[],
+        Command::Linearize(args) => &args.solve.plot,
         Command::Simulate(args) => &args.run.solve.plot,
         Command::Sensitivity(args) => &args.run.solve.plot,
         Command::Fit(args) => &args.solve.plot,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 /// The crates of the workspace, each of which uses only those before it. Tests may use any.
-pub(crate) const CRATES: [&str; 13] = [
+pub(crate) const CRATES: [&str; 14] = [
     "dgd-signature",
     "dgd-compiler",
     "dgd-macros",
@@ -16,6 +16,7 @@ pub(crate) const CRATES: [&str; 13] = [
     "dgd-discover",
     "dgd-data",
     "dgd-plot",
+    "dgd-page",
     "dgd-work",
     "dgd-cli",
     "dgd",

@@ -18,6 +18,7 @@ mod gates;
 mod linearize;
 mod names;
 mod options;
+mod pages;
 mod parts;
 mod per_sample;
 mod schema;
