@@ -7,6 +7,7 @@ mod support;
 
 mod accuracy;
 mod commands;
+mod compare;
 mod discover;
 mod effects;
 mod ensembles;

@@ -6,10 +6,11 @@
 //!                                                └─ regress (equations)
 //! ```
 
+pub mod compare;
 pub(crate) mod fitted_model;
 mod multi_start;
 mod output_error;
-mod page;
+pub(crate) mod page;
 mod prediction_error;
 mod refit;
 mod regress;

@@ -9,7 +9,7 @@ mod diagnosis;
 mod headline;
 mod parameters;
 mod residuals;
-pub(super) mod traces;
+pub(crate) mod traces;
 
 use dgd_page::{Cell, Link, Markup, Page, Table};
 use dgd_plot::{Figure, Text};
