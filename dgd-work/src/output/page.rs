@@ -27,6 +27,11 @@ pub(crate) fn number(value: Option<f64>, digits: i32) -> Cell {
     Cell::number(&shown, value)
 }
 
+/// A cell with how many there are.
+pub(crate) fn count(n: usize) -> Cell {
+    Cell::number(&n.to_string(), Some(n as f64))
+}
+
 /// So many digits; none for nothing.
 fn shown(value: f64, digits: i32) -> String {
     if value == 0.0 { "0".to_owned() } else { rounded(value, digits) }
@@ -68,7 +73,7 @@ pub(crate) fn agreement_table<'a>(
         table.rows.push(vec![
             name(output),
             unit(symbol),
-            number(Some(agreement.samples as f64), 6),
+            count(agreement.samples),
             number(Some(agreement.rms), 3),
             number(Some(agreement.bias), 3),
             number(agreement.fit_percent, 4),

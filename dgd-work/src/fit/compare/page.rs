@@ -3,7 +3,7 @@
 use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
 
 use super::{Comparison, figure, summary};
-use crate::output::page::{name, number, origin, unit, words};
+use crate::output::page::{count, name, number, origin, unit, words};
 
 pub(super) fn write(all: &Comparison) -> String {
     let mut page = Page::new("Comparison");
@@ -47,7 +47,7 @@ fn criteria(all: &Comparison) -> Markup {
         table.rows.push(vec![
             words(&contender.label),
             name(&contender.name),
-            number(Some(contender.score.estimates as f64), 1),
+            count(contender.score.estimates),
             score("deviance"),
             score("aic_above_least"),
             score("bic_above_least"),

@@ -7,6 +7,7 @@ use serde_json::Value;
 use super::diagnosis::Diagnosis;
 use super::parameters::doubtful;
 use crate::fit::report::outcome::CORRELATED;
+use crate::output::page::told;
 use crate::output::table::significant;
 
 /// Errors in validation larger than those in training by this factor are pointed out.
@@ -86,7 +87,7 @@ fn end(json: &Value) -> String {
     let mut parts = Vec::new();
     let mut push = |key: &str, name: &str| {
         if let Some(value) = json[key].as_f64() {
-            parts.push(format!("{name} {}", significant(value, 4)));
+            parts.push(format!("{name} {}", told(value)));
         }
     };
     push("reduced_chi_square", "reduced χ²");

@@ -4,7 +4,7 @@ use dgd_page::{Markup, Table, heat_map};
 use serde_json::Value;
 
 use super::remark;
-use crate::output::page::{name, number, unit};
+use crate::output::page::{count, name, number, unit};
 use crate::output::quantity::{Quantity, rounded};
 use crate::output::table::significant;
 
@@ -181,10 +181,8 @@ pub(super) fn operating_points(json: &Value) -> Markup {
             .map(|(name, _, unit)| Markup::code(name).then(&Markup::text(&format!(" [{unit}]")))),
     );
     for (k, point) in points.iter().enumerate() {
-        let mut row = vec![
-            number(Some(k as f64 + 1.0), 3),
-            number(point["share"].as_f64().map(|share| 100.0 * share), 3),
-        ];
+        let mut row =
+            vec![count(k + 1), number(point["share"].as_f64().map(|share| 100.0 * share), 3)];
         row.extend(quantities(point).into_iter().map(|(_, value, _)| number(value, 4)));
         table.rows.push(row);
     }
