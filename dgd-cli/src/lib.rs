@@ -41,7 +41,7 @@ pub fn run() -> ExitCode {
 fn run_once() -> ExitCode {
     let cli = parsed();
     // A computation that can be stopped on its way minds Ctrl-C by itself.
-    if !matches!(cli.command, Command::Fit(_) | Command::Discover(_)) {
+    if !matches!(cli.command, Command::Fit(_) | Command::Discover(_) | Command::Compare(_)) {
         interrupt::mind();
     }
     let console = Console::new(&cli.global);
@@ -95,6 +95,7 @@ fn perform(command: &Command, console: Console<'_>) -> Result<(), CommandError> 
         Command::Sensitivity(args) => command::sensitivity::run(args, console),
         Command::Linearize(args) => command::linearize::run(args, console),
         Command::Fit(args) => command::fit::run(args, console),
+        Command::Compare(args) => command::compare::run(args, console),
         Command::Track(args) => command::track::run(args, console),
         Command::Discover(args) => command::discover::run(args, console),
         Command::Adopt(args) => command::adopt::run(args, console),

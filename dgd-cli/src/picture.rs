@@ -4,15 +4,49 @@ use std::path::{Path, PathBuf};
 
 use dgd_data::files::write_whole;
 use dgd_plot::{Figure, render_png, render_svg};
+use dgd_work::WorkError;
 
+use crate::command_line::command_line;
 use crate::console::Console;
 use crate::failure::CommandError;
 
 /// Formats of pictures, by ending.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Picture {
     Svg,
     Png,
+    Html,
+}
+
+/// What is drawn into a file.
+pub(crate) enum Drawing {
+    /// A figure.
+    Figure(Figure),
+    /// The text of a page.
+    Page(String),
+}
+
+/// A result as its files show it: the figure in pictures, the page where a file is one. Neither is made where no file
+/// shows it; a page is told the command line.
+pub(crate) fn drawings<'a>(
+    paths: impl IntoIterator<Item = &'a PathBuf>,
+    figure: impl Fn() -> Figure,
+    page: impl Fn(&str) -> Result<String, WorkError>,
+) -> Result<Vec<(PathBuf, Drawing)>, CommandError> {
+    let drawing = |path: &PathBuf| {
+        let drawing = if is_page(path) {
+            Drawing::Page(page(&command_line())?)
+        } else {
+            Drawing::Figure(figure())
+        };
+        Ok((path.clone(), drawing))
+    };
+    paths.into_iter().map(drawing).collect()
+}
+
+/// Whether a file is a page by its name.
+pub(crate) fn is_page(path: &Path) -> bool {
+    picture(path).is_ok_and(|format| format == Picture::Html)
 }
 
 fn picture(path: &Path) -> Result<Picture, CommandError> {
@@ -20,8 +54,9 @@ fn picture(path: &Path) -> Result<Picture, CommandError> {
     match ending.as_deref() {
         Some("svg") => Ok(Picture::Svg),
         Some("png") => Ok(Picture::Png),
+        Some("html" | "htm") => Ok(Picture::Html),
         _ => Err(CommandError::Usage(format!(
-            "`--plot {}`: a picture ends in .svg or .png",
+            "`--plot {}`: a picture ends in .svg or .png, a page in .html",
             path.display()
         ))),
     }
@@ -32,11 +67,18 @@ pub(crate) fn verify_formats(paths: &[PathBuf]) -> Result<(), CommandError> {
     paths.iter().try_for_each(|path| picture(path).map(|_| ()))
 }
 
-/// Draws a figure into a file.
-pub(crate) fn save(figure: &Figure, path: &Path, console: Console<'_>) -> Result<(), CommandError> {
-    let bytes = match picture(path)? {
-        Picture::Svg => render_svg(figure).into_bytes(),
-        Picture::Png => {
+/// Draws into a file.
+pub(crate) fn save(
+    drawing: &Drawing,
+    path: &Path,
+    console: Console<'_>,
+) -> Result<(), CommandError> {
+    let bytes = match drawing {
+        Drawing::Page(text) => text.clone().into_bytes(),
+        Drawing::Figure(figure) if picture(path)? == Picture::Svg => {
+            render_svg(figure).into_bytes()
+        }
+        Drawing::Figure(figure) => {
             render_png(figure).map_err(|error| CommandError::Found(error.to_string()))?
         }
     };

@@ -4,13 +4,12 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use dgd_data::files::{Files, write_folder};
-use dgd_plot::Figure;
 use dgd_work::Ended;
 use serde_json::Value;
 
 use crate::console::{Console, print, print_text};
 use crate::failure::CommandError;
-use crate::picture;
+use crate::picture::{self, Drawing};
 use crate::table_file::{TableFormat, partial_path, save_json, save_rows};
 
 /// What a command has to show.
@@ -19,8 +18,8 @@ pub(crate) struct Shown<'a> {
     pub json: Option<Value>,
     /// What goes to `-o`.
     pub saved: Saved<'a>,
-    /// Pictures, by file.
-    pub figures: Vec<(PathBuf, Figure)>,
+    /// Pictures and pages, by file.
+    pub drawings: Vec<(PathBuf, Drawing)>,
     /// What people read on standard output.
     pub printed: Printed,
     /// A remark about the result.
@@ -77,7 +76,7 @@ impl Shown<'_> {
         Shown {
             json: None,
             saved: Saved::Printed,
-            figures: Vec::new(),
+            drawings: Vec::new(),
             printed: Printed::Nothing,
             closing: None,
             ended,
@@ -87,10 +86,10 @@ impl Shown<'_> {
 
 /// Saves, draws and prints a result.
 pub(crate) fn finish(shown: Shown<'_>, console: Console<'_>) -> Result<(), CommandError> {
-    let Shown { json, saved, figures, printed, closing, ended } = shown;
+    let Shown { json, saved, drawings, printed, closing, ended } = shown;
     let is_document = save(&saved, json.as_ref(), &printed, console)?;
-    for (path, figure) in &figures {
-        picture::save(figure, path, console)?;
+    for (path, drawing) in &drawings {
+        picture::save(drawing, path, console)?;
     }
     match (&saved, &json) {
         // The file has it.

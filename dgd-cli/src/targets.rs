@@ -7,6 +7,7 @@ use dgd_compiler::source::Sources;
 use dgd_data::files::journal::RunJournal;
 use dgd_data::files::{try_folder, try_whole};
 use dgd_work::WorkError;
+use dgd_work::compare;
 use dgd_work::discover;
 use dgd_work::fit;
 use dgd_work::screen;
@@ -204,6 +205,11 @@ fn inputs(command: &Command) -> Vec<PathBuf> {
             all.extend(args.data.iter().chain(&args.valid).cloned());
             Some(&args.choices)
         }
+        Command::Compare(args) => {
+            all.extend(args.contenders.iter().map(|one| compare::model_of(one)));
+            all.extend(args.data.iter().chain(&args.valid).cloned());
+            None
+        }
         Command::Track(args) => {
             all.push(args.model.clone());
             let is_stream = args.data == Path::new("-");
@@ -234,12 +240,12 @@ fn plots(command: &Command) -> &[PathBuf] {
         | Command::Explain(_)
         | Command::Methods
         | Command::Lsp(_)
-        | Command::Adopt(_)
-        // Refused there.
-        | Command::Linearize(_) => &[],
+        | Command::Adopt(_) => &[],
+        Command::Linearize(args) => &args.solve.plot,
         Command::Simulate(args) => &args.run.solve.plot,
         Command::Sensitivity(args) => &args.run.solve.plot,
         Command::Fit(args) => &args.solve.plot,
+        Command::Compare(args) => &args.solve.plot,
         Command::Track(args) => &args.solve.plot,
         Command::Discover(args) => &args.solve.plot,
         Command::Screen(args) => &args.plot,
@@ -260,6 +266,7 @@ fn out(command: &Command) -> Out {
         | Command::Linearize(_)
         | Command::Track(_) => Out::Table,
         Command::Fit(args) => Out::Folder(fit::file_names(&args.model)),
+        Command::Compare(_) => Out::Folder(compare::FILES.map(str::to_owned).to_vec()),
         Command::Discover(args) => Out::Folder(discover::file_names(&args.model)),
         Command::Screen(_) => Out::Folder(screen::FILES.map(str::to_owned).to_vec()),
     }

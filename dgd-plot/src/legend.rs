@@ -1,6 +1,6 @@
 //! Which name belongs to which line, and where there is room to say so.
 
-use crate::figure::{Panel, Style};
+use crate::figure::{Panel, Series, Style};
 use crate::font::Font;
 use crate::scene::{Anchor, Colour, Direction, Mark, Pen, Point, Rectangle};
 use crate::text::Text;
@@ -65,6 +65,26 @@ pub(crate) fn pen(index: usize, style: Style) -> Pen {
         Style::ThinLine | Style::Dots => TINT,
     };
     Pen { colour: tinted(COLOURS[index % COLOURS.len()], tint), width, dashes }
+}
+
+/// How a series is told from the others of its panel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// Red, green and blue; signals and dots have it with some white.
+    pub colour: [u8; 3],
+    /// Lengths of dashes and gaps, px; none where the line is whole.
+    pub dashes: &'static [f32],
+}
+
+impl Panel {
+    /// The look of each series.
+    pub fn looks(&self) -> Vec<Look> {
+        let look = |(index, series): (usize, &Series)| {
+            let Colour(red, green, blue) = COLOURS[index % COLOURS.len()];
+            Look { colour: [red, green, blue], dashes: pen(index, series.style).dashes }
+        };
+        self.series.iter().enumerate().map(look).collect()
+    }
 }
 
 /// The colour of a surface around the series at an index, or around none.

@@ -27,6 +27,7 @@ mod ticks;
 mod wrap;
 
 pub use figure::{Band, Envelope, Figure, Panel, Series, Style, columns_for};
+pub use legend::Look;
 pub use png::RasterError;
 pub use text::Text;
 

@@ -135,6 +135,19 @@ impl Text {
         self.runs.is_empty()
     }
 
+    /// The text without markup: `q_a`, `m³/s`.
+    pub fn to_plain(&self) -> String {
+        let run = |run: &Run| match run.script {
+            Script::Base => run.text.clone(),
+            Script::Subscript => format!("_{}", run.text),
+            Script::Superscript => {
+                let raised: Option<String> = run.text.chars().map(raised).collect();
+                raised.unwrap_or_else(|| format!("^{}", run.text))
+            }
+        };
+        self.runs.iter().map(run).collect()
+    }
+
     /// The text as markup of a web page.
     pub fn to_html(&self) -> String {
         let run = |run: &Run| {
@@ -168,6 +181,15 @@ impl Text {
 impl From<&str> for Text {
     fn from(text: &str) -> Text {
         Text::plain(text)
+    }
+}
+
+/// A digit or a sign as a superscript.
+fn raised(c: char) -> Option<char> {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    match c {
+        '−' | '-' => Some('⁻'),
+        _ => c.to_digit(10).map(|digit| DIGITS[digit as usize]),
     }
 }
 
@@ -302,5 +324,7 @@ pub(crate) mod tests {
         assert_eq!(show(&Text::name("q_a").with_unit("1")), "q_{a} [–]");
         assert_eq!(show(&Text::default().with_unit("m")), "[m]");
         assert_eq!(Text::unit("m^3/<s>").to_html(), "m<sup>3</sup>/&lt;s&gt;");
+        assert_eq!(Text::name("q_a").with_unit("m^3/s").to_plain(), "q_a [m³/s]");
+        assert_eq!(Text::unit("Pa^(1/2)*m^-2").to_plain(), "Pa^1/2·m⁻²");
     }
 }

@@ -37,5 +37,5 @@ pub use sampling::{Sampling, sampling};
 pub use screen::{RARE, Request, Screening, Summary, kin, screen, slope_window};
 pub use spikes::{Spike, spikes};
 pub use statistics::estimate::{Estimate, Regression, mean, regression};
-pub use statistics::{distribution, noise, residuals};
+pub use statistics::{distribution, noise, normality, residuals};
 pub use steady::{Motion, Rest, Steady, Transient, motion};

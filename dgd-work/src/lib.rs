@@ -8,6 +8,7 @@
 //!   LinearizeRequest ─ linearize ─► Linearised   A, B, C, D, poles
 //!   ScreenRequest   ─ screen ───► Screenings     what is wrong with recordings
 //!   FitRequest      ─ fit ──────► Fitted         parameters and start values from recordings
+//!   CompareRequest  ─ compare ──► Comparison     fits of several models side by side
 //!   TrackRequest    ─ track ────► Tracked        the same row by row, as data comes in
 //!   DiscoverRequest ─ discover ─► Discovered     what a model lacks
 //!   AdoptRequest    ─ adopt ────► Adopted        a formula of it, for the library
@@ -58,6 +59,7 @@ pub mod track;
 pub use check::{Checked, check};
 pub use discover::{Adopted, Discovered, adopt, discover};
 pub use error::{Class, Ended, Mistake, Spot, WorkError, meant};
+pub use fit::compare::{self, Comparison, compare};
 pub use fit::{FitFigure, Fitted, fit};
 pub use linearize::{Linearised, linearize};
 pub use model::effects::load_folder;
@@ -65,10 +67,10 @@ pub use model::{Changed, LoadedModel, load};
 pub use output::columns::{Kind, NamedColumn, TimeTable};
 pub use output::provenance::{DataFile, Provenance};
 pub use request::{
-    AdoptRequest, CheckRequest, Choices, DiscoverRequest, Engine, Estimator, FitRequest,
-    IntervalRequest, Keep, LinearizeAt, LinearizeRequest, NoiseFrom, Normalise, RegressionRequest,
-    RunRequest, ScreenRequest, SearchRequest, SensitivityRequest, SimulateRequest, Solve, Sought,
-    Start, TrackRequest, Tracker,
+    AdoptRequest, CheckRequest, Choices, CompareRequest, DiscoverRequest, Engine, Estimator,
+    FitRequest, IntervalRequest, Keep, LinearizeAt, LinearizeRequest, NoiseFrom, Normalise,
+    RegressionRequest, RunRequest, ScreenRequest, SearchRequest, SensitivityRequest,
+    SimulateRequest, Solve, Sought, Start, TrackRequest, Tracker,
 };
 pub use run::Measured;
 pub use screen::{Screenings, screen};

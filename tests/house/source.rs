@@ -16,6 +16,7 @@ pub(crate) const CRATES: [&str; 14] = [
     "dgd-discover",
     "dgd-data",
     "dgd-plot",
+    "dgd-page",
     "dgd-work",
     "dgd-lsp",
     "dgd-cli",

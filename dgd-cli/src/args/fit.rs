@@ -7,6 +7,7 @@ use dgd_identify::Loss;
 use dgd_work::{FitRequest, Keep, LinearizeAt};
 
 use super::{FitArgs, NoiseFrom, place};
+use crate::command_line::command_line;
 use crate::numbers::{not_negative, positive, whole};
 
 /// How parameters are estimated.
@@ -186,7 +187,9 @@ impl FitArgs {
         options.most_variance = args.most_variance;
         options.normalise = args.normalise.request();
         request.solve = self.solve.request();
-        request.figures = !self.solve.plot.is_empty();
+        // The page in the folder shows them, too.
+        request.figures = out.is_some() || !self.solve.plot.is_empty();
+        request.command = command_line();
         request
     }
 }

@@ -1,5 +1,6 @@
 //! The command line, as typed.
 
+pub(crate) mod compare;
 pub(crate) mod fit;
 mod requests;
 pub(crate) mod screen;
@@ -13,6 +14,7 @@ use dgd_runtime::{PerSample, Steps};
 use dgd_work::LinearizeAt;
 
 use crate::numbers::{count, factor, finite, positive, whole};
+use compare::CompareArgs;
 use fit::{IntervalArgs, RegressionArgs, SearchArgs};
 use screen::ScreenArgs;
 
@@ -91,6 +93,11 @@ pub(crate) enum Command {
     /// Ctrl-C stops the fit, writes the best estimates so far, and lists what was left out; the exit code is
     /// then 130. A second Ctrl-C ends it at once.
     Fit(FitArgs),
+    /// Compare models, variants, effects or results on the same recordings
+    ///
+    /// All contenders are fitted alike:
+    /// `dgd compare m.dgd m.dgd+leak --data monday.csv --valid tuesday.csv`
+    Compare(CompareArgs),
     /// Estimate states and parameters row by row, as the data comes in
     Track(TrackArgs),
     /// Find where a model and recordings disagree, and name the effect that is missing
@@ -432,7 +439,7 @@ pub(crate) struct SolveArgs {
     /// How the model is evaluated; does not affect results
     #[arg(long, value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
-    /// Plot the result; .svg or .png, repeatable
+    /// Plot the result; a picture, .svg or .png, or a page to open in a browser, .html; repeatable
     #[arg(long, value_name = "FILE")]
     pub plot: Vec<PathBuf>,
 }

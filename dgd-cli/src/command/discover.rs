@@ -14,7 +14,6 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
     let display = ProgressDisplay::new(console, Interrupt::Ends(how_to_go_on));
     let found = discover(&args.request(console.out()), display.session())?;
     let shown = || {
-        let figure = || found.figure();
         let plots = &args.solve.plot;
         let is_silent = console.is_quiet() && console.out().is_some();
         let shown = Shown {
@@ -23,7 +22,7 @@ pub(crate) fn run(args: &DiscoverArgs, console: Console<'_>) -> Result<(), Comma
                 Some(_) => Saved::Folder { files: found.files()?, is_told: false },
                 None => Saved::Nothing,
             },
-            figures: plots.iter().map(|path| (path.clone(), figure())).collect(),
+            drawings: picture::drawings(plots, || found.figure(), |_| found.page())?,
             printed: if is_silent {
                 Printed::Nothing
             } else {

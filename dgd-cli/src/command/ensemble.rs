@@ -38,13 +38,8 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
         save_json(path, &all.to_json(), format != TableFormat::JsonLines)?;
         console.remark(&format!("wrote {} ({} sets)", path.display(), all.done()));
     }
-    let figures = if hold.figure {
-        let figure = all.figure();
-        plots.iter().map(|path| (path.clone(), figure.clone())).collect()
-    } else {
-        Vec::new()
-    };
+    let drawings = picture::drawings(plots, || all.figure(), |command| Ok(all.page(command)))?;
     let is_printed = console.is_json() && !(is_document && out.is_some());
     let json = is_printed.then(|| all.to_json());
-    finish(Shown { json, saved: Saved::Nothing, figures, ..Shown::new(all.ended()) }, console)
+    finish(Shown { json, saved: Saved::Nothing, drawings, ..Shown::new(all.ended()) }, console)
 }

@@ -7,7 +7,7 @@ use dgd_work::{Ended, FitFigure, fit};
 use crate::args::FitArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
-use crate::picture;
+use crate::picture::{self, Drawing};
 use crate::progress::{Interrupt, ProgressDisplay};
 use crate::tail::{Printed, Saved, Shown, finish};
 
@@ -15,17 +15,21 @@ pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandErr
     picture::verify_formats(&args.solve.plot)?;
     let display = ProgressDisplay::new(console, Interrupt::Stops);
     let fitted = fit(&args.request(console.out()), display.session())?;
-    let plots = args.solve.plot.iter();
-    let figures = plots.flat_map(|path| {
-        fitted.figures.iter().map(|figure| (file(path, figure), figure.figure.clone()))
-    });
+    let (pages, pictures): (Vec<&PathBuf>, Vec<&PathBuf>) =
+        args.solve.plot.iter().partition(|path| picture::is_page(path));
+    let mut drawings: Vec<(PathBuf, Drawing)> = pictures
+        .into_iter()
+        .flat_map(|path| fitted.figures.iter().map(|figure| (file(path, figure), figure)))
+        .map(|(path, figure)| (path, Drawing::Figure(figure.figure.clone())))
+        .collect();
+    drawings.extend(pages.into_iter().map(|path| (path.clone(), Drawing::Page(fitted.page()))));
     let shown = Shown {
         json: Some(fitted.to_json().clone()),
         saved: match console.out() {
             Some(folder) => Saved::Folder { files: fitted.files(folder), is_told: true },
             None => Saved::Nothing,
         },
-        figures: figures.collect(),
+        drawings,
         printed: Printed::Text(fitted.to_text().to_owned()),
         ..Shown::new(Ended::Done)
     };

@@ -2,6 +2,7 @@
 
 pub(crate) mod adopt;
 pub(crate) mod check;
+pub(crate) mod compare;
 pub(crate) mod discover;
 pub(crate) mod emit;
 mod ensemble;

@@ -1,5 +1,7 @@
 //! `dgd screen`: what is wrong with recordings, before anything is fitted to them.
 
+use std::path::PathBuf;
+
 use dgd_work::screen;
 
 use crate::args::screen::ScreenArgs;
@@ -14,7 +16,11 @@ pub(crate) fn run(args: &ScreenArgs, console: Console<'_>) -> Result<(), Command
         return Err(CommandError::Usage("give one `--plot`, or one for each `--data`".to_owned()));
     }
     let screened = screen(&args.request(), console.session())?;
-    let figures = args.plot.iter().enumerate();
+    let drawing = |(at, path): (usize, &PathBuf)| {
+        picture::drawings([path], || screened.figure(at), |_| screened.page())
+    };
+    let drawings: Result<Vec<_>, CommandError> =
+        args.plot.iter().enumerate().map(drawing).collect();
     let is_silent = console.is_quiet() && console.out().is_some();
     let shown = Shown {
         json: Some(screened.to_json()),
@@ -22,7 +28,7 @@ pub(crate) fn run(args: &ScreenArgs, console: Console<'_>) -> Result<(), Command
             Some(_) => Saved::Folder { files: screened.files()?, is_told: true },
             None => Saved::Nothing,
         },
-        figures: figures.map(|(at, path)| (path.clone(), screened.figure(at))).collect(),
+        drawings: drawings?.into_iter().flatten().collect(),
         printed: if is_silent {
             Printed::Nothing
         } else {

@@ -14,11 +14,10 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
     picture::verify_formats(plots)?;
     let found = sensitivity(&args.request(), console.session())?;
     let is_partial = found.stopped.is_some();
-    let figures = if is_partial || plots.is_empty() {
+    let drawings = if is_partial {
         Vec::new()
     } else {
-        let figure = found.figure();
-        plots.iter().map(|path| (path.clone(), figure.clone())).collect()
+        picture::drawings(plots, || found.figure(), |command| Ok(found.page(command)))?
     };
     let table = Table {
         write: &|out| found.table.write_csv(out),
@@ -26,11 +25,11 @@ pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), Co
         rows: Some(found.table.times.len()),
         is_partial,
     };
-    let is_said = !figures.is_empty() || found.verification.is_some();
+    let is_said = !drawings.is_empty() || found.verification.is_some();
     let shown = Shown {
         json: console.needs_json().then(|| found.to_json()),
         saved: Saved::Table(table),
-        figures,
+        drawings,
         printed: if is_said { Printed::Nothing } else { Printed::Table },
         closing: found.verification.as_ref().map(Report::to_text),
         ..Shown::new(found.ended())

@@ -17,11 +17,10 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
     let simulated = simulate(&args.request(), console.session())?;
     let ended = simulated.ended();
     let is_partial = ended != Ended::Done;
-    let figures = if is_partial || plots.is_empty() {
+    let drawings = if is_partial {
         Vec::new()
     } else {
-        let figure = simulated.figure();
-        plots.iter().map(|path| (path.clone(), figure.clone())).collect()
+        picture::drawings(plots, || simulated.figure(), |command| Ok(simulated.page(command)))?
     };
     let table = Table {
         write: &|out| simulated.table.write_csv(out),
@@ -29,8 +28,8 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
         rows: Some(simulated.table.times.len()),
         is_partial,
     };
-    let printed = if figures.is_empty() { Printed::Table } else { Printed::Nothing };
+    let printed = if drawings.is_empty() { Printed::Table } else { Printed::Nothing };
     let json = console.needs_json().then(|| simulated.to_json());
     let saved = Saved::Table(table);
-    finish(Shown { json, saved, figures, printed, ..Shown::new(ended) }, console)
+    finish(Shown { json, saved, drawings, printed, ..Shown::new(ended) }, console)
 }

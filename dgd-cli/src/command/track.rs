@@ -22,9 +22,10 @@ pub(crate) fn run(args: &TrackArgs, console: Console<'_>) -> Result<(), CommandE
     for words in &tracked.remarks {
         console.remark(words);
     }
-    let plots = args.solve.plot.iter();
-    let figures = plots.map(|path| (path.clone(), tracked.figure())).collect();
-    finish(Shown { saved: Saved::Nothing, figures, ..Shown::new(Ended::Done) }, console)?;
+    let plots = &args.solve.plot;
+    let drawings =
+        picture::drawings(plots, || tracked.figure(), |command| Ok(tracked.page(command)))?;
+    finish(Shown { saved: Saved::Nothing, drawings, ..Shown::new(Ended::Done) }, console)?;
     ended
 }
 

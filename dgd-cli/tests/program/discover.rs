@@ -212,7 +212,10 @@ fn page_is_whole(page: &str, goal: &str) {
     // Measured, errors and missing terms, of two recordings.
     assert!(page.matches("<svg").count() >= 5);
     assert_eq!(page.matches("<svg").count(), page.matches("</svg>").count());
-    // It needs nothing but a browser.
+    // It needs nothing but a browser, and runs its own script alone.
+    assert_eq!(page.matches("<script").count(), 2, "one of numbers, one of code");
+    let (_, page) = page.split_once("<body>").expect("a body");
+    let (page, _) = page.split_once("</main>").expect("its contents end");
     for foreign in ["<script", "<link", "<img", "<iframe", "@import", "src=", "url(", "onload"] {
         assert!(!page.contains(foreign), "{foreign:?} in the page");
     }

@@ -592,7 +592,7 @@ fn wrong_usage_is_refused() {
     run_in(&folder, &["--data", &data, "--at", "soon"]).refused(2, &["steady"]);
     run_in(&folder, &["--at", "steady"]).refused(2, &["--data", "force [N]"]);
     run_in(&folder, &["--data", &data, "--at", "1", "--until", "4"]).refused(2, &["--until"]);
-    run_in(&folder, &["--data", &data, "--at", "1", "--plot", "a.png"]).refused(2, &["--plot"]);
+    run_in(&folder, &["--data", &data, "--at", "1", "--plot", "a.pdf"]).refused(2, &["a.pdf"]);
     run_in(&folder, &["--data", &data, "--at", "-1"]).refused(2, &["-1"]);
     // Linear inputs end with the recording.
     run_in(&folder, &["--data", &data, "--at", "20"]).refused(3, &["force"]);

@@ -7,6 +7,7 @@ mod support;
 
 mod accuracy;
 mod commands;
+mod compare;
 mod discover;
 mod effects;
 mod ensembles;
@@ -20,6 +21,7 @@ mod lsp;
 mod model_spread;
 mod names;
 mod options;
+mod pages;
 mod parts;
 mod per_sample;
 mod schema;

@@ -106,6 +106,8 @@ fn results_are_as_the_schema_says() {
         let fit = ["fit", MODEL, "--data", DATA, "--estimator", estimator];
         assert_is("fit", &json(&fit));
     }
+    let compare = ["compare", MODEL, "models/mud_circulation.dgd@flow=static", "--data", DATA];
+    assert_is("compare", &json(&compare));
     let lines = dgd(&[&["track"], &run[..], &["--format", "json"]].concat()).done();
     for line in lines.out.lines() {
         assert_is("track_line", &serde_json::from_str(line).expect("a document a line"));

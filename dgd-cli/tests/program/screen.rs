@@ -331,7 +331,7 @@ fn the_folder_and_the_picture_are_written_and_the_same_every_time() {
     };
     assert_eq!(run("one"), run("two"));
     assert_eq!(listing(&folder), ["one", "one.svg", "two", "two.svg"]);
-    let page = fs::read_to_string(folder.path().join("one/screen.html")).expect("a page");
+    let page = fs::read_to_string(folder.path().join("one/report.html")).expect("a page");
     assert!(page.contains("<svg") && page.contains("p_in_B"), "{page}");
     // Steady stretches are a table of independent rows.
     let steady = fs::read_to_string(folder.path().join("one/steady.csv")).expect("a table");

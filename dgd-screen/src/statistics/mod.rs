@@ -4,4 +4,5 @@
 pub mod distribution;
 pub(crate) mod estimate;
 pub mod noise;
+pub mod normality;
 pub mod residuals;

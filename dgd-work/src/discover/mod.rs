@@ -213,6 +213,15 @@ impl Discovered {
         report::files(&self.subject())
     }
 
+    /// `report.html`.
+    ///
+    /// # Errors
+    ///
+    /// As of [`Self::files`].
+    pub fn page(&self) -> Result<String, WorkError> {
+        report::page(&self.subject())
+    }
+
     /// Measured less simulated, before and after, on validation data if there is any.
     pub fn figure(&self) -> Figure {
         report::gap_figure(&self.discovery)

@@ -24,12 +24,16 @@ pub(crate) fn file_name(model: &Path) -> String {
 /// Where the result for programs is written.
 pub(crate) const RESULT: &str = "result.json";
 
+/// Where the page to read is written.
+pub(crate) const REPORT: &str = "report.html";
+
 /// Where estimates over time are written.
 pub(crate) const ESTIMATES: &str = "estimates.csv";
 
 /// All files that a fit may write.
 pub fn file_names(model: &Path) -> Vec<String> {
-    vec![file_name(model), RESULT.to_owned(), ESTIMATES.to_owned()]
+    let names = [RESULT, REPORT, ESTIMATES].map(str::to_owned);
+    std::iter::once(file_name(model)).chain(names).collect()
 }
 
 /// The model file with fitted parameters, with `--set`, and with the start values of the first

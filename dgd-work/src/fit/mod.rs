@@ -6,9 +6,11 @@
 //!                                                └─ regress (equations)
 //! ```
 
+pub mod compare;
 pub(crate) mod fitted_model;
 mod multi_start;
 mod output_error;
+pub(crate) mod page;
 mod prediction_error;
 mod refit;
 mod regress;
@@ -24,6 +26,7 @@ use dgd_data::files::Files;
 use dgd_data::files::journal::RunJournal;
 use dgd_identify::Estimate;
 use dgd_plot::Figure;
+use dgd_runtime::Signature;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
@@ -32,6 +35,7 @@ use crate::output::provenance::Provenance;
 use crate::request::{Estimator, FitRequest};
 use crate::run::keeping;
 use crate::session::Session;
+use page::traces::Trace;
 use report::intervals::{Estimated, Intervals};
 use report::left_out::LeftOut;
 use task::Task;
@@ -54,6 +58,9 @@ pub struct Fitted {
     json: Value,
     text: String,
     more: Vec<(String, Vec<u8>)>,
+    traces: Vec<Trace>,
+    signature: Signature,
+    command: String,
     end: LeftOut,
     model: PathBuf,
     compiled: Compiled,
@@ -89,6 +96,8 @@ struct Found {
     text: String,
     figures: Vec<FitFigure>,
     estimates: Vec<Estimate>,
+    /// The recordings with what was simulated of them.
+    traces: Vec<Trace>,
     /// Files besides the result and the model.
     more: Vec<(String, Vec<u8>)>,
     left_out: LeftOut,
@@ -131,6 +140,9 @@ pub fn fit(request: &FitRequest, session: Session<'_>) -> Result<Fitted, WorkErr
         provenance: task.provenance,
         text: found.text,
         more: found.more,
+        traces: found.traces,
+        signature: dgd_runtime::System::signature(&task.system).clone(),
+        command: request.command.clone(),
         end: found.left_out,
         model: request.model.clone(),
         compiled: task.compiled,
@@ -163,6 +175,11 @@ impl Fitted {
         )
     }
 
+    /// `report.html`: how good the fit is and what to think of it.
+    pub fn page(&self) -> String {
+        page::write(self)
+    }
+
     /// The files of a folder of results: [`file_names`].
     pub fn files(&self, folder: &Path) -> Files {
         let name = fitted_model::file_name(&self.model);
@@ -170,6 +187,7 @@ impl Fitted {
         let mut written = vec![
             (name, self.model_text(folder).into_bytes()),
             (fitted_model::RESULT.to_owned(), json.into_bytes()),
+            (fitted_model::REPORT.to_owned(), self.page().into_bytes()),
         ];
         written.extend(self.more.iter().cloned());
         Files { written, ..Files::default() }

@@ -5,6 +5,7 @@ use dgd_plot::Text;
 use dgd_runtime::System;
 
 use super::multi_start::Minima;
+use super::page::traces::traces;
 use super::refit::options_of_refit;
 use super::report::information::Origins;
 use super::report::intervals::Intervals;
@@ -107,11 +108,21 @@ pub(super) fn run(
         figures.push(FitFigure { of: None, figure });
         figures.extend(FitFigure::of_profiles(&outcome.intervals, &outcome));
     }
+    let traces = traces(
+        signature,
+        [&request.data, &request.valid],
+        [
+            Some((&task.train, &outcome.train)),
+            outcome.valid.as_ref().map(|tested| (&*tested.recordings, &tested.evaluation)),
+        ],
+        |i, e| fit.weight(i, e),
+    );
     Ok(Found {
         json: outcome.to_json(),
         text: outcome.to_text(),
         figures,
         estimates: fit.estimates.clone(),
+        traces,
         more: Vec::new(),
         left_out,
     })

@@ -16,6 +16,7 @@ use dgd_plot::{Figure, Panel, Text};
 use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
 use serde_json::{Map, Value, json};
 
+use super::page::traces::traces;
 use super::task::{Task, flat};
 use super::{FitFigure, Found};
 use crate::error::WorkError;
@@ -103,11 +104,21 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
         figures.push(FitFigure { of: None, figure: outcome.figure(&problem)? });
         figures.extend(FitFigure::of_profiles(&outcome.intervals, &outcome));
     }
+    let traces = traces(
+        task.system.signature(),
+        [&request.data, &request.valid],
+        [
+            Some((&task.train, &outcome.train)),
+            outcome.valid.as_ref().map(|tested| (&*tested.recordings, &tested.evaluation)),
+        ],
+        |_, _| 1.0,
+    );
     Ok(Found {
         json: outcome.to_json(),
         text: outcome.to_text(),
         figures,
         estimates: found.estimates.clone(),
+        traces,
         more: Vec::new(),
         left_out,
     })

@@ -9,6 +9,7 @@ use dgd_identify::regression::{
 use dgd_identify::{EstimateError, OutputErrorProblem, Recording};
 use dgd_runtime::System;
 
+use super::page::{self, traces::Trace};
 use super::task::{Task, flat};
 use super::{FitFigure, Found};
 use crate::error::WorkError;
@@ -104,14 +105,29 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
     }
     let estimates = outcome.estimates_csv();
     let more = estimates.map(|csv| (ESTIMATES.to_owned(), csv.into_bytes()));
+    let traces = simulated_traces(task, request, [&outcome.train, &outcome.valid]);
     Ok(Found {
         json: outcome.to_json(),
         text: outcome.to_text(),
         figures,
         estimates: fit.estimates.clone(),
+        traces,
         more: more.into_iter().collect(),
         left_out,
     })
+}
+
+/// What could be simulated with the estimates.
+fn simulated_traces(
+    task: &Task<'_>,
+    request: &FitRequest,
+    of: [&Option<Result<Tested, String>>; 2],
+) -> Vec<Trace> {
+    let of = of.map(|of| match of {
+        Some(Ok(tested)) => Some((&*tested.recordings, &tested.evaluation)),
+        Some(Err(_)) | None => None,
+    });
+    page::traces::traces(task.system.signature(), [&request.data, &request.valid], of, |_, _| 1.0)
 }
 
 fn follow_options(request: &RegressionRequest) -> FollowOptions {

@@ -1,5 +1,6 @@
 //! The linear model close to a point of a run, or to a steady state.
 
+mod page;
 mod report;
 
 use dgd_compiler::pipeline::Directions;

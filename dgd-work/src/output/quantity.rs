@@ -39,6 +39,16 @@ impl Quantity {
         Quantity { value, std: Some(std), std_model: None }
     }
 
+    /// A value, and how far it may be off where that is a positive number.
+    pub(crate) fn with(value: f64, std: f64) -> Quantity {
+        Quantity { value, std: Some(std).filter(|std| std.is_finite() && *std > 0.0) }
+    }
+
+    /// The value alone.
+    pub(crate) fn value(&self) -> f64 {
+        self.value
+    }
+
     /// A parameter in its declared unit.
     pub(crate) fn of(parameter: &ParameterValue) -> Quantity {
         let unit = &parameter.unit;

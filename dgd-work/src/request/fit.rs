@@ -40,6 +40,8 @@ pub struct FitRequest {
     pub solve: Solve,
     /// Whether figures are made, which takes more computation.
     pub figures: bool,
+    /// What makes the same again, for the page: a command line, or a line of a program.
+    pub command: String,
 }
 
 impl FitRequest {
@@ -60,6 +62,7 @@ impl FitRequest {
             regression: RegressionRequest::default(),
             solve: Solve::default(),
             figures: false,
+            command: String::new(),
         }
     }
 }

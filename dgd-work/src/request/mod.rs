@@ -1,5 +1,6 @@
 //! What can be asked for. Every field has the default of the command line, and is documented there in the same words.
 
+mod compare;
 mod estimate;
 mod fit;
 mod screen;
@@ -13,6 +14,7 @@ use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::linearize::LinearAt;
 use dgd_runtime::{Inputs, Steps};
 
+pub use compare::CompareRequest;
 pub use dgd_execute::Engine;
 pub use estimate::{AdoptRequest, DiscoverRequest, Keep, TrackRequest, Tracker};
 pub use fit::{

@@ -108,11 +108,20 @@ impl Screenings {
     pub fn files(&self) -> Result<Files, WorkError> {
         let mut files = Files::default();
         let json = format!("{:#}\n", self.to_json());
-        let page = page::write(&self.recordings, &self.command)?.into_bytes();
+        let page = self.page()?.into_bytes();
         let steady = tables::steady(&self.recordings).into_bytes();
         let contents = [json.into_bytes(), page, steady];
         files.written.extend(FILES.map(str::to_owned).into_iter().zip(contents));
         Ok(files)
+    }
+
+    /// The page: the findings of all recordings with a picture of each.
+    ///
+    /// # Errors
+    ///
+    /// The page cannot be made.
+    pub fn page(&self) -> Result<String, WorkError> {
+        page::write(self)
     }
 
     /// The columns of a recording, with findings shaded; of the last one where there is no such recording.
@@ -366,7 +375,7 @@ fn of_reading(table: &Table) -> Vec<Notice> {
 }
 
 /// Files of a folder of results.
-pub const FILES: [&str; 3] = ["screen.json", "screen.html", "steady.csv"];
+pub const FILES: [&str; 3] = ["screen.json", "report.html", "steady.csv"];
 
 /// All columns as words.
 pub(super) fn quoted(names: &[String]) -> String {

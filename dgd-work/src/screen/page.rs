@@ -1,12 +1,13 @@
-//! `screen.html`: the findings of all recordings with a picture of each.
+//! `report.html`: the findings of all recordings with a picture of each.
 
 use askama::Template;
-use dgd_plot::render_svg;
+use dgd_page::{Link, Markup, Page, Tone};
 use dgd_screen::Weight;
 
 use super::notice::{reading, unit_of};
-use super::{Screened, figure, summary};
+use super::{Screened, Screenings, figure, summary};
 use crate::error::WorkError;
+use crate::output::page::origin;
 use crate::output::table::significant;
 
 /// Stretches of time that a cell lists.
@@ -15,10 +16,8 @@ const LISTED: usize = 8;
 /// What the template shows; all text in it is escaped there, but for the pictures.
 #[derive(Template)]
 #[template(path = "screen.html")]
-struct Page<'a> {
-    faults: usize,
+struct Body {
     recordings: Vec<Recording>,
-    command: &'a str,
 }
 
 struct Recording {
@@ -29,20 +28,31 @@ struct Recording {
     columns: Vec<[String; 8]>,
     points: Vec<Vec<String>>,
     transients: Vec<[String; 2]>,
-    svg: String,
+    /// As markup.
+    chart: String,
 }
 
 /// The page's text.
-pub(super) fn write(screened: &[Screened], command: &str) -> Result<String, WorkError> {
-    let page = Page {
-        faults: screened.iter().map(|one| one.count(Weight::Fault)).sum(),
-        recordings: screened.iter().map(recording).collect(),
-        command,
+pub(super) fn write(all: &Screenings) -> Result<String, WorkError> {
+    let faults: usize = all.recordings.iter().map(|one| one.count(Weight::Fault)).sum();
+    let (headline, tone) = match faults {
+        0 => ("No fault was found".to_owned(), Tone::Good),
+        1 => ("One fault was found".to_owned(), Tone::Doubt),
+        n => (format!("{n} faults were found"), Tone::Doubt),
     };
-    page.render().map_err(|error| WorkError::Found(format!("cannot write the report: {error}")))
+    let mut page = Page::new("Recordings, screened");
+    let kind = Markup::text("Recordings, screened");
+    page.push_header(&kind, &Markup::text(&headline), tone, &[]);
+    let recordings = all.recordings.iter().map(|one| recording(one, &mut page)).collect();
+    let body = Body { recordings };
+    let body = body
+        .render()
+        .map_err(|error| WorkError::Found(format!("cannot write the report: {error}")))?;
+    page.push(&Markup::trusted(body));
+    Ok(page.finish(&origin(&all.provenance, &all.command)))
 }
 
-fn recording(one: &Screened) -> Recording {
+fn recording(one: &Screened, page: &mut Page) -> Recording {
     let mut findings = Vec::new();
     for weight in [Weight::Fault, Weight::Remark] {
         for notice in one.notices.iter().filter(|notice| notice.weight == weight) {
@@ -96,13 +106,15 @@ fn recording(one: &Screened) -> Recording {
             [when, changes.join(", ")]
         })
         .collect();
+    let file = one.path.display().to_string();
+    let caption = Markup::text("All columns; stretches with a fault are shaded.");
     Recording {
-        file: one.path.display().to_string(),
         verdict: summary::verdict(one),
         findings,
         columns,
         points,
         transients,
-        svg: render_svg(&figure::figure(one)),
+        chart: page.chart(&figure::figure(one), Link::With(&file), &caption).to_string(),
+        file,
     }
 }

@@ -23,7 +23,7 @@ pub(crate) fn text(screened: &[Screened], folder: Option<&Path>) -> String {
         let _ = push(&mut text, one);
     }
     if let Some(folder) = folder {
-        let _ = writeln!(text, "\nreport: {}", folder.join("screen.html").display());
+        let _ = writeln!(text, "\nreport: {}", folder.join("report.html").display());
     }
     text
 }

@@ -1,5 +1,6 @@
 //! Derivatives of states and outputs to parameters over time.
 
+mod page;
 pub mod verify;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
@@ -149,6 +150,11 @@ impl Sensitivities {
         }
         let wrong = self.verification.as_ref().and_then(verify::Report::wrong);
         wrong.map_or(Ended::Done, Ended::Stopped)
+    }
+
+    /// Its page, which says what command makes it again.
+    pub fn page(&self, command: &str) -> String {
+        page::write(self, command)
     }
 
     /// For each thing its own trajectory, then its derivatives.

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::pipeline::Directions;
 use dgd_data::write::{Written, write_header, write_rows};
+use dgd_page::Markup;
 use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
 use dgd_runtime::ensemble::{Member, Trajectory, members_at_a_time};
 use dgd_runtime::{Statistics, Unit, side};
@@ -14,6 +15,7 @@ use crate::error::{Ended, WorkError};
 use crate::model::sets::{self, Set};
 use crate::model::{LoadedModel, load};
 use crate::output::columns::{in_unit, is_added, is_element};
+use crate::output::page;
 use crate::output::provenance::DataFile;
 use crate::request::{SimulateRequest, Start};
 use crate::run::Run;
@@ -302,6 +304,23 @@ impl Ensemble {
         }
         // Those that could are written, and JSON says which could not.
         Ended::Stopped(lines.join("\n"))
+    }
+
+    /// Its page, which says what command makes it again.
+    pub fn page(&self, command: &str) -> String {
+        let model = &self.run.signature().name;
+        let kind = Markup::text("Ensemble of the model ").then(&Markup::code(model));
+        let (sets, failed) = (self.sets.len(), self.failed.len());
+        let headline = match failed {
+            0 => format!("{sets} sets simulated"),
+            n => format!("{} of {sets} sets simulated; {n} failed", sets - n),
+        };
+        let note = Markup::text(
+            "The median of the sets at each time, and where half and nine tenths of them are.",
+        );
+        let origin = page::origin(&self.run.provenance, command);
+        let title = format!("{model}: ensemble");
+        page::of_figure(&title, &kind, &headline, &[note.paragraph()], &self.figure(), &origin)
     }
 
     /// One panel for each state and output: where half and nine tenths of the sets are, of those held.

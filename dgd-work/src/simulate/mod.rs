@@ -3,6 +3,7 @@
 mod ensemble;
 mod noise;
 mod over;
+mod page;
 
 use dgd_compiler::pipeline::Directions;
 use dgd_plot::{Figure, Text};
@@ -152,6 +153,11 @@ impl Simulated {
     pub fn figure(&self) -> Figure {
         let over = self.over.as_ref().and_then(|name| over::figure(name, self));
         over.unwrap_or_else(|| figure::panels(&self.subjects()))
+    }
+
+    /// Its page, which says what command makes it again.
+    pub fn page(&self, command: &str) -> String {
+        page::write(self, command)
     }
 
     /// Columns of a kind, in order.

@@ -75,7 +75,7 @@ pub(super) fn figure(name: &str, simulated: &Simulated) -> Option<Figure> {
 
 /// Samples at the rows that have one; NaN, which is not drawn, elsewhere. Of two rows with one time, the
 /// sides of a jump, the second has the second sample of that time, if there are two.
-fn measured_at(rows: &[f64], times: &[f64], samples: &[f64]) -> Vec<f64> {
+pub(super) fn measured_at(rows: &[f64], times: &[f64], samples: &[f64]) -> Vec<f64> {
     let sample = |(at, row): (usize, &f64)| {
         let first = times.partition_point(|time| time < row);
         let end = times.partition_point(|time| time <= row);

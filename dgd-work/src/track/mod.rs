@@ -10,6 +10,7 @@ use dgd_compiler::pipeline::{Compiled, Directions};
 use dgd_identify::filter::{
     Alarm, Filter, FilterError, FilterProblem, Row, Sample, Tracked as Estimate,
 };
+use dgd_page::Markup;
 use dgd_plot::Figure;
 use dgd_runtime::{Inputs, Problem, System, start_from_outputs};
 use serde::{Serialize, Serializer};
@@ -17,6 +18,7 @@ use serde_json::{Value, json};
 
 use crate::error::WorkError;
 use crate::model::Compilation;
+use crate::output::page;
 use crate::output::provenance::{self, DataFile, Provenance};
 use crate::request::{Solve, Start, TrackRequest};
 use crate::run::{executable, options, with_method};
@@ -51,6 +53,8 @@ pub struct Tracked {
     pub remarks: Vec<String>,
     /// Why it ended before its last row.
     pub stopped: Option<WorkError>,
+    /// What it was made of.
+    pub provenance: Provenance,
     report: Report,
 }
 
@@ -58,6 +62,16 @@ impl Tracked {
     /// Estimates with ± 2 standard deviations, then innovations in those that are expected; of the rows kept.
     pub fn figure(&self) -> Figure {
         self.report.figure(&self.rows)
+    }
+
+    /// The page of the figure, which says what command makes it again.
+    pub fn page(&self, command: &str) -> String {
+        let kind = Markup::text("States and parameters, row by row");
+        let headline = format!("{} rows tracked", self.count);
+        let more: Vec<Markup> =
+            self.remarks.iter().map(|words| Markup::prose(words).paragraph()).collect();
+        let origin = page::origin(&self.provenance, command);
+        page::of_figure("Tracked", &kind, &headline, &more, &self.figure(), &origin)
     }
 
     /// The rows kept, for programs.
@@ -171,7 +185,14 @@ impl Tracking<'_> {
         // The estimates so far are worth telling.
         let remarks = output.tally.said(problem);
         let Output { kept, tally, .. } = output;
-        Ok(Tracked { rows: kept, count: tally.rows, remarks, stopped: ended.err(), report })
+        Ok(Tracked {
+            rows: kept,
+            count: tally.rows,
+            remarks,
+            stopped: ended.err(),
+            provenance: self.provenance.clone(),
+            report,
+        })
     }
 
     /// Start values from the first row, with `--start measured`.

@@ -186,7 +186,7 @@ fn write_letters(text: &mut String, letters: &str) -> std::fmt::Result {
         write!(text, "<mi>{letter}</mi>")
     } else if letters.chars().count() > 1 {
         // MathML sets words upright.
-        write!(text, "<mi style=\"font-style: italic\">{}</mi>", escaped(letters))
+        write!(text, "<mi class=\"slanted\">{}</mi>", escaped(letters))
     } else {
         write!(text, "<mi>{}</mi>", escaped(letters))
     }

@@ -103,10 +103,21 @@ pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
     Figure { title: Text::plain(&title), ..figures::below_each_other(&panels) }
 }
 
+/// The page to read.
+pub(super) fn page(subject: &Subject<'_>) -> Result<String, WorkError> {
+    page::write(subject, &patch(subject))
+}
+
+/// The change of the model's file.
+fn patch(subject: &Subject<'_>) -> String {
+    let file = format!("{}.dgd", subject.model_name());
+    diff::unified(subject.base, &subject.discovery.corrected, &file)
+}
+
 pub(super) fn files(subject: &Subject<'_>) -> Result<Files, WorkError> {
     let name = subject.model_name();
     let file = format!("{name}.dgd");
-    let patch = diff::unified(subject.base, &subject.discovery.corrected, &file);
+    let patch = patch(subject);
     let mut files = Files::default();
     let mut add = |name: &str, content: Vec<u8>| files.written.push((name.to_owned(), content));
     add("report.html", page::write(subject, &patch)?.into_bytes());

@@ -1,4 +1,4 @@
-//! `report.html`: one page that needs nothing but a browser.
+//! `report.html`: what was found, in the design of all pages.
 
 use std::path::Path;
 
@@ -6,13 +6,15 @@ use askama::Template;
 use dgd_discover::{
     Condition, Discovery, FoundEffect, ParameterValue, Ranked, RecordingTrace, Verdict,
 };
-use dgd_plot::{Figure, Text, render_svg};
+use dgd_page::{Link, Markup, Origin, Page};
+use dgd_plot::{Figure, Text};
 
 use super::diff::{self, Changed};
 use super::equations::{self, Equation};
 use super::figures::{self, Correction};
 use super::{Subject, UNEXPLAINED, condition, guess, summary, together, verdict};
 use crate::error::WorkError;
+use crate::output;
 use crate::output::quantity::{Quantity, moment, percent, rounded, stretches};
 
 /// Candidates of the screen that the page lists.
@@ -21,7 +23,7 @@ const SCREENED: usize = 15;
 /// What the template shows; all text in it is escaped there, but for what `safe` marks as markup.
 #[derive(Template)]
 #[template(path = "report.html")]
-struct Page<'a> {
+struct Body<'a> {
     model: String,
     discovery: &'a Discovery,
     reservations: &'a [String],
@@ -48,7 +50,6 @@ struct Page<'a> {
     parameters: Vec<Parameter<'a>>,
     has_std_model: bool,
     recordings: Vec<[String; 2]>,
-    command: &'a str,
     trace: &'static str,
 }
 
@@ -93,14 +94,17 @@ struct Parameter<'a> {
 /// Figures under one heading.
 struct Section {
     title: &'static str,
-    caption: String,
-    svgs: Vec<String>,
+    /// As markup.
+    charts: Vec<String>,
 }
 
 /// The page's text.
 pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkError> {
     let discovery = subject.discovery;
-    let page = Page {
+    let title = format!("{}: {}", subject.model_name(), discovery.verdict.word());
+    let mut page = Page::new(&title);
+    let figures = sections(discovery, &mut page);
+    let body = Body {
         model: subject.model_name(),
         discovery,
         reservations: subject.reservations,
@@ -132,7 +136,7 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
         off: (discovery.gap.iter())
             .filter_map(|gap| Some([gap.output.clone(), told_condition(gap.condition.as_ref()?)]))
             .collect(),
-        figures: sections(discovery),
+        figures,
         ranking: discovery.ranking.iter().map(ranking_row).collect(),
         screened: discovery
             .screened
@@ -152,10 +156,20 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
             .chain(&discovery.corrected_parameters)
             .any(|parameter| parameter.std_model.is_some()),
         recordings: recordings(subject),
-        command: subject.command,
         trace: UNEXPLAINED,
     };
-    page.render().map_err(|error| WorkError::Found(format!("cannot write the report: {error}")))
+    let body = body
+        .render()
+        .map_err(|error| WorkError::Found(format!("cannot write the report: {error}")))?;
+    page.push(&Markup::trusted(body));
+    Ok(page.finish(&origin(subject)))
+}
+
+fn origin(subject: &Subject<'_>) -> Origin {
+    match subject.provenance {
+        Some(provenance) => output::page::origin(provenance, subject.command),
+        None => Origin { command: subject.command.to_owned(), ..Origin::default() },
+    }
 }
 
 /// A condition as markup.
@@ -218,12 +232,7 @@ fn ranking_row(ranked: &Ranked) -> [String; 5] {
 
 /// A sentence as markup: what stands between backticks in it is code.
 fn prose(sentence: &str) -> String {
-    let pieces = sentence.split('`').enumerate();
-    let markup = pieces.map(|(index, piece)| {
-        let piece = Text::plain(piece).to_html();
-        if index % 2 == 1 { format!("<code>{piece}</code>") } else { piece }
-    });
-    markup.collect()
+    Markup::prose(sentence).to_string()
 }
 
 fn recordings(subject: &Subject<'_>) -> Vec<[String; 2]> {
@@ -232,42 +241,52 @@ fn recordings(subject: &Subject<'_>) -> Vec<[String; 2]> {
     training.chain(subject.held_out.iter().map(|path| row("validation", path))).collect()
 }
 
-/// The figures in the order in which they are wanted: what has no name comes first.
-fn sections(discovery: &Discovery) -> Vec<Section> {
+/// The figures in the order in which they are wanted: what has no name comes first. Those of one recording are zoomed
+/// together.
+fn sections(discovery: &Discovery, page: &mut Page) -> Vec<Section> {
     let correction = Correction::of(discovery);
     let held_out = discovery.traces.iter().find(|trace| trace.held_out);
     let training = discovery.traces.iter().find(|trace| !trace.held_out);
+    let first = training.map_or("time", |trace| trace.name.as_str());
     let shown = || held_out.into_iter().chain(training);
     let mut sections = vec![Section {
         title: "What is missing, without a name",
-        caption: "The term on the right-hand side that no effect explains, with its uncertainty. \
-                  Shaded: where it differs from nothing."
-            .to_owned(),
-        svgs: drawn(&figures::missing(discovery.unexplained.iter().map(|left| &left.trace))),
+        charts: charts(
+            page,
+            &figures::missing(discovery.unexplained.iter().map(|left| &left.trace)),
+            first,
+            "The term on the right-hand side that no effect explains, with its uncertainty. \
+             Shaded: where it differs from nothing.",
+        ),
     }];
     for trace in shown() {
         let caption = format!(
             "{} Shaded: where the base model’s misfit stands out from the noise.",
             told(trace)
         );
-        let svgs = drawn(&figures::fit(trace, correction));
-        sections.push(Section { title: "Measured and simulated", caption, svgs });
+        let figures = figures::fit(trace, correction);
+        let charts = charts(page, &figures, &trace.name, &caption);
+        sections.push(Section { title: "Measured and simulated", charts });
     }
     for trace in shown() {
         let caption =
             format!("{} Measured less simulated. Shaded: as above, and the noise.", told(trace));
-        let svgs = drawn(&figures::errors(trace, correction));
-        sections.push(Section { title: "Simulation errors", caption, svgs });
+        let figures = figures::errors(trace, correction);
+        let charts = charts(page, &figures, &trace.name, &caption);
+        sections.push(Section { title: "Simulation errors", charts });
     }
     sections.push(Section {
         title: "What each equation would have needed",
-        caption: "A term on the right-hand side of the base model’s equations that would let it \
-                  follow the first training recording, with its uncertainty. Shaded: where it \
-                  differs from nothing."
-            .to_owned(),
-        svgs: drawn(&figures::missing(&discovery.missing)),
+        charts: charts(
+            page,
+            &figures::missing(&discovery.missing),
+            first,
+            "A term on the right-hand side of the base model’s equations that would let it \
+             follow the first training recording, with its uncertainty. Shaded: where it \
+             differs from nothing.",
+        ),
     });
-    sections.retain(|section| !section.svgs.is_empty());
+    sections.retain(|section| !section.charts.is_empty());
     sections
 }
 
@@ -276,6 +295,11 @@ fn told(trace: &RecordingTrace) -> String {
     format!("{role} recording {}.", trace.name)
 }
 
-fn drawn(figures: &[Figure]) -> Vec<String> {
-    figures.iter().map(render_svg).collect()
+/// Figures over the time of one recording, the first with what explains them.
+fn charts(page: &mut Page, figures: &[Figure], recording: &str, caption: &str) -> Vec<String> {
+    let chart = |(k, figure): (usize, &Figure)| {
+        let caption = if k == 0 { Markup::text(caption) } else { Markup::default() };
+        page.chart(figure, Link::With(recording), &caption).to_string()
+    };
+    figures.iter().enumerate().map(chart).collect()
 }

@@ -400,9 +400,15 @@ fn the_page_stands_by_itself_and_says_what_matters() {
     ] {
         assert!(page.contains(part), "no {part:?}");
     }
-    for outside in ["<script", "<link", "src=", "url(", "@import"] {
-        assert!(!page.contains(outside), "{outside:?}");
+    let (head, rest) = page.split_once("<body>").expect("a body");
+    let (body, scripts) = rest.split_once("</main>").expect("an end of its contents");
+    for outside in ["<script", "<link", "src=", "url(", "@import", " style="] {
+        assert!(!head.contains(outside) && !body.contains(outside), "{outside:?}");
     }
+    assert!(head.contains("default-src 'none'"), "the page fetches nothing");
+    // One of numbers, one of code.
+    assert_eq!(scripts.matches("<script").count(), 2);
+    let page = body;
     let opened = |tag: &str| page.matches(&format!("<{tag}")).count();
     for tag in ["section", "table", "figure", "svg", "math", "span", "dl", "pre"] {
         let (opened, closed) = (opened(tag), page.matches(&format!("</{tag}>")).count());

@@ -1,0 +1,29 @@
+//! `dgd compare`: models, variants, effects and results side by side on the same recordings.
+
+use dgd_work::{Ended, compare};
+
+use crate::args::compare::CompareArgs;
+use crate::console::Console;
+use crate::failure::CommandError;
+use crate::picture;
+use crate::progress::{Interrupt, ProgressDisplay};
+use crate::tail::{Printed, Saved, Shown, finish};
+
+pub(crate) fn run(args: &CompareArgs, console: Console<'_>) -> Result<(), CommandError> {
+    picture::verify_formats(&args.solve.plot)?;
+    let display = ProgressDisplay::new(console, Interrupt::Stops);
+    let compared = compare(&args.request(), display.session())?;
+    let plots = &args.solve.plot;
+    let shown = Shown {
+        json: Some(compared.to_json()),
+        saved: match console.out() {
+            Some(_) => Saved::Folder { files: compared.files(), is_told: true },
+            None => Saved::Nothing,
+        },
+        drawings: picture::drawings(plots, || compared.figure(), |_| Ok(compared.page()))?,
+        printed: Printed::Text(compared.to_text()),
+        ..Shown::new(Ended::Done)
+    };
+    finish(shown, console)?;
+    CommandError::of(compared.ended())
+}

@@ -1,0 +1,215 @@
+//! Pages: each command writes one that stands by itself, has the numbers of the result, and takes names as names.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::support::{column, dgd_in, folder_with};
+
+const MODEL: &str = "\
+model tank
+input u [1] hold
+parameter tau [s] = 10 in 1 .. 100
+parameter idle [1] = 1 in 0 .. 2
+state x [1] = 2
+equation tank: tau * der(x) = u - x
+output y [bar] = 1 [bar] * x  noise 0.01 [bar]
+";
+
+/// What the tank does with tau = 20 s, read every two seconds with a small error that alternates.
+fn recording() -> String {
+    let (mut x, mut text) = (2.0_f64, "time [s],u [1],y [bar]\n".to_owned());
+    for k in 0..300 {
+        let u = if k / 100 % 2 == 0 { 1.0 } else { 3.0 };
+        let error = if k % 3 == 0 { 0.01 } else { -0.005 };
+        let _ = writeln!(text, "{},{u},{}", 2 * k, x + error);
+        x = u + (x - u) * (-2.0_f64 / 20.0).exp();
+    }
+    text
+}
+
+fn folder() -> TempDir {
+    folder_with(&[("m.dgd", MODEL.as_bytes()), ("d.csv", recording().as_bytes())])
+}
+
+fn read(folder: &TempDir, name: &str) -> String {
+    fs::read_to_string(folder.path().join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+/// The numbers of a page.
+fn data(page: &str) -> Value {
+    let (_, rest) = page.split_once("id=\"data\">").expect("the page has data");
+    let (json, _) = rest.split_once("</script>").expect("they end");
+    serde_json::from_str(json).expect("they are JSON")
+}
+
+/// The columns of the series of a name in a panel of a title.
+fn series(page: &str, title: &str, name: &str) -> [Vec<f64>; 2] {
+    let data = data(page);
+    let figures = data["figures"].as_array().expect("figures");
+    let panels = figures.iter().flat_map(|figure| figure["panels"].as_array().expect("panels"));
+    let own = panels.filter(|panel| panel["title"] == title);
+    let mut all = own.flat_map(|panel| panel["series"].as_array().expect("series"));
+    let found = all.find(|one| one["name"] == name).unwrap_or_else(|| panic!("no {name}"));
+    ["x", "y"].map(|axis| {
+        let place = found[axis].as_u64().expect("a place") as usize;
+        let column = data["columns"][place].as_array().expect("a column");
+        column.iter().map(|value| value.as_f64().unwrap_or(f64::NAN)).collect()
+    })
+}
+
+#[test]
+fn each_command_writes_a_page_that_stands_by_itself() {
+    let folder = folder();
+    for (command, more) in [
+        ("simulate", &[][..]),
+        ("sensitivity", &["--of", "x"]),
+        ("linearize", &["--at", "steady"]),
+        ("fit", &["--fix", "idle"]),
+        ("track", &["--free", "tau", "-o", "t.csv"]),
+    ] {
+        let page = format!("{command}.html");
+        let args = [&[command, "m.dgd", "--data", "d.csv", "--plot", &page], more].concat();
+        dgd_in(folder.path(), &args).done();
+        let text = read(&folder, &page);
+        assert!(text.starts_with("<!DOCTYPE html>"), "{command}");
+        let (head, _) = text.split_once("<body>").expect("a body");
+        assert!(head.contains("default-src 'none'; script-src 'sha256-"), "{command}");
+        assert!(text.contains("<h1") && text.contains("</svg>"), "{command}");
+        // The same again, from what.
+        assert!(text.contains(&format!("dgd {command} m.dgd --data d.csv")), "{command}");
+        assert_eq!(text.matches("fnv1a-128:").count(), 2, "{command}: of the model and the data");
+        let bare = text.len() - data(&text).to_string().len() - text.matches("<svg").count();
+        let pictures: usize =
+            text.split("<svg").skip(1).map(|s| s.find("</svg>").unwrap_or(0)).sum();
+        assert!(bare - pictures < 150_000, "{command}: {} bytes", bare - pictures);
+        dgd_in(folder.path(), &args).done();
+        assert_eq!(text, read(&folder, &page), "{command}: the same every time");
+    }
+    dgd_in(folder.path(), &["screen", "--data", "d.csv", "--plot", "s.html"]).done();
+    assert!(read(&folder, "s.html").contains("fnv1a-128:"));
+    let refused =
+        dgd_in(folder.path(), &["simulate", "m.dgd", "--data", "d.csv", "--plot", "a.pdf"]);
+    refused.refused(2, &["a.pdf", ".html"]);
+}
+
+#[test]
+fn a_page_has_the_numbers_of_the_table() {
+    let folder = folder();
+    let args = ["simulate", "m.dgd", "--data", "d.csv", "--plot", "p.html", "-o", "p.csv"];
+    dgd_in(folder.path(), &args).done();
+    let (page, table) = (read(&folder, "p.html"), read(&folder, "p.csv"));
+    let [times, simulated] = series(&page, "y", "simulated");
+    assert_eq!(times, column(&table, "time [s]"));
+    let column_of_y = column(&table, "y [bar]");
+    assert_eq!(simulated.len(), column_of_y.len());
+    for (shown, value) in simulated.iter().zip(&column_of_y) {
+        assert!((shown - value).abs() < 1e-5, "{shown} {value}");
+    }
+    // tau = 10 s where 20 s is true: Ljung's fit, worked out here.
+    let [_, measured] = series(&page, "y", "measured");
+    let mean = measured.iter().sum::<f64>() / measured.len() as f64;
+    let squares: f64 = measured.iter().zip(&column_of_y).map(|(y, w)| (y - w).powi(2)).sum();
+    let scatter: f64 = measured.iter().map(|y| (y - mean).powi(2)).sum();
+    let fit = 100.0 * (1.0 - (squares / scatter).sqrt());
+    assert!(page.contains(&format!("to {fit:.1} %")), "{fit}");
+}
+
+#[test]
+fn a_name_with_markup_is_a_name() {
+    let name = "<img src=x onerror=alert(1)>&\"'.csv";
+    let folder = folder_with(&[("m.dgd", MODEL.as_bytes()), (name, recording().as_bytes())]);
+    for (command, more) in
+        [("simulate", &["--plot", "simulate.html"][..]), ("fit", &["--plot", "fit.html"])]
+    {
+        let args = [&[command, "m.dgd", "--data", name], more].concat();
+        dgd_in(folder.path(), &args).done();
+        let page = read(&folder, &format!("{command}.html"));
+        assert!(
+            page.contains("&lt;img src=x onerror=alert(1)&gt;&amp;&quot;&#39;.csv"),
+            "{command}"
+        );
+        assert!(!page.contains("<img"), "{command}");
+        assert_eq!(page.matches("<script").count(), 2, "{command}");
+    }
+}
+
+#[test]
+fn the_page_of_a_fit_says_what_to_believe() {
+    let folder = folder();
+    let fit = |out: &str, more: &[&str]| {
+        let args = ["fit", "m.dgd", "--data", "d.csv", "--valid", "d.csv", "-o", out];
+        let run = dgd_in(folder.path(), &[&args[..], more].concat());
+        let result = read(&folder, &format!("{out}/result.json"));
+        let result: Value = serde_json::from_str(&result).expect("JSON");
+        (run, read(&folder, &format!("{out}/report.html")), result)
+    };
+    let (run, page, result) = fit("out", &["--profile", "tau", "--information"]);
+    run.done();
+    assert!(page.contains("<h1 class=\"doubt\">Converged, but the residuals of <code>y</code>"));
+    // Nothing depends on it.
+    assert!(page.contains("Do not rely on <code>idle</code> (no standard deviation)"), "{page}");
+    for heading in [
+        "Parameters",
+        "Correlation of the estimates",
+        "Residuals: autocorrelation",
+        "Residuals: cross-correlation with the inputs",
+        "Residuals against each input",
+        "Residuals: distribution",
+        "Profiles",
+        "Which data determines the parameters",
+        "Operating points",
+    ] {
+        assert!(page.contains(&format!("<h2>{heading}</h2>")), "{heading}");
+    }
+    for role in [", training</h2>", ", validation</h2>"] {
+        assert_eq!(page.matches(role).count(), 1, "{role}");
+    }
+    // The page and the result have the same autocorrelation and fit.
+    let quality = &result["outputs"]["y"]["quality"]["train"];
+    let [_, shown] = series(&page, "y", "correlation");
+    let found: Vec<f64> = quality["whiteness"]["autocorrelation"]
+        .as_array()
+        .expect("correlations")
+        .iter()
+        .map(|r| r.as_f64().expect("a number"))
+        .collect();
+    assert!(
+        shown.len() == found.len() && shown.iter().zip(&found).all(|(a, b)| (a - b).abs() < 1e-5)
+    );
+    let fit_percent = quality["fit_percent"].as_f64().expect("a fit");
+    assert!(page.contains(&format!(">{fit_percent:.2}</td>")), "{fit_percent}");
+
+    // Of estimators that do not simulate the rows are shown, too.
+    let (run, page, _) = fit("rows", &["--estimator", "separable", "--fix", "idle"]);
+    run.done();
+    assert!(page.contains("By rows, as the estimator sees them"));
+    let (run, page, _) = fit("short", &["--evaluations", "2", "--fix", "idle"]);
+    run.refused(3, &[]);
+    assert!(page.contains("<h1 class=\"doubt\">Not converged"), "it is written all the same");
+}
+
+#[test]
+fn an_ensemble_has_a_page() {
+    let folder = folder();
+    fs::write(folder.path().join("s.csv"), "tau [s]\n10\n20\n40\n").expect("a file");
+    let args = ["simulate", "m.dgd", "--data", "d.csv", "--ensemble", "s.csv", "--plot", "e.html"];
+    dgd_in(folder.path(), &args).done();
+    let page = read(&folder, "e.html");
+    assert!(page.contains("3 sets simulated"));
+    let [_, median] = series(&page, "x", "median");
+    let run = |tau: &str| {
+        let set = format!("tau={tau}");
+        let args = ["simulate", "m.dgd", "--data", "d.csv", "--set", &set];
+        column(&dgd_in(folder.path(), &args).done().out, "y [bar]")
+    };
+    let runs = ["10", "20", "40"].map(run);
+    assert_eq!(median.len(), runs[0].len());
+    for (k, shown) in median.iter().enumerate() {
+        let mut three = [runs[0][k], runs[1][k], runs[2][k]];
+        three.sort_by(f64::total_cmp);
+        assert!((shown - three[1]).abs() < 1e-5, "{shown} {three:?}");
+    }
+}

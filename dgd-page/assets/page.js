@@ -1,0 +1,411 @@
+(() => {
+"use strict";
+const root = document.documentElement;
+const { columns, figures } = JSON.parse(document.getElementById("data").textContent);
+const darkness = matchMedia("(prefers-color-scheme: dark)");
+const isDark = () => (root.dataset.theme ? root.dataset.theme === "dark" : darkness.matches);
+const css = (name) => getComputedStyle(root).getPropertyValue(name).trim();
+const make = (tag, properties = {}) => Object.assign(document.createElement(tag), properties);
+
+// ---- numbers ----
+
+const raised = (n) => String(n).replace(/./g, (c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[c]));
+// A number with so many decimals, or with a power of ten where it would be long.
+function shown(value, decimals) {
+  if (value == null || !isFinite(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size !== 0 && (size >= 1e6 || size < 1e-4)) {
+    const [digits, power] = value.toExponential(Math.max(0, Math.min(6, decimals + Math.floor(Math.log10(size))))).split("e");
+    return `${digits.replace("-", "−")}·10${raised(Number(power))}`;
+  }
+  return value.toFixed(Math.max(0, Math.min(12, decimals))).replace("-", "−");
+}
+const decimalsOf = (step) => (step > 0 ? Math.ceil(-Math.log10(step) - 1e-9) : 3);
+
+// ---- from the columns of a panel to what uPlot draws ----
+
+const isAscending = (x) => x.every((value, k) => value != null && (k === 0 || value >= x[k - 1]));
+
+// Rows of all tables by their abscissa; one that stands twice in a table is a jump and stays two rows.
+function joined(tables) {
+  if (tables.every((table) => table.x === tables[0].x)) {
+    return [tables[0].x, ...tables.flatMap((table) => table.ys)];
+  }
+  const at = tables.map(() => 0);
+  const rows = [[], ...tables.flatMap((table) => table.ys.map(() => []))];
+  for (;;) {
+    let next = Infinity;
+    tables.forEach((table, i) => { if (at[i] < table.x.length) next = Math.min(next, table.x[at[i]]); });
+    if (next === Infinity) return rows;
+    rows[0].push(next);
+    let column = 1;
+    tables.forEach((table, i) => {
+      const has = at[i] < table.x.length && table.x[at[i]] === next;
+      for (const y of table.ys) rows[column++].push(has ? y[at[i]] : undefined);
+      if (has) at[i] += 1;
+    });
+  }
+}
+
+// A table whose rows ascend, without those that have no abscissa.
+function sorted(x, y) {
+  if (isAscending(x)) return { x, ys: [y] };
+  const order = x.map((_, k) => k).filter((k) => x[k] != null).sort((a, b) => x[a] - x[b]);
+  return { x: order.map((k) => x[k]), ys: [order.map((k) => y[k])] };
+}
+
+function range(values, before = [Infinity, -Infinity]) {
+  let [low, high] = before;
+  for (const value of values) if (value != null) { if (value < low) low = value; if (value > high) high = value; }
+  return [low, high];
+}
+
+// ---- plots that are zoomed together ----
+
+const groups = new Map();
+function groupOf(link) {
+  if (!groups.has(link)) groups.set(link, { plots: [], full: [Infinity, -Infinity], at: null });
+  return groups.get(link);
+}
+function zoom(group, low, high) {
+  const [first, last] = group.full;
+  const width = Math.min(high - low, last - first);
+  if (!(width > (last - first) * 1e-7)) return;
+  const from = Math.max(first, Math.min(low, last - width));
+  if (group.at[0] === from && group.at[1] === from + width) return;
+  group.at = [from, from + width];
+  for (const plot of group.plots) plot.setScale("x", { min: from, max: from + width });
+}
+const showAll = (group) => zoom(group, ...group.full);
+function scaleBy(group, factor, around) {
+  const [low, high] = group.at;
+  const middle = around ?? 0.5 * (low + high);
+  zoom(group, middle - (middle - low) * factor, middle + (high - middle) * factor);
+}
+const pan = (group, part) => {
+  const shift = part * (group.at[1] - group.at[0]);
+  zoom(group, group.at[0] + shift, group.at[1] + shift);
+};
+
+// ---- one panel ----
+
+const withAlpha = (colour, alpha) => colour + Math.round(255 * alpha).toString(16).padStart(2, "0");
+const colourOf = (series) => series.colours[isDark() ? 1 : 0];
+const ink = (series) => (series.style === "line" ? colourOf(series) : withAlpha(colourOf(series), 0.7));
+
+function draw(figure, panel, element, group, tell) {
+  const place = element.querySelector(".plot");
+  const isCurve = panel.series.map((s) => s.style !== "dots" && !isAscending(columns[s.x]));
+  // Lines come last, in front of recorded signals and dots; `slot` is where uPlot has a series.
+  const order = panel.series.map((_, i) => i).sort((a, b) => depth(panel.series[a]) - depth(panel.series[b]) || a - b);
+  const slot = [];
+  order.forEach((i, k) => { slot[i] = k + 1; });
+  const tables = order.map((i) => sorted(columns[panel.series[i].x], columns[panel.series[i].y]));
+  const shades = panel.envelopes.map((e) => ({ x: columns[e.x], ys: [columns[e.low], columns[e.high]] }));
+  const data = joined([...tables, ...shades]);
+  const n = panel.series.length;
+  const [low, high] = panel.series.reduce((seen, s) => range(columns[s.y], seen), [Infinity, -Infinity]);
+  const digits = decimalsOf((high > low ? high - low : Math.abs(high) || 1) * 1e-4);
+  const font = '12px "Segoe UI", Roboto, Arial, "Liberation Sans", sans-serif';
+  const outputs = [...element.querySelectorAll(".key output")];
+
+  const axis = (more) => ({
+    stroke: () => css("--muted"), font, labelFont: font,
+    grid: { stroke: () => css("--grid"), width: 1 }, ticks: { stroke: () => css("--grid"), width: 1, size: 5 },
+    values: (_, splits, __, ___, step) => splits.map((v) => (v == null ? "" : shown(v, decimalsOf(step)))), ...more,
+  });
+  const series = order.map((i) => [panel.series[i], i]).map(([s, i]) => ({
+    label: s.name, stroke: () => ink(s), width: s.style === "line" ? 1.8 : 1, dash: s.dashes.length ? s.dashes : undefined,
+    ...(s.style === "dots" || isCurve[i] ? { paths: () => null } : {}),
+    points: { show: s.style === "dots", size: columns[s.x].length > 300 ? 4 : 8, space: 0, fill: () => ink(s), stroke: () => ink(s), width: 0 },
+  }));
+  const edge = { stroke: "transparent", width: 0, points: { show: false }, scale: "y" };
+  const fill = (e) => () =>
+    e.around == null || !panel.series[e.around] ? css("--envelope") : withAlpha(colourOf(panel.series[e.around]), 0.22);
+  const bands = panel.envelopes.map((e, k) => ({ series: [n + 2 + 2 * k, n + 1 + 2 * k], fill: fill(e) }));
+
+  const shade = (plot) => {
+    const { ctx, bbox } = plot;
+    ctx.save();
+    ctx.fillStyle = css("--band");
+    for (const [from, to] of panel.bands) {
+      const at = (x, end) => Math.max(bbox.left, Math.min(bbox.left + bbox.width, x == null ? end : plot.valToPos(x, "x", true)));
+      const left = at(from, bbox.left), right = at(to, bbox.left + bbox.width);
+      if (right > left) ctx.fillRect(left, bbox.top, Math.max(1, right - left), bbox.height);
+    }
+    ctx.restore();
+  };
+  // Curves that run back and forth, which uPlot does not draw.
+  const trace = (plot) => {
+    const { ctx, bbox } = plot;
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    panel.series.forEach((s, i) => {
+      if (!isCurve[i] || !plot.series[slot[i]].show) return;
+      const x = columns[s.x], y = columns[s.y];
+      ctx.beginPath();
+      let pen = false;
+      x.forEach((value, k) => {
+        if (value == null || y[k] == null) { pen = false; return; }
+        const point = [plot.valToPos(value, "x", true), plot.valToPos(y[k], "y", true)];
+        if (pen) ctx.lineTo(...point); else ctx.moveTo(...point);
+        pen = true;
+      });
+      ctx.strokeStyle = ink(s);
+      ctx.setLineDash(s.dashes.map((length) => length * uPlot.pxRatio));
+      ctx.lineWidth = (s.style === "line" ? 1.8 : 1) * uPlot.pxRatio;
+      ctx.stroke();
+    });
+    ctx.restore();
+  };
+  const read = (plot) => {
+    outputs.forEach((output, i) => {
+      const k = plot.cursor.idxs[slot[i]];
+      output.textContent = k == null ? "" : `${shown(data[slot[i]][k], digits)}${panel.unit && " " + panel.unit}`;
+    });
+    const k = plot.cursor.idx;
+    tell(k == null || plot.cursor.left < 0 ? null : data[0][k]);
+  };
+  const relink = (plot, key) => {
+    const { min, max } = plot.scales.x;
+    if (key === "x" && (min !== group.at[0] || max !== group.at[1])) zoom(group, min, max);
+  };
+
+  const [from, to] = group.at;
+  const plot = new uPlot({
+    width: place.clientWidth, height: place.clientHeight,
+    scales: { x: { time: false, auto: false, min: from, max: to }, y: { range: (_, l, h) => roomy(l, h) } },
+    legend: { show: false },
+    cursor: {
+      drag: { x: true, y: false },
+      sync: { key: figure.link, scales: ["x", null], filters: { pub: (type) => !type.startsWith("mouse") || type === "mousemove" || type === "mouseleave" } },
+      bind: { dblclick: () => () => { showAll(group); return null; } },
+      points: { size: 7 },
+    },
+    axes: [
+      axis({ label: figure.x, labelSize: 20, size: 30 }),
+      axis({ size: (_, values) => 16 + 7 * Math.max(3, ...(values ?? []).map((v) => v.length)) }),
+    ],
+    series: [{}, ...series, ...panel.envelopes.flatMap(() => [edge, edge])],
+    bands,
+    hooks: { drawClear: [shade], draw: [trace], setCursor: [read], setScale: [relink] },
+  }, data, place);
+  group.plots.push(plot);
+  place.querySelector("canvas").setAttribute("aria-hidden", "true");
+  new ResizeObserver(() => {
+    if (place.clientWidth) plot.setSize({ width: place.clientWidth, height: place.clientHeight });
+  }).observe(place);
+  keyboard(place, plot, group, data, (k) => {
+    const values = panel.series.map((s, i) => `${s.name} ${shown(data[slot[i]][k], digits)} ${panel.unit}`);
+    say(`${figure.x} ${shown(data[0][k], 6)}: ${values.join(", ")}`);
+  });
+  keys(element, plot, panel, slot);
+}
+
+const depth = (series) => ["dots", "thin", "line"].indexOf(series.style);
+
+function roomy(low, high) {
+  if (low == null || high == null) return [0, 1];
+  const room = 0.06 * (high - low || Math.abs(high) || 1);
+  return [low - room, high + room];
+}
+
+// ---- what a reader does ----
+
+const status = make("div", { className: "unseen" });
+status.setAttribute("role", "status");
+const say = (words) => { status.textContent = words; };
+
+function keyboard(place, plot, group, data, tell) {
+  place.tabIndex = 0;
+  place.setAttribute("role", "application");
+  place.setAttribute("aria-label", `${place.parentElement.getAttribute("aria-label")} Arrow keys move the cursor, plus and minus zoom, 0 shows all.`);
+  const move = (steps) => {
+    const x = data[0];
+    let k = plot.cursor.idx ?? x.findIndex((value) => value >= group.at[0]);
+    k = Math.max(0, Math.min(x.length - 1, k + steps));
+    if (x[k] < group.at[0] || x[k] > group.at[1]) {
+      const half = 0.5 * (group.at[1] - group.at[0]);
+      zoom(group, x[k] - half, x[k] + half);
+    }
+    // uPlot scales when its microtask comes.
+    setTimeout(() => { plot.setCursor({ left: plot.valToPos(x[k], "x"), top: plot.bbox.height / 2 / uPlot.pxRatio }, true, true); tell(k); });
+  };
+  const under = () => (plot.cursor.idx == null ? null : data[0][plot.cursor.idx]);
+  place.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const step = event.shiftKey ? Math.max(10, Math.round(data[0].length / 50)) : 1;
+    const action = {
+      ArrowLeft: () => move(-step), ArrowRight: () => move(step),
+      "+": () => scaleBy(group, 0.5, under()), "=": () => scaleBy(group, 0.5, under()),
+      "-": () => scaleBy(group, 2, under()), 0: () => showAll(group), Escape: () => showAll(group),
+      PageUp: () => pan(group, -0.5), PageDown: () => pan(group, 0.5),
+      Home: () => pan(group, -1e9), End: () => pan(group, 1e9),
+    }[event.key];
+    if (action) { event.preventDefault(); action(); }
+  });
+  place.addEventListener("wheel", (event) => {
+    if (!event.ctrlKey) return;
+    event.preventDefault();
+    scaleBy(group, event.deltaY > 0 ? 1.25 : 0.8, under());
+  }, { passive: false });
+}
+
+// Names switch their curves on and off.
+function keys(element, plot, panel, slot) {
+  [...element.querySelectorAll(".key:not(.area)")].forEach((key, i) => {
+    const series = panel.series[i], swatch = key.querySelector("i"), output = key.querySelector("output");
+    swatch.className = series.style;
+    const paint = () => { swatch.style.background = ink(series); };
+    paint();
+    repaints.push(paint);
+    if (!series.name) return;
+    const button = make("button", { type: "button" });
+    button.append(...[...key.childNodes].filter((node) => node !== output));
+    button.setAttribute("aria-pressed", "true");
+    button.addEventListener("click", () => {
+      const show = !plot.series[slot[i]].show;
+      plot.setSeries(slot[i], { show });
+      button.setAttribute("aria-pressed", String(show));
+    });
+    key.prepend(button);
+  });
+  panel.envelopes.forEach((envelope, i) => {
+    const swatch = element.querySelectorAll(".key.area i")[i];
+    if (!swatch || envelope.around == null) return;
+    const paint = () => { swatch.style.background = withAlpha(colourOf(panel.series[envelope.around]), 0.3); };
+    paint();
+    repaints.push(paint);
+  });
+}
+
+function tools(group, name) {
+  const bar = make("div", { className: "tools" });
+  bar.setAttribute("role", "toolbar");
+  bar.setAttribute("aria-label", `Zoom of ${name}`);
+  const buttons = [
+    ["+", "Zoom in", () => scaleBy(group, 0.5)], ["−", "Zoom out", () => scaleBy(group, 2)],
+    ["◀", "Earlier", () => pan(group, -0.5)], ["▶", "Later", () => pan(group, 0.5)], ["all", "Show all", () => showAll(group)],
+  ];
+  for (const [text, title, action] of buttons) {
+    const button = make("button", { type: "button", textContent: text, title });
+    button.setAttribute("aria-label", title);
+    button.addEventListener("click", action);
+    bar.append(button);
+  }
+  const readout = make("output");
+  bar.append(readout);
+  return [bar, readout];
+}
+
+// The number in a cell, as its table gives it or as it is written: `(1.2 ± 0.1)·10⁸`.
+function valueOf(cell) {
+  if (cell.dataset.sort != null) return Number(cell.dataset.sort);
+  if (!cell.classList.contains("number")) return null;
+  const text = cell.textContent.trim().replaceAll("−", "-");
+  const found = text.match(/^\(?(-?[\d.]+)(?: ± [\d.]+\)?)?(?:·10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+))?/);
+  if (!found) return null;
+  const power = (found[2] ?? "").replace(/./g, (c) => (c === "⁻" ? "-" : "⁰¹²³⁴⁵⁶⁷⁸⁹".indexOf(c)));
+  return Number(found[1]) * 10 ** Number(power);
+}
+
+function sortable(table) {
+  const heads = [...table.querySelectorAll("thead tr:last-child > *")];
+  const body = table.tBodies[0];
+  heads.forEach((head, j) => {
+    if (head.tagName !== "TH" || head.colSpan > 1 || body.rows.length < 2) return;
+    const button = make("button", { type: "button", title: "Sort" });
+    button.append(...head.childNodes);
+    head.append(button);
+    const by = (row) => valueOf(row.cells[j]) ?? row.cells[j].textContent.trim();
+    const isNumeric = [...body.rows].some((row) => valueOf(row.cells[j]) != null);
+    const compare = (a, b) => {
+      const [x, y] = [by(a), by(b)];
+      if (!isNumeric) return x.localeCompare(y, "en", { numeric: true });
+      const missing = (typeof x !== "number") - (typeof y !== "number");
+      return missing ? missing * Infinity : x - y;
+    };
+    button.addEventListener("click", () => {
+      const up = head.getAttribute("aria-sort") !== "ascending";
+      for (const other of heads) other.removeAttribute("aria-sort");
+      head.setAttribute("aria-sort", up ? "ascending" : "descending");
+      const order = (a, b) => { const c = compare(a, b); return Math.abs(c) === Infinity ? c : up ? c : -c; };
+      body.append(...[...body.rows].sort(order));
+    });
+  });
+}
+
+// ---- light and dark ----
+
+const repaints = [];
+function repaint() {
+  for (const paint of repaints) paint();
+  for (const { plots } of groups.values()) for (const plot of plots) plot.redraw(false, true);
+}
+function themes() {
+  const names = ["auto", "light", "dark"];
+  let chosen = 0;
+  const button = make("button", { type: "button", className: "theme" });
+  const show = () => {
+    button.textContent = `Colours: ${names[chosen]}`;
+    if (chosen) root.dataset.theme = names[chosen]; else delete root.dataset.theme;
+    repaint();
+  };
+  button.addEventListener("click", () => { chosen = (chosen + 1) % 3; show(); });
+  show();
+  darkness.addEventListener("change", repaint);
+  return button;
+}
+
+// ---- all of it ----
+
+root.classList.add("live");
+const main = document.querySelector("main");
+main.prepend(themes());
+main.append(status);
+document.querySelectorAll("table.sortable").forEach(sortable);
+for (const figure of figures) {
+  const group = groupOf(figure.link);
+  for (const panel of figure.panels) {
+    for (const one of [...panel.series, ...panel.envelopes]) group.full = range(columns[one.x], group.full);
+    group.hasDots ||= panel.series.some((one) => one.style === "dots");
+  }
+}
+for (const group of groups.values()) {
+  if (!(group.full[1] > group.full[0])) {
+    const middle = isFinite(group.full[0]) ? group.full[0] : 0;
+    group.full = [middle - 0.5, middle + 0.5];
+  }
+  // Dots on the border are drawn whole.
+  const room = group.hasDots ? 0.02 * (group.full[1] - group.full[0]) : 0;
+  group.full = [group.full[0] - room, group.full[1] + room];
+  group.at = [...group.full];
+}
+const drawn = new Map();
+const nearby = new IntersectionObserver((entries) => {
+  for (const { isIntersecting, target } of entries) {
+    if (!isIntersecting) continue;
+    nearby.unobserve(target);
+    drawn.get(target)();
+  }
+  // What is in sight answers.
+  if (!performance.getEntriesByName("interactive").length) requestAnimationFrame(() => performance.mark("interactive"));
+}, { rootMargin: "400px" });
+document.querySelectorAll("figure.chart").forEach((element) => {
+  const figure = figures[Number(element.dataset.figure)];
+  const group = groupOf(figure.link);
+  const name = element.closest("section")?.querySelector("h2")?.textContent ?? figure.x;
+  const [bar, readout] = tools(group, name);
+  const panels = element.querySelector(".panels");
+  panels.hidden = false;
+  panels.before(bar);
+  const tell = (x) => { readout.textContent = x == null ? "" : `${figure.x}: ${shown(x, decimalsOf((group.full[1] - group.full[0]) * 1e-5))}`; };
+  [...panels.children].forEach((child, i) => {
+    drawn.set(child, () => draw(figure, figure.panels[i], child, group, tell));
+    nearby.observe(child);
+  });
+});
+})();

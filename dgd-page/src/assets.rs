@@ -1,0 +1,49 @@
+//! What is in every page: the style sheet, the script, and uPlot.
+
+/// What draws curves: uPlot 1.6.32.
+const UPLOT: &str = include_str!("../assets/uPlot.iife.min.js");
+const UPLOT_STYLE: &str = include_str!("../assets/uPlot.min.css");
+const UPLOT_LICENCE: &str = include_str!("../assets/uPlot.LICENSE");
+const SCRIPT: &str = include_str!("../assets/page.js");
+const STYLE: &str = include_str!("../assets/page.css");
+
+/// The one style sheet of a page.
+pub(crate) fn style() -> String {
+    format!("\n{}\n{STYLE}", UPLOT_STYLE.trim())
+}
+
+/// The one script of a page, with the licence of what others wrote of it.
+pub(crate) fn script() -> String {
+    format!("\n/*!\n{}\n*/\n{}\n{SCRIPT}", UPLOT_LICENCE.trim(), UPLOT.trim())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hash::{hex, sha256};
+
+    #[test]
+    fn what_others_wrote_is_as_they_published_it() {
+        for (text, digest) in [
+            (UPLOT, "19c8d4c6ad88929a79f4ae49d6f7161566dfd0ba3d15cc495e974f787eb78f1f"),
+            (UPLOT_STYLE, "df630c6a8d6f8eeaff264b50f73ce5b114f646ffd9a0bb74f049b0a00135fa04"),
+            (UPLOT_LICENCE, "8f989229699b4fe2f1a0432d0e9edc338a8a911e250e2d1b01ecd770a5f5b1bd"),
+        ] {
+            assert_eq!(hex(&sha256(text.as_bytes())), digest);
+        }
+    }
+
+    #[test]
+    fn nothing_ends_the_elements_that_they_stand_in() {
+        for text in [style(), script()] {
+            for end in ["</script", "</style", "<!--"] {
+                assert!(!text.to_ascii_lowercase().contains(end), "{end}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_page_without_data_has_less_than_150_kilobytes() {
+        assert!(style().len() + script().len() < 120_000);
+    }
+}

@@ -1,0 +1,295 @@
+//! A figure in a page: as a picture to read and print, and as numbers to zoom into.
+
+use std::fmt::Write;
+
+use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text, render_svg};
+
+use crate::columns::Columns;
+use crate::markup::{Markup, escaped};
+
+/// Which figures of a page are zoomed together, with one cursor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Link<'a> {
+    /// Those of one name, whose abscissas mean the same.
+    With(&'a str),
+    /// Its own panels alone.
+    Alone,
+}
+
+/// Figures of a page, and their numbers.
+#[derive(Debug, Default)]
+pub(crate) struct Charts {
+    columns: Columns,
+    figures: Vec<String>,
+}
+
+impl Charts {
+    /// A figure under what explains it.
+    pub(crate) fn add(&mut self, figure: &Figure, link: Link<'_>, caption: &Markup) -> Markup {
+        let number = self.figures.len();
+        let json = self.json(figure, number, link);
+        self.figures.push(json);
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = write_figure(&mut text, figure, number, caption);
+        Markup::trusted(text)
+    }
+
+    /// What the script reads: safe inside its element, whatever the names are.
+    pub(crate) fn to_json(&self) -> String {
+        format!(
+            "{{\"columns\":{},\n\"figures\":[{}]}}",
+            self.columns.to_json(),
+            self.figures.join(",\n")
+        )
+    }
+
+    fn json(&mut self, figure: &Figure, number: usize, link: Link<'_>) -> String {
+        let panels: Vec<String> = figure.panels.iter().map(|panel| self.panel(panel)).collect();
+        let link = match link {
+            Link::With(name) => format!("with {name}"),
+            Link::Alone => format!("alone {number}"),
+        };
+        format!(
+            "{{\"link\":{},\"x\":{},\"panels\":[{}]}}",
+            json_string(&link),
+            json_string(&plain(&figure.x_label)),
+            panels.join(",")
+        )
+    }
+
+    fn panel(&mut self, panel: &Panel) -> String {
+        let mut series = Vec::with_capacity(panel.series.len());
+        for (one, look) in panel.series.iter().zip(panel.looks()) {
+            let style = match one.style {
+                Style::Line => "line",
+                Style::ThinLine => "thin",
+                Style::Dots => "dots",
+            };
+            let length = one.x.len().min(one.y.len());
+            let x = self.columns.add(&one.x[..length], true);
+            let y = self.columns.add(&one.y[..length], false);
+            let name = json_string(&one.name.to_plain());
+            let (light, dark) = (hex(look.colour), hex(on_dark(look.colour)));
+            let dashes: Vec<String> = look.dashes.iter().map(ToString::to_string).collect();
+            let dashes = dashes.join(",");
+            series.push(format!(
+                "{{\"name\":{name},\"style\":\"{style}\",\"colours\":[\"{light}\",\"{dark}\"],\"dashes\":[{dashes}],\"x\":{x},\"y\":{y}}}"
+            ));
+        }
+        let envelopes: Vec<String> =
+            panel.envelopes.iter().map(|envelope| self.envelope(envelope)).collect();
+        let bands: Vec<String> = (panel.bands.iter())
+            .map(|band| format!("[{},{}]", finite(band.from), finite(band.to)))
+            .collect();
+        format!(
+            "{{\"title\":{},\"unit\":{},\"series\":[{}],\"envelopes\":[{}],\"bands\":[{}]}}",
+            json_string(&panel.title.to_plain()),
+            json_string(&unit(&panel.y_label)),
+            series.join(","),
+            envelopes.join(","),
+            bands.join(",")
+        )
+    }
+
+    fn envelope(&mut self, envelope: &Envelope) -> String {
+        let length = envelope.x.len().min(envelope.low.len()).min(envelope.high.len());
+        let x = self.columns.add(&envelope.x[..length], true);
+        let low = self.columns.add(&envelope.low[..length], false);
+        let high = self.columns.add(&envelope.high[..length], false);
+        let around = envelope.around.map_or_else(|| "null".to_owned(), |i| i.to_string());
+        format!("{{\"x\":{x},\"low\":{low},\"high\":{high},\"around\":{around}}}")
+    }
+}
+
+/// The picture, and beside it the places that the script fills: titles, curves, and the value of each at the cursor.
+fn write_figure(
+    text: &mut String,
+    figure: &Figure,
+    number: usize,
+    caption: &Markup,
+) -> std::fmt::Result {
+    writeln!(text, "<figure class=\"chart\" data-figure=\"{number}\">")?;
+    if !caption.is_empty() {
+        writeln!(text, "<figcaption class=\"caption\">{caption}</figcaption>")?;
+    }
+    writeln!(
+        text,
+        "<div class=\"picture\" role=\"img\" aria-label=\"{}\">\n{}</div>",
+        escaped(&in_words(figure)),
+        render_svg(figure)
+    )?;
+    let class = if figure.columns > 1 { "panels" } else { "panels one" };
+    writeln!(text, "<div class=\"{class}\" hidden>")?;
+    for panel in &figure.panels {
+        let title = Markup::from(&panel.title);
+        let unit = Markup::from(&panel.y_label);
+        let told = escaped(&panel_in_words(panel));
+        writeln!(text, "<div class=\"panel\" role=\"group\" aria-label=\"{told}\">")?;
+        writeln!(text, "<p class=\"title\">{title} <span class=\"unit\">{unit}</span></p>")?;
+        writeln!(text, "<div class=\"plot\"></div>\n<ul class=\"keys\">")?;
+        for series in &panel.series {
+            let name = Markup::from(&series.name);
+            writeln!(text, "<li class=\"key\"><i></i><span>{name}</span> <output></output></li>")?;
+        }
+        for envelope in &panel.envelopes {
+            if !envelope.name.is_empty() {
+                let name = Markup::from(&envelope.name);
+                writeln!(text, "<li class=\"key area\"><i></i><span>{name}</span></li>")?;
+            }
+        }
+        writeln!(text, "</ul>\n</div>")?;
+    }
+    writeln!(text, "</div>\n</figure>")
+}
+
+/// What the figure shows, for those who do not see it.
+fn in_words(figure: &Figure) -> String {
+    let title = plain(&figure.title);
+    let panels: Vec<String> = figure.panels.iter().map(panel_in_words).collect();
+    let all = figure.panels.iter().flat_map(|panel| &panel.series).flat_map(|series| &series.x);
+    let over = match range(all) {
+        Some((low, high)) => {
+            format!("over {} from {} to {}", plain(&figure.x_label), told(low), told(high))
+        }
+        None => format!("over {}", plain(&figure.x_label)),
+    };
+    let first = if title.is_empty() { String::new() } else { format!("{title}: ") };
+    format!("{first}{over}. {}", panels.join(" "))
+}
+
+fn panel_in_words(panel: &Panel) -> String {
+    let series: Vec<String> = panel.series.iter().map(series_in_words).collect();
+    let subject = format!("{} {}", plain(&panel.title), plain(&panel.y_label));
+    let subject = subject.trim();
+    match series.as_slice() {
+        [] => format!("{subject}: no curves."),
+        _ => format!("{subject}: {}.", series.join("; ")),
+    }
+}
+
+fn series_in_words(series: &Series) -> String {
+    let name = plain(&series.name);
+    let name = if name.is_empty() { "values".to_owned() } else { name };
+    match range(series.y.iter()) {
+        Some((low, high)) => format!("{name} between {} and {}", told(low), told(high)),
+        None => format!("{name} without values"),
+    }
+}
+
+fn range<'a>(values: impl Iterator<Item = &'a f64>) -> Option<(f64, f64)> {
+    values.filter(|value| value.is_finite()).fold(None, |range, &value| {
+        let (low, high) = range.unwrap_or((value, value));
+        Some((low.min(value), high.max(value)))
+    })
+}
+
+/// Four digits, as one says them.
+fn told(value: f64) -> String {
+    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    if rounded != 0.0 && !(1e-4..1e6).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        rounded.to_string()
+    }
+}
+
+fn plain(text: &Text) -> String {
+    text.to_plain().trim().to_owned()
+}
+
+/// The unit in the brackets of a label.
+fn unit(label: &Text) -> String {
+    let label = plain(label);
+    let unit = label.rsplit_once('[').map_or("", |(_, unit)| unit.trim_end_matches(']'));
+    if unit == "–" { String::new() } else { unit.to_owned() }
+}
+
+fn finite(value: f64) -> String {
+    if value.is_finite() { format!("{value:e}") } else { "null".to_owned() }
+}
+
+fn hex([red, green, blue]: [u8; 3]) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+/// The same colour where the page is dark: those that would be too dark have white mixed in.
+fn on_dark(colour: [u8; 3]) -> [u8; 3] {
+    let [red, green, blue] = colour.map(f64::from);
+    // Luma of ITU-R BT.601, 0 … 255.
+    let luma = 0.299 * red + 0.587 * green + 0.114 * blue;
+    let white = ((150.0 - luma) / (255.0 - luma).max(1.0)).clamp(0.0, 0.85);
+    colour.map(|part| (f64::from(part) + white * (255.0 - f64::from(part))).round() as u8)
+}
+
+/// A string of JSON that cannot end the element it stands in.
+pub(crate) fn json_string(text: &str) -> String {
+    let mut json = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' => json.push_str("\\\""),
+            '\\' => json.push_str("\\\\"),
+            '<' | '>' | '&' | '\u{2028}' | '\u{2029}' | '\u{0}'..='\u{1f}' => {
+                // Writing to a string cannot fail.
+                let _ = write!(json, "\\u{:04x}", u32::from(c));
+            }
+            _ => json.push(c),
+        }
+    }
+    json.push('"');
+    json
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figure(name: &str) -> Figure {
+        let series = Series {
+            name: Text::plain(name),
+            style: Style::Line,
+            x: vec![0.0, 1.0],
+            y: vec![2.0, f64::NAN],
+        };
+        let panel = Panel {
+            title: Text::plain(name),
+            y_label: Text::default().with_unit("m^3/s"),
+            series: vec![series],
+            ..Panel::default()
+        };
+        Figure::new(Text::plain("Time").with_unit("s"), vec![panel])
+    }
+
+    #[test]
+    fn names_are_data_and_never_markup() {
+        let hostile = "</script><script>alert(1)</script>\u{2028}\"'";
+        let mut charts = Charts::default();
+        let markup = charts.add(&figure(hostile), Link::With(hostile), &Markup::default());
+        let json = charts.to_json();
+        assert!(!json.contains('<') && !json.contains('\u{2028}'), "{json}");
+        assert!(json.contains("\\u003c/script\\u003e\\u003cscript\\u003ealert(1)"), "{json}");
+        assert!(!markup.as_str().contains("<script"), "{markup}");
+        assert!(markup.as_str().contains("&lt;/script&gt;"), "{markup}");
+    }
+
+    #[test]
+    fn a_figure_is_told_in_words_with_its_units() {
+        let words = in_words(&figure("q"));
+        assert_eq!(words, "over Time [s] from 0 to 1. q [m³/s]: q between 2 and 2.");
+        let json = Charts::default().json(&figure("q"), 3, Link::Alone);
+        assert!(json.contains("\"unit\":\"m³/s\"") && json.contains("\"alone 3\""), "{json}");
+    }
+
+    #[test]
+    fn colours_on_dark_stay_apart_and_can_be_seen() {
+        let panel =
+            Panel { series: vec![figure("x").panels[0].series[0].clone(); 7], ..Panel::default() };
+        let dark: Vec<[u8; 3]> =
+            panel.looks().into_iter().map(|look| on_dark(look.colour)).collect();
+        for (i, colour) in dark.iter().enumerate() {
+            let [red, green, blue] = colour.map(f64::from);
+            assert!(0.299 * red + 0.587 * green + 0.114 * blue > 145.0, "{colour:?}");
+            assert!(dark[..i].iter().all(|other| other != colour), "{colour:?}");
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Text that may stand in a page: what comes from outside is escaped on the way in.
+
+use std::fmt;
+
+use dgd_plot::Text;
+
+/// A piece of a page.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Markup(String);
+
+impl Markup {
+    /// Text as it stands.
+    pub fn text(text: &str) -> Markup {
+        Markup(escaped(text))
+    }
+
+    /// A name in the model's or the machine's spelling.
+    pub fn code(text: &str) -> Markup {
+        Markup(format!("<code>{}</code>", escaped(text)))
+    }
+
+    /// A sentence in which what stands between backticks is code.
+    pub fn prose(sentence: &str) -> Markup {
+        let pieces = sentence.split('`').enumerate();
+        Markup(
+            pieces
+                .map(
+                    |(index, piece)| {
+                        if index % 2 == 1 { Markup::code(piece).0 } else { escaped(piece) }
+                    },
+                )
+                .collect(),
+        )
+    }
+
+    /// What is markup already, and has no text from outside that was not escaped.
+    pub fn trusted(markup: impl Into<String>) -> Markup {
+        Markup(markup.into())
+    }
+
+    /// A paragraph of it.
+    #[must_use]
+    pub fn paragraph(&self) -> Markup {
+        Markup(format!("<p>{}</p>\n", self.0))
+    }
+
+    /// A paragraph in small print under a table or a figure.
+    #[must_use]
+    pub fn caption(&self) -> Markup {
+        Markup(format!("<p class=\"caption\">{}</p>\n", self.0))
+    }
+
+    /// A list of such pieces.
+    pub fn list(items: &[Markup]) -> Markup {
+        let items: Vec<String> = items.iter().map(|item| format!("<li>{item}</li>\n")).collect();
+        Markup(format!("<ul>\n{}</ul>\n", items.concat()))
+    }
+
+    /// Names and what there is to say of each.
+    pub fn definitions(rows: &[(Markup, Markup)]) -> Markup {
+        if rows.is_empty() {
+            return Markup::default();
+        }
+        let row = |(name, value): &(Markup, Markup)| format!("<dt>{name}</dt><dd>{value}</dd>\n");
+        let rows: Vec<String> = rows.iter().map(row).collect();
+        Markup(format!("<dl>\n{}</dl>\n", rows.concat()))
+    }
+
+    /// A stretch of the page under a heading.
+    pub fn section(heading: &Markup, body: &[Markup]) -> Markup {
+        let body: String = body.iter().map(|piece| piece.0.as_str()).collect();
+        Markup(format!("<section>\n<h2>{heading}</h2>\n{body}</section>\n"))
+    }
+
+    /// Puts another piece behind this one.
+    #[must_use]
+    pub fn then(mut self, next: &Markup) -> Markup {
+        self.0.push_str(&next.0);
+        self
+    }
+
+    /// Whether nothing is there.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// As it stands in the page.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for Markup {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl From<&Text> for Markup {
+    fn from(text: &Text) -> Markup {
+        Markup(text.to_html())
+    }
+}
+
+/// Text between tags or within the quotes of an attribute.
+pub(crate) fn escaped(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            '\'' => safe.push_str("&#39;"),
+            _ => safe.push(c),
+        }
+    }
+    safe
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_from_outside_is_escaped_and_backticks_are_code() {
+        let hostile = "</script><img src=x onerror='alert(1)'>\"&";
+        let safe = "&lt;/script&gt;&lt;img src=x onerror=&#39;alert(1)&#39;&gt;&quot;&amp;";
+        assert_eq!(Markup::text(hostile).as_str(), safe);
+        assert_eq!(Markup::code(hostile).as_str(), format!("<code>{safe}</code>"));
+        assert_eq!(
+            Markup::prose("of `a<b` less `c`").as_str(),
+            "of <code>a&lt;b</code> less <code>c</code>"
+        );
+    }
+}

@@ -1,0 +1,207 @@
+//! A page: its head, its pieces, and what it was made of.
+
+use std::fmt::Write;
+
+use dgd_plot::Figure;
+
+use crate::assets;
+use crate::chart::{Charts, Link};
+use crate::hash::{base64, sha256};
+use crate::markup::{Markup, escaped};
+
+/// What a headline says, at a glance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tone {
+    /// All is well.
+    Good,
+    /// Something is wrong, or not known.
+    Doubt,
+    /// There is nothing to judge.
+    Plain,
+}
+
+/// What a page was made of, and by what.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Origin {
+    /// The command line that makes it again.
+    pub command: String,
+    /// Version of dgd.
+    pub version: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Digest of the model.
+    pub model: Option<String>,
+    /// The data files with their digests.
+    pub data: Vec<(String, Option<String>)>,
+}
+
+/// A page that grows from top to bottom.
+#[derive(Debug)]
+pub struct Page {
+    title: String,
+    body: String,
+    charts: Charts,
+}
+
+impl Page {
+    /// An empty page; the title is that of the window.
+    pub fn new(title: &str) -> Page {
+        Page { title: title.to_owned(), body: String::new(), charts: Charts::default() }
+    }
+
+    /// What the page is about, its one sentence, and what follows it on the first screen.
+    pub fn push_header(&mut self, kind: &Markup, headline: &Markup, tone: Tone, more: &[Markup]) {
+        let tone = match tone {
+            Tone::Good => "good",
+            Tone::Doubt => "doubt",
+            Tone::Plain => "plain",
+        };
+        let more: String = more.iter().map(Markup::as_str).collect();
+        // Writing to a string cannot fail.
+        let _ = write!(
+            self.body,
+            "<div class=\"lead\">\n<p class=\"kind\">{kind}</p>\n<h1 class=\"{tone}\">{headline}</h1>\n{more}</div>\n"
+        );
+    }
+
+    /// A piece as it is.
+    pub fn push(&mut self, piece: &Markup) {
+        self.body.push_str(piece.as_str());
+    }
+
+    /// A stretch under a heading; nothing where it has no contents.
+    pub fn push_section(&mut self, heading: &str, body: &[Markup]) {
+        if body.iter().any(|piece| !piece.is_empty()) {
+            let section = Markup::section(&Markup::prose(heading), body);
+            self.push(&section);
+        }
+    }
+
+    /// A figure as a piece of this page, with zoom and cursors.
+    #[must_use]
+    pub fn chart(&mut self, figure: &Figure, link: Link<'_>, caption: &Markup) -> Markup {
+        if figure.panels.is_empty() {
+            return Markup::default();
+        }
+        self.charts.add(figure, link, caption)
+    }
+
+    /// The document.
+    pub fn finish(self, origin: &Origin) -> String {
+        let (style, script) = (assets::style(), assets::script());
+        let hash = |text: &str| format!("'sha256-{}'", base64(&sha256(text.as_bytes())));
+        let policy = format!(
+            "default-src 'none'; script-src {}; style-src {}; base-uri 'none'; form-action 'none'",
+            hash(&script),
+            hash(&style)
+        );
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = write!(
+            text,
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta name=\"generator\" content=\"dgd {}\">\n\
+             <title>{}</title>\n<style>{style}</style>\n</head>\n<body>\n<main>\n{}{}</main>\n\
+             <script type=\"application/json\" id=\"data\">{}</script>\n<script>{script}</script>\n\
+             </body>\n</html>\n",
+            escaped(&origin.version),
+            escaped(&self.title),
+            self.body,
+            origin.to_markup(),
+            self.charts.to_json()
+        );
+        text
+    }
+}
+
+impl Origin {
+    fn to_markup(&self) -> Markup {
+        let row = |name: &str, value: Markup| (Markup::text(name), value);
+        let mut rows = vec![
+            row("dgd", Markup::text(&self.version)),
+            row("seed", Markup::text(&self.seed.to_string())),
+        ];
+        rows.extend(self.model.iter().map(|model| row("model", Markup::code(model))));
+        for (file, digest) in &self.data {
+            let digest = digest.as_ref().map(|one| Markup::text(" ").then(&Markup::code(one)));
+            rows.push(row("data", Markup::code(file).then(&digest.unwrap_or_default())));
+        }
+        let command = if self.command.is_empty() {
+            String::new()
+        } else {
+            format!("<pre tabindex=\"0\">{}</pre>\n", escaped(&self.command))
+        };
+        let body = [Markup::trusted(command), Markup::definitions(&rows)];
+        Markup::section(&Markup::text("To do it again"), &body)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dgd_plot::{Panel, Series, Style, Text};
+
+    use super::*;
+
+    fn hostile() -> String {
+        let name = "</script><script>alert(1)</script><img src=x onerror=alert(2)>";
+        let series = Series {
+            name: Text::plain(name),
+            style: Style::Dots,
+            x: vec![0.0, 1.0, 2.0],
+            y: vec![1.0, 2.0, 3.0],
+        };
+        let panel = Panel { title: Text::name(name), series: vec![series], ..Panel::default() };
+        let mut page = Page::new(name);
+        let name = Markup::code(name);
+        page.push_header(&name, &name, Tone::Good, &[name.paragraph()]);
+        let chart = page.chart(&Figure::new(Text::plain("x"), vec![panel]), Link::Alone, &name);
+        page.push_section("Curves of `<b>`", &[chart]);
+        page.push_section("Nothing", &[Markup::default()]);
+        let name = name.to_string();
+        page.finish(&Origin {
+            command: "dgd simulate '</script><script>'".to_owned(),
+            version: "0.1.0".to_owned(),
+            model: Some(name.clone()),
+            data: vec![(name, None)],
+            ..Origin::default()
+        })
+    }
+
+    #[test]
+    fn a_page_has_two_scripts_whatever_the_names_are() {
+        let page = hostile();
+        assert_eq!(page.matches("<script").count(), 2, "one of data, one of code");
+        assert_eq!(page.matches("</script>").count(), 2);
+        assert!(!page.contains("<img") && !page.contains("Nothing</h2>"));
+        assert!(page.contains("<h2>Curves of <code>&lt;b&gt;</code></h2>"));
+    }
+
+    /// What stands between the first occurrences of two texts.
+    fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
+        let rest = text.split_once(from).map_or("", |(_, rest)| rest);
+        rest.split_once(to).map_or("", |(inner, _)| inner)
+    }
+
+    #[test]
+    fn the_policy_allows_what_is_in_the_page_and_nothing_else() {
+        let page = hostile();
+        let policy = between(&page, "Content-Security-Policy\" content=\"", "\"");
+        for (element, end) in [("<script>", "</script>"), ("<style>", "</style>")] {
+            let hash = base64(&sha256(between(&page, element, end).as_bytes()));
+            assert!(policy.contains(&format!("'sha256-{hash}'")), "{element} {policy}");
+        }
+        assert!(policy.starts_with("default-src 'none';") && !policy.contains("unsafe"));
+        // Nothing is fetched, and no attribute is a style or a script, which the policy would refuse.
+        let body = between(&page, "<body>", "<script>");
+        let tags = body.split('<').filter_map(|piece| piece.split_once('>'));
+        for (tag, _) in tags {
+            // What stands between quotes is text.
+            let names: Vec<&str> = tag.split('"').step_by(2).collect();
+            for refused in [" style=", " on", " src=", " href="] {
+                assert!(!names.concat().contains(refused), "{tag}");
+            }
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! What is compared, as a user names it.
+//!
+//! | text | what |
+//! |---|---|
+//! | `m.dgd` | a model |
+//! | `m.dgd@flow=static` | the model with a choice of a variant |
+//! | `m.dgd+leak` | the model with an effect, named as for `--apply` |
+//! | `fitted` | a folder of results: the fitted or corrected model in it |
+
+use std::path::{Path, PathBuf};
+
+use dgd_data::FileSystem;
+
+use crate::error::WorkError;
+use crate::request::Choices;
+
+/// Endings of models.
+const ENDING: &str = ".dgd";
+
+/// A model and what is chosen of it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Named {
+    /// As it was typed.
+    pub name: String,
+    pub model: PathBuf,
+    pub choices: Choices,
+}
+
+/// The model file or the folder that a contender names.
+pub fn model_of(text: &str) -> PathBuf {
+    PathBuf::from(split(text).0)
+}
+
+/// The path, and the choices behind it.
+fn split(text: &str) -> (&str, &str) {
+    let ends = text.match_indices(ENDING).map(|(at, _)| at + ENDING.len());
+    let mut ends = ends.filter(|end| text[*end..].starts_with(['@', '+']));
+    ends.next().map_or((text, ""), |end| text.split_at(end))
+}
+
+/// All contenders, at least two, each once.
+pub(super) fn all(texts: &[String], files: &dyn FileSystem) -> Result<Vec<Named>, WorkError> {
+    if texts.len() < 2 {
+        let message = "`compare` needs two contenders or more: models, or folders of results";
+        return Err(WorkError::Usage(message.to_owned()));
+    }
+    let named: Vec<Named> =
+        texts.iter().map(|text| named(text, files)).collect::<Result<_, WorkError>>()?;
+    for (k, one) in named.iter().enumerate() {
+        if named[..k]
+            .iter()
+            .any(|other| (&other.model, &other.choices) == (&one.model, &one.choices))
+        {
+            return Err(WorkError::Usage(format!("`{}` is there twice", one.name)));
+        }
+    }
+    Ok(named)
+}
+
+fn named(text: &str, files: &dyn FileSystem) -> Result<Named, WorkError> {
+    let (path, rest) = split(text);
+    let mut choices = Choices::default();
+    let mut rest = rest;
+    while let Some(sign) = rest.chars().next() {
+        let end = rest[1..].find(['@', '+']).map_or(rest.len(), |end| end + 1);
+        let word = rest[1..end].trim().to_owned();
+        if word.is_empty() {
+            let message = format!("`{text}`: nothing stands behind `{sign}`");
+            return Err(WorkError::Usage(message));
+        }
+        if sign == '@' {
+            choices.variant.push(word);
+        } else {
+            choices.apply.push(word);
+        }
+        rest = &rest[end..];
+    }
+    let model = if files.is_folder(Path::new(path)) {
+        model_in(Path::new(path), files)?
+    } else {
+        PathBuf::from(path)
+    };
+    Ok(Named { name: text.to_owned(), model, choices })
+}
+
+/// The one model in a folder of results: effects and formulas that were only described are not it.
+fn model_in(folder: &Path, files: &dyn FileSystem) -> Result<PathBuf, WorkError> {
+    let name = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
+    let is_model = |path: &PathBuf| {
+        name(path).is_some_and(|name| {
+            let is_apart = name.starts_with("described_") || name.starts_with("law_");
+            name.ends_with(ENDING) && !is_apart
+        })
+    };
+    let entries = files.entries(folder).into_iter().filter(|entry| !entry.is_folder);
+    let mut models: Vec<PathBuf> = entries.map(|entry| entry.path).filter(is_model).collect();
+    models.sort();
+    match models.as_slice() {
+        [one] => Ok(one.clone()),
+        [] => Err(WorkError::Found(format!(
+            "`{}` has no model: name a folder that `dgd fit -o` or `dgd discover -o` has written",
+            folder.display()
+        ))),
+        several => Err(WorkError::Found(format!(
+            "`{}` has {} models: name one of them",
+            folder.display(),
+            several.len()
+        ))),
+    }
+}
+
+impl Named {
+    /// Whether this is the other one without some of its effects.
+    pub(super) fn is_within(&self, other: &Named) -> bool {
+        let effects = &other.choices.apply;
+        self.model == other.model
+            && self.choices.variant == other.choices.variant
+            && self.choices.apply.len() < effects.len()
+            && self.choices.apply.iter().all(|effect| effects.contains(effect))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dgd_data::InMemory;
+
+    use super::*;
+
+    #[test]
+    fn variants_and_effects_stand_behind_the_model() {
+        let files = InMemory::default()
+            .with("out/tank.dgd", "")
+            .with("out/law_1.dgd", "")
+            .with("out/result.json", "")
+            .with("two/a.dgd", "")
+            .with("two/b.dgd", "");
+        let of = |text: &str| named(text, &files).unwrap_or_else(|error| panic!("{error}"));
+        let both = of("a/m.dgd@flow=static+leak(T, heat)+effects/x.dgd");
+        assert_eq!(both.model, Path::new("a/m.dgd"));
+        assert_eq!(both.choices.variant, ["flow=static"]);
+        assert_eq!(both.choices.apply, ["leak(T, heat)", "effects/x.dgd"]);
+        assert_eq!(of("out").model, Path::new("out/tank.dgd"));
+        assert!(named("two", &files).is_err() && named("m.dgd+", &files).is_err());
+        assert!(all(&["m.dgd".into(), "m.dgd".into()], &files).is_err());
+        assert!(all(&["m.dgd".into()], &files).is_err());
+        let one = of("a/m.dgd@flow=static+leak(T, heat)");
+        assert!(one.is_within(&both) && !both.is_within(&one) && !one.is_within(&one));
+        assert!(!of("a/m.dgd+leak(T, heat)").is_within(&both), "another variant");
+        assert_eq!(model_of("a/m.dgd+effects/x.dgd"), Path::new("a/m.dgd"));
+    }
+}

@@ -1,0 +1,72 @@
+//! One figure of a comparison: each output as measured and by each contender, and what is left.
+
+use dgd_plot::{Figure, Panel, Series, Style, Text};
+
+use super::Comparison;
+use crate::fit::page::traces::Trace;
+use crate::output::figure::{Line, Subject, beside};
+
+/// Of the first validation recording, or the first one of training.
+pub(super) fn figure(all: &Comparison) -> Figure {
+    let traces = &all.contenders[0].fitted.traces;
+    let shown = traces.iter().position(|trace| trace.is_valid).unwrap_or(0);
+    let Some(trace) = traces.get(shown) else { return Figure::new(Text::default(), Vec::new()) };
+    let title = format!("Measured and contenders, {}", trace.name);
+    Figure { title: Text::plain(&title), ..of_recording(all, shown) }
+}
+
+/// Of one recording; a line for each contender in the place of its label.
+pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
+    let (mut subjects, mut errors) = (Vec::new(), Vec::new());
+    for output in &all.common.outputs {
+        let trace = |k: usize| -> Option<(&Trace, usize, f64)> {
+            let (i, factor) = output.places[k];
+            Some((all.contenders[k].fitted.traces.get(recording)?, i, factor))
+        };
+        let Some((first, i, _)) = trace(0) else { continue };
+        let Some(measured) = &first.measured[i] else { continue };
+        let own = |k: usize| {
+            trace(k).map(|(trace, i, factor)| scaled(trace.residuals[i].as_ref(), factor))
+        };
+        let residuals: Vec<Vec<f64>> =
+            (0..all.contenders.len()).map(|k| own(k).unwrap_or_default()).collect();
+        let line = |name: &str, values: Vec<f64>, measured| Line {
+            name: Text::plain(name),
+            times: first.times.clone(),
+            values,
+            measured,
+        };
+        let unit = |k: usize, i: usize| &all.contenders[k].fitted.signature.outputs[i].unit;
+        let declared = unit(0, i);
+        let mut lines: Vec<Line> = Vec::with_capacity(all.contenders.len() + 1);
+        for (k, one) in all.contenders.iter().enumerate() {
+            let Some((own, i, _)) = trace(k) else { continue };
+            let in_first = |w: &f64| declared.from_si(w * unit(k, i).factor + unit(k, i).offset);
+            let values = own.simulated[i].iter().map(in_first).collect();
+            lines.push(line(&one.label, values, false));
+        }
+        lines.push(line("measured", measured.clone(), true));
+        subjects.push(Subject {
+            title: Text::name(&output.name),
+            unit: declared.symbol.to_string(),
+            lines,
+        });
+        let series = all.contenders.iter().zip(residuals).map(|(one, y)| Series {
+            name: Text::plain(&one.label),
+            style: Style::ThinLine,
+            x: first.times.clone(),
+            y,
+        });
+        errors.push(Panel {
+            title: Text::name(&output.name).then(Text::plain(", measured less simulated")),
+            y_label: Text::default().with_unit(&output.unit),
+            series: series.collect(),
+            ..Panel::default()
+        });
+    }
+    beside(&subjects, errors, Text::plain("Time").with_unit("s"))
+}
+
+fn scaled(residuals: Option<&Vec<f64>>, factor: f64) -> Vec<f64> {
+    residuals.into_iter().flatten().map(|e| e * factor).collect()
+}

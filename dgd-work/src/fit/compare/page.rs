@@ -1,0 +1,101 @@
+//! The page of a comparison: who does best, then tables and curves.
+
+use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
+
+use super::{Comparison, figure, summary};
+use crate::output::page::{count, name, number, origin, unit, words};
+
+pub(super) fn write(all: &Comparison) -> String {
+    let mut page = Page::new("Comparison");
+    let kind = Markup::text("Contenders, fitted to the same recordings");
+    let ratios: Vec<Markup> = summary::ratios(all).iter().map(|line| Markup::prose(line)).collect();
+    let ratios = if ratios.is_empty() { Markup::default() } else { Markup::list(&ratios) };
+    let sentence = Markup::prose(&summary::sentence(all));
+    page.push_header(&kind, &sentence, Tone::Plain, &[criteria(all), ratios]);
+    page.push_section("Errors of each output", &[outputs(all)]);
+    page.push_section("Parameters", &[parameters(all)]);
+    for (k, trace) in all.contenders[0].fitted.traces.iter().enumerate() {
+        let role = if trace.is_valid { "validation" } else { "training" };
+        let link = Link::With(&trace.name);
+        let chart = page.chart(&figure::of_recording(all, k), link, &Markup::default());
+        page.push_section(&format!("`{}`, {role}", trace.name), &[chart]);
+    }
+    page.finish(&origin(&all.provenance, &all.command))
+}
+
+fn criteria(all: &Comparison) -> Markup {
+    let head = [
+        "",
+        "contender",
+        "estimates",
+        "−2 ln L",
+        "AIC above least",
+        "BIC above least",
+        "errors, training",
+        "errors, validation",
+        "ended",
+    ];
+    let mut table = Table::new("Contenders", &head);
+    table.head[0] = Markup::text("label");
+    for (k, contender) in all.contenders.iter().enumerate() {
+        let entry = summary::entry(all, k);
+        let score = |key: &str| {
+            let value = entry[key].as_f64();
+            let shown = value.map_or_else(|| "–".to_owned(), |value| format!("{value:.1}"));
+            Cell::number(&shown.replace('-', "−"), value)
+        };
+        table.rows.push(vec![
+            words(&contender.label),
+            name(&contender.name),
+            count(contender.score.estimates),
+            score("deviance"),
+            score("aic_above_least"),
+            score("bic_above_least"),
+            number(all.relative_error(k, false), 3),
+            number(all.relative_error(k, true), 3),
+            words(entry["status"].as_str().unwrap_or_default()),
+        ]);
+    }
+    let note = "Estimates: parameters, start values, and a noise for each output. Errors: geometric mean over the outputs \
+                of root-mean-square errors over those of A.";
+    table.to_markup().then(&Markup::text(note).caption())
+}
+
+fn outputs(all: &Comparison) -> Markup {
+    let head = [
+        "output",
+        "contender",
+        "unit",
+        "rms, training",
+        "fit, training, %",
+        "rms, validation",
+        "fit, validation, %",
+    ];
+    let mut table = Table::new("Errors of each output", &head);
+    for (i, (output, symbol)) in all.outputs().enumerate() {
+        for (k, contender) in all.contenders.iter().enumerate() {
+            let mut row = vec![name(output), words(&contender.label), unit(symbol)];
+            for is_valid in [false, true] {
+                let agreement = all.agreement(k, i, is_valid);
+                row.push(number(agreement.map(|one| one.rms), 3));
+                row.push(number(agreement.and_then(|one| one.fit_percent), 4));
+            }
+            table.rows.push(row);
+        }
+    }
+    table.to_markup()
+}
+
+fn parameters(all: &Comparison) -> Markup {
+    let mut table = Table::new("Parameters", &["parameter", "unit"]);
+    table.head.extend(all.contenders.iter().map(|one| Markup::text(&one.label)));
+    for row in summary::parameters(all) {
+        let cell = |value: &Option<crate::output::quantity::Quantity>| match value {
+            Some(value) => Cell::number(&value.to_string(), Some(value.value())),
+            None => Cell::number("–", None),
+        };
+        let first = [name(&row.name), unit(&row.unit)];
+        table.rows.push(first.into_iter().chain(row.values.iter().map(cell)).collect());
+    }
+    table.to_markup()
+}

@@ -1,0 +1,74 @@
+//! Likelihood ratios of contenders of which one is a special case of the other.
+//!
+//! ```text
+//!   2 ln (L₁/L₀) ~ χ²   with as many degrees of freedom as the larger one has more estimates
+//! ```
+//!
+//! Source: Wilks, Ann. Math. Statist. 9 (1938) 60–62. Where the special case is at a bound of the larger one, the true
+//! probability is smaller (Self & Liang, J. Amer. Statist. Assoc. 82 (1987) 605–610).
+
+use dgd_screen::distribution::chi_square_tail;
+
+use super::contender::Named;
+use super::score::Score;
+
+/// Whether the larger of two contenders does better than chance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct LikelihoodRatio {
+    /// Position of the special case.
+    pub null: usize,
+    /// Position of the larger one.
+    pub alternative: usize,
+    /// 2 ln (L₁/L₀).
+    pub statistic: f64,
+    /// How many more estimates the larger one has.
+    pub degrees_of_freedom: usize,
+    /// Probability that the larger one does so much better by chance.
+    pub p_value: f64,
+}
+
+/// Of all pairs that are nested by their effects; of the first with each other one where the user says that it is a
+/// special case of them.
+pub(super) fn all(
+    named: &[Named],
+    scores: &[Score],
+    is_first_within: bool,
+) -> Vec<LikelihoodRatio> {
+    let mut found = Vec::new();
+    for (null, one) in named.iter().enumerate() {
+        for (alternative, other) in named.iter().enumerate() {
+            let is_nested =
+                one.is_within(other) || (is_first_within && null == 0 && alternative > 0);
+            if is_nested {
+                found.extend(of(null, alternative, scores));
+            }
+        }
+    }
+    found
+}
+
+fn of(null: usize, alternative: usize, scores: &[Score]) -> Option<LikelihoodRatio> {
+    let (small, large) = (&scores[null], &scores[alternative]);
+    let degrees_of_freedom = large.estimates.checked_sub(small.estimates).filter(|n| *n > 0)?;
+    let statistic = small.deviance? - large.deviance?;
+    let p_value = chi_square_tail(statistic, degrees_of_freedom as f64);
+    Some(LikelihoodRatio { null, alternative, statistic, degrees_of_freedom, p_value })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_is_nested_with_more_estimates_has_a_ratio() {
+        let score =
+            |deviance: f64, estimates| Score { deviance: Some(deviance), estimates, samples: 100 };
+        // χ²₂ beyond 5.991: one of twenty.
+        let scores = [score(105.991_464_5, 3), score(100.0, 5), score(90.0, 3)];
+        let found = of(0, 1, &scores).expect("a ratio");
+        assert!((found.p_value - 0.05).abs() < 1e-6 && found.degrees_of_freedom == 2, "{found:?}");
+        assert_eq!(of(0, 2, &scores), None);
+        assert_eq!(of(1, 0, &scores), None);
+    }
+}

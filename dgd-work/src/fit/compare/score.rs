@@ -1,0 +1,205 @@
+//! How well contenders do on the samples that all of them are judged by, and what that takes.
+//!
+//! ```text
+//!   −2 ln L = Σ n (ln(2π Σe²/n) + 1)      over the outputs, each with a noise of its own
+//!   AIC = −2 ln L + 2 k                   BIC = −2 ln L + k ln N
+//! ```
+//!
+//! k counts parameters and start values that were estimated, and a noise for each output; N all samples. Residuals
+//! are taken as white and normally distributed.
+//!
+//! Sources: Akaike, IEEE Trans. Automat. Contr. 19 (1974) 716–723; Schwarz, Ann. Statist. 6 (1978) 461–464.
+
+use std::f64::consts::PI;
+
+use crate::error::WorkError;
+use crate::fit::Fitted;
+use crate::fit::page::traces::Trace;
+use crate::output::agreement::Agreement;
+use crate::output::quantity::of_differences;
+
+/// An output that all contenders have.
+#[derive(Debug, Clone)]
+pub(super) struct CommonOutput {
+    pub name: String,
+    /// The unit of its errors: that of the first contender.
+    pub unit: String,
+    /// For each contender its position, and what its numbers are multiplied by to be in that unit.
+    pub places: Vec<(usize, f64)>,
+}
+
+/// Measured and left over, sample by sample, of one contender and one output.
+#[derive(Debug, Clone, Default)]
+struct Samples {
+    measured: Vec<f64>,
+    residuals: Vec<f64>,
+}
+
+/// The samples that all contenders are judged by.
+#[derive(Debug, Clone)]
+pub(super) struct Common {
+    pub outputs: Vec<CommonOutput>,
+    /// Of training and validation, by contender and output.
+    samples: [Vec<Vec<Samples>>; 2],
+}
+
+/// How well a contender does in training, and what that takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Score {
+    /// −2 ln L; none where an output is followed without any error.
+    pub deviance: Option<f64>,
+    /// Parameters, start values and noises that were estimated.
+    pub estimates: usize,
+    /// Samples of all outputs.
+    pub samples: usize,
+}
+
+impl Score {
+    /// Akaike's criterion.
+    pub fn aic(&self) -> Option<f64> {
+        Some(self.deviance? + 2.0 * self.estimates as f64)
+    }
+
+    /// Schwarz's criterion.
+    pub fn bic(&self) -> Option<f64> {
+        Some(self.deviance? + self.estimates as f64 * (self.samples as f64).ln())
+    }
+}
+
+impl Common {
+    /// Of fits to the same recordings.
+    pub(super) fn of(fits: &[Fitted]) -> Result<Common, WorkError> {
+        let first = &fits[0];
+        verify_recordings(fits)?;
+        let is_measured = |i: usize| {
+            first.traces.iter().any(|trace| !trace.is_valid && trace.measured[i].is_some())
+        };
+        let outputs = first.signature.outputs.iter().enumerate();
+        let outputs = outputs.filter(|(i, _)| is_measured(*i)).filter_map(|(_, output)| {
+            let place = |fitted: &Fitted| {
+                let mut all = fitted.signature.outputs.iter();
+                let i = all.position(|other| other.name == output.name)?;
+                let own = &fitted.signature.outputs[i].unit;
+                Some((i, own.factor / output.unit.factor))
+            };
+            let places: Option<Vec<(usize, f64)>> = fits.iter().map(place).collect();
+            let unit = of_differences(&output.unit).symbol.to_string();
+            Some(CommonOutput { name: output.name.to_string(), unit, places: places? })
+        });
+        let outputs: Vec<CommonOutput> = outputs.collect();
+        if outputs.is_empty() {
+            let message =
+                "no output that all contenders have was measured: nothing can be compared";
+            return Err(WorkError::Found(message.to_owned()));
+        }
+        let samples = [false, true].map(|is_valid| {
+            let of = |k: usize| -> Vec<Samples> {
+                outputs.iter().map(|output| samples(fits, output, k, is_valid)).collect()
+            };
+            (0..fits.len()).map(of).collect()
+        });
+        Ok(Common { outputs, samples })
+    }
+
+    /// Training samples of all outputs.
+    pub(super) fn samples(&self) -> usize {
+        self.samples[0][0].iter().map(|one| one.residuals.len()).sum()
+    }
+
+    /// Of a contender of which so many parameters and start values were estimated.
+    pub(super) fn score(&self, contender: usize, estimates: usize) -> Score {
+        let deviance = deviance(self.samples[0][contender].iter().map(|one| &*one.residuals));
+        Score { deviance, estimates: estimates + self.outputs.len(), samples: self.samples() }
+    }
+
+    pub(super) fn agreement(
+        &self,
+        contender: usize,
+        output: usize,
+        is_valid: bool,
+    ) -> Option<Agreement> {
+        let Samples { measured, residuals } =
+            &self.samples[usize::from(is_valid)][contender][output];
+        Agreement::of(measured.iter().zip(residuals).map(|(y, e)| (*y, y - e)))
+    }
+}
+
+/// −2 ln L of residuals, output by output.
+fn deviance<'a>(outputs: impl Iterator<Item = &'a [f64]>) -> Option<f64> {
+    let of = |residuals: &[f64]| {
+        let n = residuals.len() as f64;
+        let mean_square = residuals.iter().map(|e| e * e).sum::<f64>() / n;
+        n * ((2.0 * PI * mean_square).ln() + 1.0)
+    };
+    let sum: f64 = outputs.filter(|residuals| !residuals.is_empty()).map(of).sum();
+    sum.is_finite().then_some(sum)
+}
+
+/// Recordings have one time for all.
+fn verify_recordings(fits: &[Fitted]) -> Result<(), WorkError> {
+    let times = |fitted: &Fitted| -> Vec<Vec<f64>> {
+        fitted.traces.iter().map(|trace| trace.times.clone()).collect()
+    };
+    let first = times(&fits[0]);
+    if fits.iter().all(|fitted| times(fitted) == first) {
+        return Ok(());
+    }
+    let message =
+        "not all contenders were run over the same recordings: see what was left out of their fits";
+    Err(WorkError::Found(message.to_owned()))
+}
+
+/// The samples of a contender that count for all contenders.
+fn samples(fits: &[Fitted], output: &CommonOutput, contender: usize, is_valid: bool) -> Samples {
+    let mut found = Samples::default();
+    let of = |k: usize| fits[k].traces.iter().filter(move |trace| trace.is_valid == is_valid);
+    let residuals = |trace: &Trace, k: usize| -> Option<Vec<f64>> {
+        let (i, factor) = output.places[k];
+        Some(trace.residuals[i].as_ref()?.iter().map(|e| e * factor).collect())
+    };
+    for (r, trace) in of(contender).enumerate() {
+        let all: Option<Vec<Vec<f64>>> =
+            (0..fits.len()).map(|k| residuals(of(k).nth(r)?, k)).collect();
+        let (i, factor) = output.places[contender];
+        let (Some(all), Some(measured)) = (all, &trace.measured[i]) else { continue };
+        for (k, y) in measured.iter().enumerate() {
+            if all.iter().all(|one| one[k].is_finite()) {
+                // A constant offset of the unit does not change a fit.
+                found.measured.push(y * factor);
+                found.residuals.push(all[contender][k]);
+            }
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_likelihood_is_that_of_normal_residuals() {
+        // By the density of each residual, with the standard deviation that makes all most likely.
+        let residuals = [[1.0, -2.0, 0.5, 1.5].as_slice(), &[10.0, -20.0]];
+        let by_density: f64 = residuals
+            .iter()
+            .map(|e| {
+                let sigma = (e.iter().map(|e| e * e).sum::<f64>() / e.len() as f64).sqrt();
+                let density =
+                    |e: &f64| (-0.5 * (e / sigma).powi(2)).exp() / (sigma * (2.0 * PI).sqrt());
+                -2.0 * e.iter().map(|e| density(e).ln()).sum::<f64>()
+            })
+            .sum();
+        let found = deviance(residuals.into_iter()).expect("a number");
+        assert!((found - by_density).abs() < 1e-12, "{found} {by_density}");
+        assert_eq!(deviance([[0.0, 0.0].as_slice()].into_iter()), None);
+    }
+
+    #[test]
+    fn criteria_charge_for_estimates() {
+        let score = Score { deviance: Some(100.0), estimates: 3, samples: 1000 };
+        assert_eq!(score.aic(), Some(106.0));
+        assert!((score.bic().unwrap_or(0.0) - 120.723_27).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,205 @@
+//! What a comparison says, on a terminal and to programs.
+
+use std::fmt::Write as _;
+
+use serde_json::{Map, Value, json};
+
+use super::Comparison;
+use crate::output::agreement::Agreement;
+use crate::output::quantity::Quantity;
+use crate::output::table::{push_table, significant};
+
+/// One contender, for programs.
+pub(super) fn entry(all: &Comparison, k: usize) -> Value {
+    let contender = &all.contenders[k];
+    let least =
+        |number: &dyn Fn(usize) -> Option<f64>| Some(number(k)? - number(all.least(number)?)?);
+    let aic = |k: usize| all.contenders[k].score.aic();
+    let bic = |k: usize| all.contenders[k].score.bic();
+    let mut outputs = Map::new();
+    for (i, (name, unit)) in all.outputs().enumerate() {
+        let agreement = |is_valid| all.agreement(k, i, is_valid).map(told);
+        let entry = json!({ "unit": unit, "train": agreement(false), "valid": agreement(true) });
+        outputs.insert(name.to_owned(), entry);
+    }
+    let json = contender.fitted.to_json();
+    json!({
+        "name": contender.name,
+        "model": contender.named.model.display().to_string(),
+        "model_digest": contender.fitted.provenance.model,
+        "variants": contender.named.choices.variant,
+        "effects": contender.named.choices.apply,
+        "converged": json["converged"],
+        "status": json["status"],
+        "parameters": json["parameters"],
+        "estimates": contender.score.estimates,
+        "deviance": contender.score.deviance,
+        "aic": contender.score.aic(),
+        "bic": contender.score.bic(),
+        "aic_above_least": least(&aic),
+        "bic_above_least": least(&bic),
+        "relative_error": {
+            "train": all.relative_error(k, false),
+            "valid": all.relative_error(k, true),
+        },
+        "outputs": outputs,
+    })
+}
+
+fn told(agreement: Agreement) -> Value {
+    json!({
+        "samples": agreement.samples,
+        "rms": agreement.rms,
+        "bias": agreement.bias,
+        "fit_percent": agreement.fit_percent,
+    })
+}
+
+/// What the numbers come to, in a sentence.
+pub(super) fn sentence(all: &Comparison) -> String {
+    let name = |k: usize| format!("`{}`", all.contenders[k].name);
+    let by_bic = all.least(|k| all.contenders[k].score.bic());
+    let by_valid = all.least(|k| all.relative_error(k, true));
+    match (by_bic, by_valid) {
+        (Some(bic), Some(valid)) if bic == valid => {
+            format!("{} has the least BIC and the smallest validation errors", name(bic))
+        }
+        (Some(bic), Some(valid)) => format!(
+            "{} has the least BIC, {} the smallest validation errors",
+            name(bic),
+            name(valid)
+        ),
+        (Some(bic), None) => {
+            format!("{} has the least BIC; there is no validation data to test it by", name(bic))
+        }
+        (None, _) => "Nothing can be told from the likelihoods".to_owned(),
+    }
+}
+
+/// A line for each likelihood ratio.
+pub(super) fn ratios(all: &Comparison) -> Vec<String> {
+    let line = |one: &super::LikelihoodRatio| {
+        let name = |k: usize| &all.contenders[k].name;
+        let parameters = if one.degrees_of_freedom == 1 { "estimate" } else { "estimates" };
+        let p = if one.p_value < 1e-12 {
+            "p < 1e-12".to_owned()
+        } else {
+            format!("p = {}", significant(one.p_value, 2))
+        };
+        format!(
+            "`{}` is a special case of `{}`: with {} {parameters} more, −2 ln L falls by {} ({p} by chance)",
+            name(one.null),
+            name(one.alternative),
+            one.degrees_of_freedom,
+            significant(one.statistic, 4)
+        )
+    };
+    all.ratios.iter().map(line).collect()
+}
+
+/// Values of one parameter, by contender, with its unit.
+pub(super) struct ParameterRow {
+    pub name: String,
+    pub unit: String,
+    pub values: Vec<Option<Quantity>>,
+}
+
+/// The parameters of all contenders, in the order in which they first come.
+pub(super) fn parameters(all: &Comparison) -> Vec<ParameterRow> {
+    let of = |k: usize| all.contenders[k].fitted.to_json()["parameters"].as_object();
+    let mut rows: Vec<ParameterRow> = Vec::new();
+    for k in 0..all.contenders.len() {
+        for (name, entry) in of(k).into_iter().flatten() {
+            let unit = entry["unit"].as_str().unwrap_or_default();
+            let at = rows.iter().position(|row| row.name == *name && row.unit == unit);
+            let at = at.unwrap_or_else(|| {
+                let values = vec![None; all.contenders.len()];
+                rows.push(ParameterRow { name: name.clone(), unit: unit.to_owned(), values });
+                rows.len() - 1
+            });
+            let std = entry["std"].as_f64().unwrap_or(f64::NAN);
+            rows[at].values[k] = entry["value"].as_f64().map(|value| Quantity::with(value, std));
+        }
+    }
+    rows
+}
+
+/// Tables, then what they come to.
+pub(super) fn text(all: &Comparison) -> String {
+    let mut text = String::new();
+    let number = |value: Option<f64>, digits| {
+        value.map_or_else(|| "-".to_owned(), |value| significant(value, digits))
+    };
+    // Writing to a string does not fail.
+    for contender in &all.contenders {
+        let _ = writeln!(text, "{}  {}", contender.label, contender.name);
+    }
+    text.push('\n');
+    let head = ["", "estimates", "-2 ln L", "AIC", "BIC", "errors, training", "validation", ""];
+    let mut table = vec![head.map(str::to_owned)];
+    let least_aic = all.least(|k| all.contenders[k].score.aic());
+    let least_bic = all.least(|k| all.contenders[k].score.bic());
+    for (k, contender) in all.contenders.iter().enumerate() {
+        let score = &contender.score;
+        let above = |own: Option<f64>, least: Option<f64>| {
+            let above = own.zip(least).map(|(own, least)| own - least);
+            above.map_or_else(|| "-".to_owned(), |above| format!("+{above:.1}"))
+        };
+        let status = &contender.fitted.to_json()["status"];
+        table.push([
+            contender.label.clone(),
+            score.estimates.to_string(),
+            score.deviance.map_or_else(|| "-".to_owned(), |deviance| format!("{deviance:.1}")),
+            above(score.aic(), least_aic.and_then(|k| all.contenders[k].score.aic())),
+            above(score.bic(), least_bic.and_then(|k| all.contenders[k].score.bic())),
+            number(all.relative_error(k, false), 3),
+            number(all.relative_error(k, true), 3),
+            status.as_str().filter(|status| *status != "done").unwrap_or_default().to_owned(),
+        ]);
+    }
+    push_table(&mut text, &table);
+    text.push_str("AIC and BIC above the least of them; errors over those of A\n\n");
+    push_outputs(&mut text, all);
+    let labels = all.contenders.iter().map(|one| one.label.clone());
+    let mut table = vec![
+        ["parameter".to_owned(), "unit".to_owned()].into_iter().chain(labels).collect::<Vec<_>>(),
+    ];
+    for row in parameters(all) {
+        let values = row.values.iter();
+        let values = values.map(|one| one.map_or_else(|| "-".to_owned(), |one| one.to_string()));
+        table.push([row.name.clone(), row.unit.clone()].into_iter().chain(values).collect());
+    }
+    if table.len() > 1 {
+        text.push('\n');
+        push_table(&mut text, &table);
+    }
+    text.push('\n');
+    for line in ratios(all) {
+        let _ = writeln!(text, "{line}");
+    }
+    let _ = writeln!(text, "{}", sentence(all));
+    text
+}
+
+/// rms and fit of each output in training and validation.
+fn push_outputs(text: &mut String, all: &Comparison) {
+    let mut head = vec!["output".to_owned(), "unit".to_owned()];
+    for what in ["rms train", "rms valid", "fit valid %"] {
+        head.extend(all.contenders.iter().map(|one| format!("{what} {}", one.label)));
+    }
+    let mut table = vec![head];
+    for (i, (name, unit)) in all.outputs().enumerate() {
+        let mut row = vec![name.to_owned(), unit.to_owned()];
+        let mut push = |is_valid, number: &dyn Fn(Agreement) -> Option<f64>, digits| {
+            for k in 0..all.contenders.len() {
+                let value = all.agreement(k, i, is_valid).and_then(number);
+                row.push(value.map_or_else(|| "-".to_owned(), |value| significant(value, digits)));
+            }
+        };
+        push(false, &|one| Some(one.rms), 3);
+        push(true, &|one| Some(one.rms), 3);
+        push(true, &|one| one.fit_percent, 4);
+        table.push(row);
+    }
+    push_table(text, &table);
+}

@@ -1,0 +1,172 @@
+//! `report.html` of a fit: what to believe of it, measured against simulated, residuals, parameters.
+//!
+//! ```text
+//!   result.json ──► headline, tables of outputs and parameters
+//!   traces ───────► curves of each recording, residuals: over time, against inputs, correlations, distribution
+//! ```
+
+mod diagnosis;
+mod headline;
+mod parameters;
+mod residuals;
+pub(crate) mod traces;
+
+use dgd_page::{Cell, Link, Markup, Page, Table};
+use dgd_plot::{Figure, Text};
+use dgd_runtime::Signature;
+
+use super::Fitted;
+use crate::output::agreement::Agreement;
+use crate::output::figure::{self, Line, Subject};
+use crate::output::page::{name, number, origin, unit};
+use crate::output::quantity::of_differences;
+use diagnosis::Diagnosis;
+use traces::Trace;
+
+/// The page's text.
+pub(super) fn write(fitted: &Fitted) -> String {
+    let (json, signature) = (&fitted.json, &fitted.signature);
+    let diagnosis = Diagnosis::of(signature, &fitted.traces);
+    let mut page = Page::new(&format!("{}: fit", signature.name));
+    let kind = Markup::text("Fit of the model ").then(&Markup::code(&signature.name));
+    let headline = headline::headline(json, signature, &diagnosis);
+    let more = [headline.doubts, outputs(fitted), headline.end];
+    page.push_header(&kind, &headline.sentence, headline.tone, &more);
+    page.push_section("Parameters", &[parameters::table(json), parameters::starts(json)]);
+    page.push_section("Correlation of the estimates", &[parameters::correlation(json)]);
+    for trace in &fitted.traces {
+        push_recording(&mut page, signature, trace);
+    }
+    residuals::push(&mut page, signature, &fitted.traces, &diagnosis);
+    for (heading, figures) in [
+        (
+            "Profiles",
+            fitted.figures.iter().filter(|figure| figure.of.is_some()).collect::<Vec<_>>(),
+        ),
+        // Of estimators that simulate this is what was shown above.
+        (
+            "By rows, as the estimator sees them",
+            fitted
+                .figures
+                .iter()
+                .filter(|f| f.of.is_none() && !fitted.estimator.simulates())
+                .collect(),
+        ),
+    ] {
+        let charts: Vec<Markup> = figures
+            .into_iter()
+            .map(|one| page.chart(&one.figure, Link::Alone, &Markup::default()))
+            .collect();
+        page.push_section(heading, &charts);
+    }
+    page.push_section("Which data determines the parameters", &[parameters::information(json)]);
+    page.push_section("Operating points", &[parameters::operating_points(json)]);
+    let text = Markup::text(&fitted.text);
+    let text = format!(
+        "<details>\n<summary>Tables and remarks as a terminal shows them</summary>\n\
+         <pre tabindex=\"0\">{text}</pre>\n</details>\n"
+    );
+    page.push_section("In words", &[Markup::trusted(text)]);
+    page.finish(&origin(&fitted.provenance, &fitted.command))
+}
+
+/// How each output agrees with what was measured, in training and in validation.
+fn outputs(fitted: &Fitted) -> Markup {
+    let head = [
+        "output",
+        "unit",
+        "noise",
+        "rms, training",
+        "fit, training, %",
+        "rms, validation",
+        "fit, validation, %",
+    ];
+    let mut table = Table::new("How each output agrees with what was measured", &head);
+    for (i, output) in fitted.signature.outputs.iter().enumerate() {
+        let sets = [false, true].map(|is_valid| agreement(&fitted.traces, i, is_valid));
+        if sets.iter().all(Option::is_none) {
+            continue;
+        }
+        let noise = fitted.json["outputs"][&*output.name]["noise"].as_f64();
+        let mut row =
+            vec![name(&output.name), unit(&of_differences(&output.unit).symbol), number(noise, 3)];
+        for set in sets {
+            row.push(number(set.map(|set| set.rms), 3));
+            row.push(number(set.and_then(|set| set.fit_percent), 4));
+        }
+        table.rows.push(row);
+    }
+    let note = "Fit: 100 % less the part of the scatter of what was measured that the simulation leaves, as a root of \
+                squares; 0 % is a simulation as good as the mean. rms: of measured less simulated.";
+    let table = table.to_markup();
+    if table.is_empty() { table } else { table.then(&Markup::text(note).caption()) }
+}
+
+/// How an output agrees with all recordings of a set, where samples count.
+pub(super) fn agreement(traces: &[Trace], output: usize, is_valid: bool) -> Option<Agreement> {
+    let mut pairs = Vec::new();
+    for trace in traces.iter().filter(|trace| trace.is_valid == is_valid) {
+        let (Some(measured), Some(residuals)) = (&trace.measured[output], &trace.residuals[output])
+        else {
+            continue;
+        };
+        pairs.extend(measured.iter().zip(residuals).map(|(y, e)| (*y, y - e)));
+    }
+    Agreement::of(pairs.into_iter())
+}
+
+/// One recording: its inputs, each output measured and simulated, and what is left.
+fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
+    let role = if trace.is_valid { "validation" } else { "training" };
+    let line = |name: &str, values: &[f64], measured| Line {
+        name: Text::plain(name),
+        times: trace.times.clone(),
+        values: values.to_vec(),
+        measured,
+    };
+    let (mut curves, mut errors) = (Vec::new(), Vec::new());
+    let outputs = signature.outputs.iter().enumerate();
+    for (i, output) in outputs {
+        let (Some(measured), Some(residuals)) = (&trace.measured[i], &trace.residuals[i]) else {
+            continue;
+        };
+        curves.push(Subject {
+            title: Text::name(&output.name),
+            unit: output.unit.symbol.to_string(),
+            lines: vec![
+                line("fitted", &trace.simulated[i], false),
+                line("measured", measured, true),
+            ],
+        });
+        errors.push(Subject {
+            title: Text::name(&output.name),
+            unit: of_differences(&output.unit).symbol.to_string(),
+            lines: vec![line("measured − fitted", residuals, true)],
+        });
+    }
+    let inputs = signature.inputs.iter().zip(&trace.inputs).map(|(input, values)| Subject {
+        title: Text::name(&input.name),
+        unit: input.unit.symbol.to_string(),
+        lines: vec![line("input", values, false)],
+    });
+    curves.extend(inputs);
+    let link = Link::With(&trace.name);
+    let mut chart = |subjects: &[Subject], caption: &str| {
+        let figure = figure::panels(subjects);
+        page.chart(&figure, link, &Markup::text(caption))
+    };
+    let curves = chart(&curves, "Measured and fitted, then the inputs.");
+    let note = "Measured less fitted; samples that do not count are left out.";
+    let errors = chart(&errors, note);
+    page.push_section(&format!("`{}`, {role}", trace.name), &[curves, errors]);
+}
+
+/// A figure of such panels, none without any.
+fn grid(x_label: Text, panels: Vec<dgd_plot::Panel>) -> Figure {
+    Figure::new(x_label, panels)
+}
+
+/// A cell of words that may be long.
+fn remark(words: &str) -> Cell {
+    Cell::text(Markup::prose(words))
+}

@@ -1,0 +1,175 @@
+//! Figures of the residuals of the training recordings: correlations, against inputs, and how they are distributed.
+
+use dgd_page::{Link, Markup, Page};
+use dgd_plot::{Envelope, Panel, Series, Style, Text};
+use dgd_runtime::Signature;
+use dgd_screen::normality::{histogram, normal_quantiles};
+
+use super::diagnosis::{Diagnosis, Tested};
+use super::grid;
+use super::traces::Trace;
+use crate::output::quantity::of_differences;
+
+/// Points of a QQ picture.
+const QUANTILES: usize = 400;
+
+/// Standard deviations that the normal curve reaches to either side, and its points.
+const REACH: f64 = 4.0;
+const POINTS: usize = 121;
+
+/// Sections with all of them.
+pub(super) fn push(
+    page: &mut Page,
+    signature: &Signature,
+    traces: &[Trace],
+    diagnosis: &Diagnosis,
+) {
+    let outputs = || signature.outputs.iter().zip(&diagnosis.outputs);
+    let whiteness = outputs().filter_map(|(output, tested)| {
+        let test = tested.whiteness.as_ref()?;
+        Some(lags(Text::name(&output.name), &test.autocorrelation, 1, test.limit, tested.spacing))
+    });
+    let figure = grid(Text::plain("Lag").with_unit("s"), whiteness.collect());
+    let note = "Training recordings. Shaded: where 95 % of the values of white noise lie.";
+    let chart = page.chart(&figure, Link::With("lag"), &Markup::text(note));
+    page.push_section("Residuals: autocorrelation", &[chart]);
+
+    let inputs: Vec<Panel> =
+        outputs().flat_map(|(output, tested)| by_input(signature, &output.name, tested)).collect();
+    let figure = grid(Text::plain("Lag").with_unit("s"), inputs);
+    let note = "How residuals follow an input that came so much earlier. Shaded: where 95 % lie where they do not \
+                depend on it.";
+    let chart = page.chart(&figure, Link::With("lag"), &Markup::text(note));
+    page.push_section("Residuals: cross-correlation with the inputs", &[chart]);
+
+    let charts: Vec<Markup> =
+        (0..signature.inputs.len()).map(|i| against(page, signature, traces, i)).collect();
+    page.push_section("Residuals against each input", &charts);
+    push_distribution(page, signature, traces);
+}
+
+/// Correlations by lag, the first of which is so many samples.
+fn lags(title: Text, values: &[f64], first: usize, limit: f64, spacing: f64) -> Panel {
+    let x: Vec<f64> = (0..values.len()).map(|k| (k + first) as f64 * spacing).collect();
+    let ends: Vec<f64> = x.first().into_iter().chain(x.last()).copied().collect();
+    let series = Series {
+        name: Text::plain("correlation"),
+        style: Style::Line,
+        x: x.clone(),
+        y: values.to_vec(),
+    };
+    Panel {
+        title,
+        y_label: Text::default(),
+        envelopes: vec![Envelope {
+            name: Text::plain("95 %"),
+            around: None,
+            low: vec![-limit; ends.len()],
+            high: vec![limit; ends.len()],
+            x: ends,
+        }],
+        series: vec![series],
+        ..Panel::default()
+    }
+}
+
+fn by_input(signature: &Signature, output: &str, tested: &Tested) -> Vec<Panel> {
+    let inputs = signature.inputs.iter().zip(&tested.inputs);
+    let panels = inputs.filter_map(|(input, test)| {
+        let test = test.as_ref()?;
+        let title = Text::name(output).then(Text::plain(" and ")).then(Text::name(&input.name));
+        Some(lags(title, &test.correlation, 0, test.limit, tested.spacing))
+    });
+    panels.collect()
+}
+
+/// The residuals of all outputs over one input.
+fn against(page: &mut Page, signature: &Signature, traces: &[Trace], input: usize) -> Markup {
+    let declared = &signature.inputs[input];
+    let outputs = signature.outputs.iter().enumerate();
+    let panels = outputs.filter_map(|(i, output)| {
+        let (mut x, mut y) = (Vec::new(), Vec::new());
+        for trace in traces.iter().filter(|trace| !trace.is_valid) {
+            let Some(residuals) = &trace.residuals[i] else { continue };
+            let counted = residuals.iter().zip(&trace.inputs[input]).filter(|(e, _)| e.is_finite());
+            for (e, u) in counted {
+                x.push(*u);
+                y.push(*e);
+            }
+        }
+        let changes = x.iter().any(|u| *u != x[0]);
+        changes.then(|| Panel {
+            title: Text::name(&output.name),
+            y_label: Text::default().with_unit(&of_differences(&output.unit).symbol),
+            series: vec![Series { name: Text::plain("residual"), style: Style::Dots, x, y }],
+            ..Panel::default()
+        })
+    });
+    let x_label = Text::name(&declared.name).with_unit(&declared.unit.symbol);
+    let figure = grid(x_label, panels.collect());
+    page.chart(&figure, Link::Alone, &Markup::default())
+}
+
+/// Histograms beside the normal law, and quantiles against its quantiles.
+fn push_distribution(page: &mut Page, signature: &Signature, traces: &[Trace]) {
+    let (mut histograms, mut quantiles) = (Vec::new(), Vec::new());
+    for (i, output) in signature.outputs.iter().enumerate() {
+        let Some(scaled) = scaled(traces, i) else { continue };
+        histograms.extend(histogram_panel(Text::name(&output.name), &scaled));
+        quantiles.push(quantile_panel(Text::name(&output.name), &scaled));
+    }
+    let label = Text::plain("Residual, in its standard deviations");
+    let histogram = page.chart(&grid(label, histograms), Link::With("std"), &Markup::default());
+    let label = Text::plain("Quantile of the normal distribution");
+    let note =
+        "Dots on the line are normally distributed; dots that leave it at the ends are outliers.";
+    let figure = grid(label, quantiles);
+    let quantiles = page.chart(&figure, Link::With("quantile"), &Markup::text(note));
+    page.push_section("Residuals: distribution", &[histogram, quantiles]);
+}
+
+/// Residuals of an output less their mean, over their standard deviation.
+fn scaled(traces: &[Trace], output: usize) -> Option<Vec<f64>> {
+    let training = traces.iter().filter(|trace| !trace.is_valid);
+    let all: Vec<f64> = training
+        .filter_map(|trace| trace.residuals[output].as_ref())
+        .flatten()
+        .copied()
+        .filter(|e| e.is_finite())
+        .collect();
+    let n = all.len() as f64;
+    let mean = all.iter().sum::<f64>() / n;
+    let std = (all.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / n).sqrt();
+    (std > 0.0).then(|| all.iter().map(|e| (e - mean) / std).collect())
+}
+
+fn histogram_panel(title: Text, scaled: &[f64]) -> Option<Panel> {
+    let found = histogram(scaled)?;
+    let bins = found.edges.windows(2).zip(&found.density);
+    let (mut x, mut y) = (vec![found.edges[0]], vec![0.0]);
+    for (edges, density) in bins {
+        x.extend_from_slice(edges);
+        y.extend([*density; 2]);
+    }
+    x.extend(found.edges.last());
+    y.push(0.0);
+    let normal_x: Vec<f64> =
+        (0..POINTS).map(|k| REACH * (2.0 * k as f64 / (POINTS - 1) as f64 - 1.0)).collect();
+    let law = |z: &f64| (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
+    let normal = normal_x.iter().map(law).collect();
+    let line = |name: &str, x, y| Series { name: Text::plain(name), style: Style::Line, x, y };
+    Some(Panel {
+        title,
+        y_label: Text::plain("Density"),
+        series: vec![line("residuals", x, y), line("normal", normal_x, normal)],
+        ..Panel::default()
+    })
+}
+
+fn quantile_panel(title: Text, scaled: &[f64]) -> Panel {
+    let (x, y): (Vec<f64>, Vec<f64>) = normal_quantiles(scaled, QUANTILES).into_iter().unzip();
+    let ends: Vec<f64> = x.first().into_iter().chain(x.last()).copied().collect();
+    let dots = Series { name: Text::plain("residuals"), style: Style::Dots, x, y };
+    let line = Series { name: Text::plain("normal"), style: Style::Line, x: ends.clone(), y: ends };
+    Panel { title, y_label: Text::plain("Residual"), series: vec![dots, line], ..Panel::default() }
+}

@@ -1,0 +1,154 @@
+//! The page of a linear model: its poles, the point, its matrices.
+
+use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
+use dgd_plot::{Figure, Panel, Series, Style, Text};
+use dgd_runtime::linearize::Stability;
+use serde_json::Value;
+
+use super::Linearised;
+use crate::output::page::{name, number, origin, unit, words};
+use crate::output::table::significant;
+
+/// Matrices of a linear model, and what their rows and columns are called in its result.
+const MATRICES: [(&str, &str, &str, &str); 4] = [
+    ("A", "slopes of the states by the states", "states", "states"),
+    ("B", "slopes of the states by the inputs", "states", "inputs"),
+    ("C", "outputs by the states", "outputs", "states"),
+    ("D", "outputs by the inputs", "outputs", "inputs"),
+];
+
+/// Rows and columns of the largest matrix that is shown.
+const MOST_SHOWN: usize = 24;
+
+impl Linearised {
+    /// Its poles in the complex plane.
+    pub fn figure(&self) -> Figure {
+        let (mut x, mut y) = (Vec::new(), Vec::new());
+        for pole in &self.poles().poles {
+            x.push(pole.re);
+            y.push(pole.im);
+        }
+        let poles = Series { name: Text::plain("poles"), style: Style::Dots, x, y };
+        let panel = Panel {
+            title: Text::plain("Poles"),
+            y_label: Text::plain("Imaginary part").with_unit("1/s"),
+            series: vec![poles],
+            ..Panel::default()
+        };
+        Figure::new(Text::plain("Real part").with_unit("1/s"), vec![panel])
+    }
+
+    /// Its page, which says what command makes it again.
+    pub fn page(&self, command: &str) -> String {
+        let json = self.to_json();
+        let model = json["model"].as_str().unwrap_or_default();
+        let mut page = Page::new(&format!("{model}: linear model"));
+        let kind = Markup::text("Linear model of ").then(&Markup::code(model));
+        let (headline, tone) = self.headline(&json);
+        page.push_header(&kind, &Markup::prose(&headline), tone, &[poles(&json)]);
+        let chart = page.chart(&self.figure(), Link::Alone, &Markup::default());
+        page.push_section("Poles", &[chart]);
+        page.push_section("The point", &[point(&json)]);
+        for (matrix, about, rows, columns) in MATRICES {
+            let table = table(&json, matrix, rows, columns);
+            page.push_section(&format!("{matrix}: {about}"), &[table]);
+        }
+        let more = "Acting late: see the result for programs, `--format json`.";
+        if json["late"].as_array().is_some_and(|late| !late.is_empty()) {
+            page.push(&Markup::prose(more).paragraph());
+        }
+        page.finish(&origin(&self.provenance, command))
+    }
+
+    fn headline(&self, json: &Value) -> (String, Tone) {
+        let poles = self.poles();
+        let slowest = poles.poles.iter().filter(|pole| !pole.is_on_axis());
+        let slowest = slowest.map(|pole| pole.time_constant().abs()).reduce(f64::max);
+        let slowest = slowest.map_or_else(String::new, |tau| {
+            format!("; the slowest time constant is {} s", significant(tau, 3))
+        });
+        let place = if json["steady"] == true { "its steady state" } else { "a point of its run" };
+        let (word, tone) = match poles.stability() {
+            Stability::Stable => ("Stable", Tone::Good),
+            Stability::Marginal => ("On the border of stability", Tone::Doubt),
+            Stability::Unstable => ("Unstable", Tone::Doubt),
+            Stability::Unknown => ("No pole was found that makes it unstable", Tone::Plain),
+        };
+        (format!("{word} close to {place}{slowest}"), tone)
+    }
+}
+
+fn list<'a>(json: &'a Value, key: &str) -> &'a [Value] {
+    json[key].as_array().map_or(&[], Vec::as_slice)
+}
+
+fn poles(json: &Value) -> Markup {
+    let head = ["pole, 1/s", "± i, 1/s", "time constant, s", "damping", "period, s"];
+    let mut table = Table::new("Poles", &head);
+    for pole in list(json, "poles").iter().filter(|pole| pole["im"].as_f64() >= Some(0.0)) {
+        let number = |key: &str| number(pole[key].as_f64(), 5);
+        let im = pole["im"].as_f64().filter(|im| *im != 0.0);
+        table.rows.push(vec![
+            number("re"),
+            Cell::number(&im.map_or_else(String::new, |im| significant(im, 5)), im),
+            number("time_constant"),
+            number("damping"),
+            number("period"),
+        ]);
+    }
+    table.to_markup()
+}
+
+fn point(json: &Value) -> Markup {
+    // At rest slopes are rounding.
+    let is_rest = json["steady"] == true;
+    let head = ["name", "is", "value", "unit", "slope, unit/s"];
+    let head = if is_rest { &head[..4] } else { &head[..] };
+    let mut table = Table::new("Values at the point", head);
+    for (key, what) in [
+        ("states", "state"),
+        ("inputs", "input"),
+        ("outputs", "output"),
+        ("eliminated", "eliminated"),
+    ] {
+        for one in list(json, key) {
+            let mut row = vec![
+                name(one["name"].as_str().unwrap_or_default()),
+                words(what),
+                number(one["value"].as_f64(), 6),
+                unit(one["unit"].as_str().unwrap_or_default()),
+            ];
+            if !is_rest {
+                row.push(number(one["slope"].as_f64(), 3));
+            }
+            table.rows.push(row);
+        }
+    }
+    table.to_markup()
+}
+
+/// A matrix in the declared units, with the names of its rows and columns.
+fn table(json: &Value, matrix: &str, rows: &str, columns: &str) -> Markup {
+    let (rows, columns) = (list(json, rows), list(json, columns));
+    if rows.is_empty() || columns.is_empty() {
+        return Markup::default();
+    }
+    if rows.len().max(columns.len()) > MOST_SHOWN {
+        let words = format!("{} × {}, too large to be shown here.", rows.len(), columns.len());
+        return Markup::text(&words).paragraph();
+    }
+    let label = |one: &Value| {
+        let unit = Text::default().with_unit(one["unit"].as_str().unwrap_or_default());
+        Markup::code(one["name"].as_str().unwrap_or_default())
+            .then(&Markup::text(" "))
+            .then(&Markup::from(&unit))
+    };
+    let mut table = Table::new(matrix, &[]);
+    table.head = std::iter::once(Markup::text("of")).chain(columns.iter().map(label)).collect();
+    for (row, values) in rows.iter().zip(list(json, matrix)) {
+        let values = values.as_array().map_or(&[][..], Vec::as_slice);
+        let cells = values.iter().map(|value| number(value.as_f64(), 5));
+        table.rows.push(std::iter::once(Cell::text(label(row))).chain(cells).collect());
+    }
+    table.to_markup()
+}

@@ -1,0 +1,117 @@
+//! What the pages of all results have in common.
+
+use dgd_page::{Cell, Link, Markup, Origin, Page, Table, Tone};
+use dgd_plot::{Figure, Text};
+
+use super::agreement::Agreement;
+use super::provenance::Provenance;
+use super::quantity::rounded;
+
+/// Figures over the time of one recording.
+pub(crate) const TIME: Link<'static> = Link::With("time");
+
+/// Where a result comes from.
+pub(crate) fn origin(provenance: &Provenance, command: &str) -> Origin {
+    Origin {
+        command: command.to_owned(),
+        version: provenance.version.to_owned(),
+        seed: provenance.seed,
+        model: provenance.model.clone(),
+        data: provenance.data.iter().map(|one| (one.file.clone(), one.digest.clone())).collect(),
+    }
+}
+
+/// A cell with a number to so many digits; a dash where there is none.
+pub(crate) fn number(value: Option<f64>, digits: i32) -> Cell {
+    let shown = value.map_or_else(|| "–".to_owned(), |value| shown(value, digits));
+    Cell::number(&shown, value)
+}
+
+/// A cell with how many there are.
+pub(crate) fn count(n: usize) -> Cell {
+    Cell::number(&n.to_string(), Some(n as f64))
+}
+
+/// So many digits; none for nothing.
+fn shown(value: f64, digits: i32) -> String {
+    if value == 0.0 { "0".to_owned() } else { rounded(value, digits) }
+}
+
+/// A number without zeros at its end, as it stands in a sentence.
+pub(crate) fn told(value: f64) -> String {
+    let text = rounded(value, 4);
+    match text.split_once('.') {
+        Some((_, decimals)) if decimals.bytes().all(|byte| byte.is_ascii_digit()) => {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        }
+        _ => text,
+    }
+}
+
+/// A cell with a name of the model.
+pub(crate) fn name(name: &str) -> Cell {
+    Cell::text(Markup::code(name))
+}
+
+/// A cell with a unit, as papers set it.
+pub(crate) fn unit(symbol: &str) -> Cell {
+    Cell::text(Markup::from(&Text::unit(symbol)))
+}
+
+/// A cell with words.
+pub(crate) fn words(words: &str) -> Cell {
+    Cell::text(Markup::text(words))
+}
+
+/// How outputs agree with what was measured of them.
+pub(crate) fn agreement_table<'a>(
+    caption: &str,
+    rows: impl IntoIterator<Item = (&'a str, &'a str, Agreement)>,
+) -> Markup {
+    let mut table = Table::new(caption, &["output", "unit", "samples", "rms", "bias", "fit, %"]);
+    for (output, symbol, agreement) in rows {
+        table.rows.push(vec![
+            name(output),
+            unit(symbol),
+            count(agreement.samples),
+            number(Some(agreement.rms), 3),
+            number(Some(agreement.bias), 3),
+            number(agreement.fit_percent, 4),
+        ]);
+    }
+    let note = "rms and bias of measured less simulated. Fit: 100 % less the part of the scatter of what was measured that \
+                the simulation leaves, as a root of squares; 0 % is a simulation as good as the mean.";
+    let table = table.to_markup();
+    if table.is_empty() { table } else { table.then(&Markup::text(note).caption()) }
+}
+
+/// A page of one figure.
+pub(crate) fn of_figure(
+    title: &str,
+    kind: &Markup,
+    headline: &str,
+    more: &[Markup],
+    figure: &Figure,
+    origin: &Origin,
+) -> String {
+    let mut page = Page::new(title);
+    page.push_header(kind, &Markup::prose(headline), Tone::Plain, more);
+    let chart = page.chart(figure, TIME, &Markup::default());
+    page.push_section("Over time", &[chart]);
+    page.finish(origin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_sentences_have_no_zeros_at_their_end() {
+        for (value, text) in
+            [(60.0, "60"), (0.0, "0"), (3600.0, "3600"), (0.25, "0.25"), (1.5e8, "1.500·10⁸")]
+        {
+            assert_eq!(told(value), text);
+        }
+        assert_eq!(shown(0.0, 5), "0");
+    }
+}

@@ -1,0 +1,118 @@
+//! The page of a simulation: how it agrees with what was measured, its curves, its events.
+
+use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
+use dgd_plot::{Figure, Text};
+use serde_json::Value;
+
+use super::Simulated;
+use super::over::measured_at;
+use crate::output::agreement::Agreement;
+use crate::output::columns::in_unit;
+use crate::output::figure::{self, Line, Subject};
+use crate::output::page::{TIME, agreement_table, number, origin, told, words};
+use crate::output::quantity::of_differences;
+use crate::output::table::significant;
+use crate::output::{Kind, NamedColumn};
+
+/// An output with what was measured of it at the rows of the result, in its unit.
+struct Compared<'a> {
+    output: &'a NamedColumn,
+    measured: Vec<f64>,
+    simulated: Vec<f64>,
+}
+
+pub(super) fn write(simulated: &Simulated, command: &str) -> String {
+    let compared = compared(simulated);
+    let mut page = Page::new(&format!("{}: simulation", simulated.model));
+    let kind = Markup::text("Simulation of the model ").then(&Markup::code(&simulated.model));
+    let agreements = compared.iter().filter_map(|one| {
+        let pairs = one.measured.iter().copied().zip(one.simulated.iter().copied());
+        Some((&*one.output.name, &*one.output.unit.symbol, Agreement::of(pairs)?))
+    });
+    let agreements: Vec<_> = agreements.collect();
+    let table = agreement_table("How far simulated and measured agree", agreements.iter().copied());
+    let headline = headline(simulated, &agreements);
+    page.push_header(&kind, &Markup::prose(&headline), Tone::Plain, &[solved(simulated), table]);
+    // Over another quantity there is nothing that moves with the other figures.
+    let link = if simulated.over.is_some() { Link::Alone } else { TIME };
+    let chart = page.chart(&simulated.figure(), link, &Markup::default());
+    page.push_section("Inputs, states and outputs", &[chart]);
+    if let Some(residuals) = residuals(simulated, &compared) {
+        let chart = page.chart(&residuals, TIME, &Markup::default());
+        page.push_section("Measured less simulated", &[chart]);
+    }
+    page.push_section("Events", &[events(&simulated.solution.events)]);
+    page.finish(&origin(&simulated.provenance, command))
+}
+
+/// The output that fits worst, where anything was measured.
+fn headline(simulated: &Simulated, agreements: &[(&str, &str, Agreement)]) -> String {
+    let times = &simulated.table.times;
+    let time = |t: Option<&f64>| told(t.copied().unwrap_or(0.0));
+    let span = format!("{} s to {} s", time(times.first()), time(times.last()));
+    if let Some(error) = &simulated.stopped {
+        return format!("The run stopped: {error}");
+    }
+    let fits = agreements.iter().filter_map(|(name, _, one)| Some((*name, one.fit_percent?)));
+    let fits: Vec<(&str, f64)> = fits.collect();
+    let worst = fits.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+    let percent = |fit: f64| significant(fit, 3);
+    match (worst, fits.len()) {
+        (None, _) => format!("Simulated from {span}"),
+        (Some((name, fit)), 1) => format!("Fits `{name}` to {} %, from {span}", percent(*fit)),
+        (Some((name, fit)), n) => {
+            format!("Fits {n} outputs to {} % (`{name}`) or better, from {span}", percent(*fit))
+        }
+    }
+}
+
+fn solved(simulated: &Simulated) -> Markup {
+    let facts = &simulated.solution;
+    let steps = match facts.steps_per_sample {
+        Some(n) => format!("{n} equal steps for each sample"),
+        None if facts.rejected == 0 => format!("{} steps", facts.steps),
+        None => format!("{} steps, {} tried again with a smaller one", facts.steps, facts.rejected),
+    };
+    Markup::prose(&format!("{} rows by `{}` in {steps}.", facts.rows, simulated.method)).paragraph()
+}
+
+fn compared(simulated: &Simulated) -> Vec<Compared<'_>> {
+    let outputs = simulated.of_kind(Kind::Output).enumerate();
+    let compared = outputs.filter_map(|(i, output)| {
+        let samples = simulated.measured.outputs.get(i)?.as_ref()?;
+        let measured = measured_at(&simulated.table.times, &simulated.measured.times, samples);
+        let measured = in_unit(&measured, &output.unit);
+        Some(Compared { output, measured, simulated: output.in_unit() })
+    });
+    compared.collect()
+}
+
+fn residuals(simulated: &Simulated, compared: &[Compared<'_>]) -> Option<Figure> {
+    let subject = |one: &Compared<'_>| Subject {
+        title: Text::name(&one.output.name),
+        unit: of_differences(&one.output.unit).symbol.to_string(),
+        lines: vec![Line {
+            name: Text::plain("measured − simulated"),
+            times: simulated.table.times.clone(),
+            values: one.measured.iter().zip(&one.simulated).map(|(y, w)| y - w).collect(),
+            measured: true,
+        }],
+    };
+    let subjects: Vec<Subject> = compared.iter().map(subject).collect();
+    (!subjects.is_empty()).then(|| figure::panels(&subjects))
+}
+
+/// What happened when.
+fn events(events: &[Value]) -> Markup {
+    let mut table = Table::new("Events", &["time, s", "what", "from", "to"]);
+    let text = |value: &Value| match value {
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    };
+    for event in events {
+        let what = Cell::text(Markup::code(&text(&event["modes"])));
+        let (from, to) = (words(&text(&event["from"])), words(&text(&event["to"])));
+        table.rows.push(vec![number(event["t"].as_f64(), 6), what, from, to]);
+    }
+    table.to_markup()
+}
