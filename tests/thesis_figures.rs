@@ -145,11 +145,10 @@ fn findings_of_pressures_and_flows_are_noticed_when_they_are_lost() {
     // Behind the pump whatever makes the friction grow with the flow and not with its square.
     let (q, inlet) = (tests.column("q_ssp"), tests.column("p_in_A"));
     let weight = RHO * G * (H_OUT - H_IN);
-    let behind = |k: usize| inlet[k] + weight + RHO * G * tests.level()[0] + 1.5e7 * q[k] + noise(k);
+    let behind =
+        |k: usize| inlet[k] + weight + RHO * G * tests.level()[0] + 1.5e7 * q[k] + noise(k);
     let level = tests.level();
-    let linear = |k: usize, _: f64| {
-        behind(k) + RHO * G * (level[k] - level[0])
-    };
+    let linear = |k: usize, _: f64| behind(k) + RHO * G * (level[k] - level[0]);
     let linear = tests.changed("p_out_A", linear).changed("p_out_B", linear);
     let (section, _) = friction::identify(&linear).expect("friction");
     assert_lost("friction of laminar flow", &section, &["3.6", "3.7"]);
@@ -162,7 +161,9 @@ fn findings_of_the_pump_are_noticed_when_they_are_lost() {
     let (_, friction) = friction::identify(&tests).expect("friction");
     let (w, q, inlet) = (tests.column("w_ssp"), tests.column("q_ssp"), tests.column("p_in_A"));
     let affine = |k: usize, _: f64| {
-        inlet[k] + RHO * G * (300.0 * w[k].powi(2) - 500.0 * w[k] * q[k] - 8000.0 * q[k].powi(2)) + noise(k)
+        inlet[k]
+            + RHO * G * (300.0 * w[k].powi(2) - 500.0 * w[k] * q[k] - 8000.0 * q[k].powi(2))
+            + noise(k)
     };
     let square = tests.changed("p_out_A", affine).changed("p_out_B", affine);
     let (section, _) = pump::identify(&square, &circulation, &friction).expect("a pump");
@@ -203,8 +204,12 @@ fn findings_of_u_tubing_and_inertia_are_noticed_when_they_are_lost() {
     let (section, _) = inertia::identify(&deep, &friction, &pump).expect("an inertia");
     assert_lost("a level that varies", &section, &["3.20"]);
 
-    let identified = |theta_1: f64, booster: Booster, inertia: f64| {
-        Identified { friction, pump, theta_1, booster, inertia }
+    let identified = |theta_1: f64, booster: Booster, inertia: f64| Identified {
+        friction,
+        pump,
+        theta_1,
+        booster,
+        inertia,
     };
     let drawn = |of: &Identified, restarts: &Field| {
         verification::draw(&circulation, restarts, of).expect("both cases")

@@ -47,11 +47,9 @@ impl Entry {
     fn draw(&self, left: f64, middle: f64, marks: &mut Vec<Mark>) {
         let place = |part: f64| (left + part * KEY, middle);
         marks.push(match self.key {
-            Key::Series(Style::Marks, pen) => Mark::Dots {
-                centres: vec![place(0.5)],
-                diameter: pen.width,
-                colour: pen.colour,
-            },
+            Key::Series(Style::Marks, pen) => {
+                Mark::Dots { centres: vec![place(0.5)], diameter: pen.width, colour: pen.colour }
+            }
             Key::Series(Style::Dots, pen) => Mark::Dots {
                 centres: vec![place(0.2), place(0.5), place(0.8)],
                 diameter: pen.width,

@@ -15,12 +15,7 @@ pub(crate) struct Claim {
 }
 
 /// What must come out, with what the thesis says and what is found.
-pub(crate) fn claim(
-    holds: bool,
-    what: &'static str,
-    thesis: &'static str,
-    here: String,
-) -> Claim {
+pub(crate) fn claim(holds: bool, what: &'static str, thesis: &'static str, here: String) -> Claim {
     Claim { what, thesis, here, holds }
 }
 
@@ -38,7 +33,8 @@ pub(crate) fn missed(sections: &[Section]) -> Vec<String> {
         }
         for claim in finding.claims.iter().filter(|claim| !claim.holds) {
             let Claim { what, thesis, here, .. } = claim;
-            missed.push(format!("Fig {}: {what}: the thesis {thesis}, here {here}", finding.number));
+            missed
+                .push(format!("Fig {}: {what}: the thesis {thesis}, here {here}", finding.number));
         }
     }
     missed

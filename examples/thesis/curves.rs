@@ -95,13 +95,17 @@ pub(crate) fn draw(settings: &[(&str, f64)]) -> Fallible<Section> {
     let farthest = (0..CURVES)
         .map(|i| curves.crossing(i).map_or(f64::NAN, |q| (q - curves.points[i].0).abs() / LPM))
         .fold(0.0, f64::max);
-    let in_order = curves.points.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 < pair[1].1);
+    let in_order =
+        curves.points.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 < pair[1].1);
     let claims = vec![
         claim(
             curves.bend_down(),
             "Each curve falls, the steeper the higher the flow",
             "curves that bend downwards",
-            format!("full speed: {:.0} m at no flow, {:.0} m at 6000 lpm", curves.heads[5][0], curves.heads[5][ROWS]),
+            format!(
+                "full speed: {:.0} m at no flow, {:.0} m at 6000 lpm",
+                curves.heads[5][0], curves.heads[5][ROWS]
+            ),
         ),
         claim(
             farthest < 1.0,

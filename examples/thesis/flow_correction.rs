@@ -5,9 +5,9 @@ use dgd_identify::regression::{
 };
 
 use crate::chapters::Fallible;
+use crate::claims::claim;
 use crate::field::{Field, LPM, mean};
 use crate::model::{Choices, Model};
-use crate::claims::claim;
 use crate::page::{Finding, Section, computed, ends, input, measured, over_time, panel, per};
 use crate::verification::LEVEL;
 

@@ -5,11 +5,11 @@ use dgd_identify::regression::{
 };
 
 use crate::chapters::Fallible;
+use crate::claims::claim;
 use crate::field::{BAR, Field, LPM, mean, slopes};
 use crate::model::{Choices, Model};
-use crate::claims::claim;
 use crate::page::{
-    Finding, Section, chosen, computed, measured, over, over_time, panel, per, range, points, rms,
+    Finding, Section, chosen, computed, measured, over, over_time, panel, per, points, range, rms,
 };
 
 /// A sample is steady where the flow changes more slowly than this, m³/s².

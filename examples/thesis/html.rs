@@ -36,7 +36,9 @@ pub(crate) fn index(sections: &[Section]) -> Result<String, std::fmt::Error> {
     let figures: usize = sections.iter().map(|section| section.findings.len()).sum();
     let mut page = HEAD.to_owned();
     let verdict = match missed {
-        0 => format!("<p class=\"all yes\">{figures} figures, {claims} claims: all of them hold.</p>"),
+        0 => format!(
+            "<p class=\"all yes\">{figures} figures, {claims} claims: all of them hold.</p>"
+        ),
         _ => format!(
             "<p class=\"all no\">{figures} figures, {claims} claims: {missed} of them do not hold.</p>"
         ),
@@ -44,7 +46,8 @@ pub(crate) fn index(sections: &[Section]) -> Result<String, std::fmt::Error> {
     writeln!(page, "{verdict}\n<nav>")?;
     for finding in sections.iter().flat_map(|section| &section.findings) {
         let number = finding.number;
-        let kind = if finding.claims.iter().all(|claim| claim.holds) { "" } else { " class=\"no\"" };
+        let kind =
+            if finding.claims.iter().all(|claim| claim.holds) { "" } else { " class=\"no\"" };
         writeln!(page, "<a href=\"#fig_{number}\"{kind}>{number}</a>")?;
     }
     writeln!(page, "</nav>")?;

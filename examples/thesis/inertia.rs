@@ -1,11 +1,11 @@
 //! Section 3.8: the inertia of the return line's mud.
 
 use crate::chapters::Fallible;
+use crate::claims::claim;
 use crate::field::{Field, LPM, mean, slopes};
 use crate::flow_correction::followed;
 use crate::friction::{Polynomial, at};
 use crate::model::{Choices, Model};
-use crate::claims::claim;
 use crate::page::{
     Finding, Section, chosen, computed, less, measured, over_time, panel, per, range, rms,
 };
@@ -73,7 +73,11 @@ pub(crate) fn identify(
             kept < 0.6 && share > 0.95,
             "Transients are a part of the samples and have nearly all of the changes",
             "they are extracted",
-            format!("{:.0} % have {:.1} % of the flow's squared changes in 10 s", 100.0 * kept, 100.0 * share),
+            format!(
+                "{:.0} % have {:.1} % of the flow's squared changes in 10 s",
+                100.0 * kept,
+                100.0 * share
+            ),
         ),
         claim(
             varies < 0.04,
@@ -175,7 +179,11 @@ pub(crate) fn identify(
             model.recording(&window.times, &window.columns(), &[("q_ssp", measured_flow[0])])?;
         let flow = model.run(&recording)?.unknown("q_ssp")?;
         errors.push(rms(&less(&flow, measured_flow)) / LPM);
-        series.push(computed(&format!("{:.1}·10⁸ kg/m⁴", value / 1e8), &window.times, per(&flow, LPM)));
+        series.push(computed(
+            &format!("{:.1}·10⁸ kg/m⁴", value / 1e8),
+            &window.times,
+            per(&flow, LPM),
+        ));
     }
     let percent = |error: f64| 100.0 * error * LPM / FLOW;
     let claims = vec![
@@ -189,7 +197,11 @@ pub(crate) fn identify(
             percent(errors[0]) < 2.0 && percent(errors[1]) < 2.0,
             "Several values below 1·10⁸ are satisfactory",
             "satisfactory",
-            format!("0.2 and 0.5·10⁸: {:.1} and {:.1} % off", percent(errors[0]), percent(errors[1])),
+            format!(
+                "0.2 and 0.5·10⁸: {:.1} and {:.1} % off",
+                percent(errors[0]),
+                percent(errors[1])
+            ),
         ),
         claim(
             errors[3] > 3.0 * errors[2] && errors[4] > errors[3],

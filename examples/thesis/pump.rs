@@ -4,14 +4,14 @@ use dgd_identify::regression::{RegressionFit, RegressionMethod};
 use dgd_plot::{Label, Text};
 
 use crate::chapters::Fallible;
+use crate::claims::claim;
 use crate::field::{Field, LPM};
 use crate::friction::{Polynomial, at, fitted, quality, steady};
 use crate::model::{Choices, Model};
-use crate::verification::FLOW;
-use crate::claims::claim;
 use crate::page::{
     Finding, Section, computed, input, less, measured, over, over_time, panel, per, points, rms,
 };
+use crate::verification::FLOW;
 
 /// Speeds that are drawn, of maximum; samples within half a per cent of one belong to it.
 const SPEEDS: [f64; 6] = [0.45, 0.52, 0.6, 0.7, 0.8, 0.9];
@@ -286,7 +286,11 @@ fn compared(field: &Field, friction: &Polynomial, all: Pump, filtered: Pump) -> 
             of_all < 0.02 * FLOW / LPM,
             "That of all data follows the flow",
             "follows",
-            format!("within {:.1} % of {:.0} lpm, root mean square", 100.0 * of_all * LPM / FLOW, FLOW / LPM),
+            format!(
+                "within {:.1} % of {:.0} lpm, root mean square",
+                100.0 * of_all * LPM / FLOW,
+                FLOW / LPM
+            ),
         ),
     ];
     Ok(Finding {

@@ -6,8 +6,8 @@ use dgd_runtime::{
 };
 
 use crate::chapters::Fallible;
-use crate::model::{Choices, Model};
 use crate::claims::{Claim, claim};
+use crate::model::{Choices, Model};
 use crate::page::{Finding, Section, computed, ends};
 
 /// Fig 3.1, with parameters by name, SI.

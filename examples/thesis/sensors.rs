@@ -1,7 +1,7 @@
 //! Section 3.3.1: which pressures are to be believed, at no flow.
 
-use crate::field::{BAR, Field, G, H_IN, H_OUT, H_PR, P_ATM, RHO, mean};
 use crate::claims::claim;
+use crate::field::{BAR, Field, G, H_IN, H_OUT, H_PR, P_ATM, RHO, mean};
 use crate::page::{Finding, Section, computed, less, over_time, panel, per, sensor};
 
 /// Figs 3.3 and 3.4.

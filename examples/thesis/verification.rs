@@ -4,10 +4,10 @@ use dgd_plot::Panel;
 
 use crate::booster::Booster;
 use crate::chapters::Fallible;
+use crate::claims::claim;
 use crate::field::{Field, LPM, mean, slopes, smoothed};
 use crate::friction::Polynomial;
 use crate::model::{Choices, Model, Run};
-use crate::claims::claim;
 use crate::page::{
     Finding, Section, computed, ends, input, less, measured, over_time, panel, per, rms,
 };
@@ -181,7 +181,12 @@ pub(crate) fn draw(
             steady.len() >= 60 && rms(&steady) < 0.1 * rms(&apart),
             "What is off at steady flow is a steady state problem, not one of dynamics",
             "low at low flow, \"a steady state problem\"",
-            format!("{} steady samples differ by {:.1} lpm, all by {:.0} lpm", steady.len(), rms(&steady), rms(&apart)),
+            format!(
+                "{} steady samples differ by {:.1} lpm, all by {:.0} lpm",
+                steady.len(),
+                rms(&steady),
+                rms(&apart)
+            ),
         ),
     ];
     let rms = rms(&apart);
@@ -268,7 +273,10 @@ pub(crate) fn draw(
             tied > 0.98,
             "Its larger errors are tied to U-tubing",
             "clearly tied to it",
-            format!("{:.1} % of those above 0.03 % lie within five minutes of a ramp", 100.0 * tied),
+            format!(
+                "{:.1} % of those above 0.03 % lie within five minutes of a ramp",
+                100.0 * tied
+            ),
         ),
     ];
     let shown = [("3.13, 3.14", &case_2)];
@@ -288,10 +296,7 @@ pub(crate) fn draw(
         number: "B.1",
         title: "Case 2 without U-tubing",
         thesis: "Height error up to 2 %, five times that with the model of the booster line.",
-        here: format!(
-            "Without it {}: {times:.1} times that with it.",
-            without.said()
-        ),
+        here: format!("Without it {}: {times:.1} times that with it.", without.said()),
         claims: worse,
         figure: over_time(of_none),
     };
@@ -315,8 +320,7 @@ fn tied_to_ramps(field: &Field, errors: &[f64]) -> f64 {
     let t = &field.times;
     // Faster than 60 lpm in a minute.
     let of_pump = slopes(t, field.column("q_boost"), 5);
-    let ramped: Vec<f64> =
-        (0..t.len()).filter(|k| of_pump[*k].abs() > LPM).map(|k| t[k]).collect();
+    let ramped: Vec<f64> = (0..t.len()).filter(|k| of_pump[*k].abs() > LPM).map(|k| t[k]).collect();
     let large: Vec<f64> =
         (0..t.len()).filter(|k| errors[*k].abs() > 3e-4 * LEVEL).map(|k| t[k]).collect();
     let is_near = |t: f64| {

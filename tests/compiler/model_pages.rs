@@ -65,7 +65,8 @@ fn departures(folder: &Path) -> Vec<(String, String, String)> {
             found.push((shown.clone(), from.to_owned(), how.to_owned()));
         }
     }
-    let inner = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("one").path());
+    let inner =
+        std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("one").path());
     let mut inner: Vec<PathBuf> = inner.filter(|path| path.is_dir()).collect();
     inner.sort();
     found.extend(inner.iter().flat_map(|folder| departures(folder)));

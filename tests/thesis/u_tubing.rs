@@ -213,7 +213,9 @@ fn circulation(effects: &[&str]) -> Vec<(&'static str, f64)> {
 #[test]
 fn the_final_model_is_the_circulation_with_its_effects_applied() {
     let recording = Recording::read("case_2.csv");
-    for (flow, inertia) in [("dynamic", "constant"), ("static", "constant"), ("dynamic", "by_level")] {
+    for (flow, inertia) in
+        [("dynamic", "constant"), ("static", "constant"), ("dynamic", "by_level")]
+    {
         let variants = [("flow", flow), ("inertia", inertia)];
         let whole = system("mud_circulation_u_tubing.dgd", &variants, &[]);
         let settings = [("h_r", 200.0)];

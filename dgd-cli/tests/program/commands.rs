@@ -247,7 +247,8 @@ fn outputs_are_drawn_over_another_quantity() {
 
     // Curves of an array with their speeds at their ends and the points where the system's meets them; what
     // says so is not drawn itself. Without `--every` the picture is smooth, and the table as ever.
-    let sweep = ["models/subsea_pump.dgd", "--data", "examples/data/pump_curves.csv", "--over", "q"];
+    let sweep =
+        ["models/subsea_pump.dgd", "--data", "examples/data/pump_curves.csv", "--over", "q"];
     let table = path(&folder, "curves.csv");
     let marks = ["--label", "head=speed", "--mark", "q_at,h_at", "--mark", "q_op,h_op"];
     let both = ["--plot", &svg, "-o", &table];

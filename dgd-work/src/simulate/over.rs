@@ -169,7 +169,12 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
             append(series, curves, &x, output, label);
             continue;
         }
-        series.push(Series::new(Text::name(&output.name), Style::Line, x.clone(), output.in_unit()));
+        series.push(Series::new(
+            Text::name(&output.name),
+            Style::Line,
+            x.clone(),
+            output.in_unit(),
+        ));
         if let Some(samples) = measured(i) {
             let name = Text::plain(&format!("{} measured", output.name));
             let values = in_unit(&samples, &output.unit);
@@ -177,8 +182,10 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
         }
     }
     for (at, heights) in &sweep.marks {
-        let of = |name: &str| outputs().filter(|output| base(&output.name) == name).collect::<Vec<_>>();
-        let mut marks = Series { style: Style::Marks, name: Text::name(heights), ..Series::default() };
+        let of =
+            |name: &str| outputs().filter(|output| base(&output.name) == name).collect::<Vec<_>>();
+        let mut marks =
+            Series { style: Style::Marks, name: Text::name(heights), ..Series::default() };
         let mut unit = None;
         for (x, y) in of(at).into_iter().zip(of(heights)) {
             marks.x.extend(x.in_unit());

@@ -68,18 +68,16 @@ pub(super) fn error_panels(trace: &RecordingTrace, correction: Correction) -> Ve
             let pairs = output.measured.iter().zip(simulated);
             pairs.map(|(measured, simulated)| (measured - simulated) / unit.factor).collect()
         };
-        let thin = |meaning, simulated| {
-            series(meaning, Style::ThinLine, &trace.times, error(simulated))
-        };
+        let thin =
+            |meaning, simulated| series(meaning, Style::ThinLine, &trace.times, error(simulated));
         let series = match correction {
             Correction::None => vec![Series {
                 name: Text::plain("measured − simulated"),
                 ..thin(Meaning::Simulated, &output.after)
             }],
-            Correction::Made => vec![
-                thin(Meaning::Before, &output.before),
-                thin(Meaning::After, &output.after),
-            ],
+            Correction::Made => {
+                vec![thin(Meaning::Before, &output.before), thin(Meaning::After, &output.after)]
+            }
         };
         let ends: Vec<f64> =
             trace.times.first().into_iter().chain(trace.times.last()).copied().collect();
