@@ -298,8 +298,7 @@ fn compared(field: &Field, friction: &Polynomial, all: Pump, filtered: Pump) -> 
         title: "Two identified pumps in use",
         thesis: "The pump from filtered data gives a flow that is worse at low flows.",
         here: format!(
-            "The flow is off by {:.1} lpm with all steady samples and by {:.1} lpm with the filtered ones, root mean square.",
-            of_all, of_filtered
+            "The flow is off by {of_all:.1} lpm with all steady samples and by {of_filtered:.1} lpm with the filtered ones, root mean square."
         ),
         claims,
         figure: over_time(vec![

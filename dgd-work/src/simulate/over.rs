@@ -303,7 +303,7 @@ mod tests {
         assert_eq!(all.iter().filter(|t| **t == 1.0).count(), 2);
         assert_eq!((all[0], all[all.len() - 1]), (0.0, 3.0));
         // Nothing to be refined, and nothing between.
-        assert!(between(&vec![0.0; 3]).is_none() && between(&[]).is_none());
+        assert!(between(&[0.0; 3]).is_none() && between(&[]).is_none());
         let enough: Vec<f64> = (0..SMOOTH).map(|k| k as f64).collect();
         assert!(between(&enough).is_none());
     }
