@@ -64,7 +64,7 @@ impl Charts {
             let style = match one.style {
                 Style::Line => "line",
                 Style::ThinLine => "thin",
-                Style::Dots => "dots",
+                Style::Dots | Style::Marks => "dots",
             };
             let length = one.x.len().min(one.y.len());
             let x = self.columns.add(&one.x[..length], true);

@@ -1,5 +1,6 @@
 //! What a figure is made of: panels, series, bands and envelopes.
 
+use crate::palette::Meaning;
 use crate::text::Text;
 
 /// Panels on a grid with a common x axis.
@@ -50,27 +51,52 @@ pub struct Panel {
 }
 
 /// A named sequence of points.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Series {
     /// What the legend says.
     pub name: Text,
-    /// How the points are drawn. The colour follows from the place in the panel.
+    /// How the points are drawn.
     pub style: Style,
+    /// What it stands for: its colour.
+    pub meaning: Meaning,
     /// Abscissas; where `x` and `y` differ in length, the shorter one counts.
     pub x: Vec<f64>,
     /// Ordinates; what is not finite is a gap.
     pub y: Vec<f64>,
+    /// What stands beside some of its points, in its colour: which of several curves ends there.
+    pub labels: Vec<Label>,
+}
+
+impl Series {
+    /// One of several alike, without labels.
+    pub fn new(name: Text, style: Style, x: Vec<f64>, y: Vec<f64>) -> Series {
+        Series { name, style, x, y, ..Series::default() }
+    }
+}
+
+/// A text right of a point; drawn where both its coordinates are finite.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Label {
+    /// Abscissa of the point.
+    pub x: f64,
+    /// Its ordinate.
+    pub y: f64,
+    /// What it says.
+    pub text: Text,
 }
 
 /// How the points of a series are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Style {
     /// Joined by straight lines.
+    #[default]
     Line,
     /// Joined by thin straight lines, under the other lines: a recorded signal.
     ThinLine,
     /// Single points, under the lines.
     Dots,
+    /// Single points that stand out, over the lines: where something happens.
+    Marks,
 }
 
 /// A shaded window of x; drawn where it meets the axis.

@@ -1,7 +1,8 @@
 //! Which name belongs to which line, and where there is room to say so.
 
-use crate::figure::{Panel, Series, Style};
+use crate::figure::{Panel, Style};
 use crate::font::Font;
+use crate::palette;
 use crate::scene::{Anchor, Colour, Direction, Mark, Pen, Point, Rectangle};
 use crate::text::Text;
 use crate::wrap::wrap;
@@ -9,94 +10,20 @@ use crate::wrap::wrap;
 pub(crate) const ROW_HEIGHT: f64 = 16.0;
 const SIZE: f64 = 12.0;
 const TEXT_COLOUR: Colour = Colour(0x22, 0x22, 0x22);
-const PAPER: Colour = Colour(0xff, 0xff, 0xff);
+pub(crate) const PAPER: Colour = Colour(0xff, 0xff, 0xff);
 /// Length of the piece of line in front of a name, and the space behind it.
 const KEY: f64 = 22.0;
 const KEY_GAP: f64 = 6.0;
 /// Between two names in one row.
 const ENTRY_GAP: f64 = 18.0;
+/// More than the width of a letter over its size, on average.
+const WIDE: f64 = 0.6;
 /// Around a legend inside the axes.
 const PADDING: f64 = 6.0;
 const INSET: f64 = 5.0;
 
-/// Okabe and Ito's colours, which people with any of the common colour blindnesses tell apart,
-/// without the yellow that is too light for a line on white.
-///
-/// # Source
-///
-/// M. Okabe, K. Ito, *Color Universal Design* (2008), figure 16.
-static COLOURS: [Colour; 7] = [
-    Colour(0x00, 0x72, 0xb2),
-    Colour(0xd5, 0x5e, 0x00),
-    Colour(0x00, 0x9e, 0x73),
-    Colour(0xcc, 0x79, 0xa7),
-    Colour(0x56, 0xb4, 0xe9),
-    Colour(0xe6, 0x9f, 0x00),
-    Colour(0x00, 0x00, 0x00),
-];
-
-/// What tells lines of the same colour apart.
-static DASHES: [&[f32]; 4] = [&[], &[6.0, 3.0], &[2.0, 2.0], &[8.0, 3.0, 2.0, 3.0]];
-
-pub(crate) const DOT_DIAMETER: f64 = 2.6;
-
-/// How much white a recorded signal has, so that a line in front of its noise stands out.
-const TINT: f64 = 0.35;
-
-/// How much white a shaded surface has, so that grid and lines stand out from it.
-const SURFACE_TINT: f64 = 0.72;
-
-/// Of a surface that belongs to no line.
-const GREY: Colour = Colour(0x88, 0x88, 0x88);
-
 /// Height of the piece of surface in front of a name.
 const SWATCH: f64 = 9.0;
-
-/// How the series at `index` of a panel is drawn.
-pub(crate) fn pen(index: usize, style: Style) -> Pen {
-    let width = match style {
-        Style::Line => 1.6,
-        Style::ThinLine => 0.8,
-        Style::Dots => DOT_DIAMETER,
-    };
-    let dashes = DASHES[index / COLOURS.len() % DASHES.len()];
-    let tint = match style {
-        Style::Line => 0.0,
-        Style::ThinLine | Style::Dots => TINT,
-    };
-    Pen { colour: tinted(COLOURS[index % COLOURS.len()], tint), width, dashes }
-}
-
-/// How a series is told from the others of its panel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Look {
-    /// Red, green and blue; signals and dots have it with some white.
-    pub colour: [u8; 3],
-    /// Lengths of dashes and gaps, px; none where the line is whole.
-    pub dashes: &'static [f32],
-}
-
-impl Panel {
-    /// The look of each series.
-    pub fn looks(&self) -> Vec<Look> {
-        let look = |(index, series): (usize, &Series)| {
-            let Colour(red, green, blue) = COLOURS[index % COLOURS.len()];
-            Look { colour: [red, green, blue], dashes: pen(index, series.style).dashes }
-        };
-        self.series.iter().enumerate().map(look).collect()
-    }
-}
-
-/// The colour of a surface around the series at an index, or around none.
-pub(crate) fn surface(around: Option<usize>) -> Colour {
-    tinted(around.map_or(GREY, |index| COLOURS[index % COLOURS.len()]), SURFACE_TINT)
-}
-
-/// A colour with some white in it.
-fn tinted(Colour(red, green, blue): Colour, white: f64) -> Colour {
-    let mixed = |part: u8| (f64::from(part) + white * (255.0 - f64::from(part))).round() as u8;
-    Colour(mixed(red), mixed(green), mixed(blue))
-}
 
 /// One name with the look of what it names.
 #[derive(Debug, Clone, PartialEq)]
@@ -120,6 +47,9 @@ impl Entry {
     fn draw(&self, left: f64, middle: f64, marks: &mut Vec<Mark>) {
         let place = |part: f64| (left + part * KEY, middle);
         marks.push(match self.key {
+            Key::Series(Style::Marks, pen) => {
+                Mark::Dots { centres: vec![place(0.5)], diameter: pen.width, colour: pen.colour }
+            }
             Key::Series(Style::Dots, pen) => Mark::Dots {
                 centres: vec![place(0.2), place(0.5), place(0.8)],
                 diameter: pen.width,
@@ -147,13 +77,13 @@ impl Entry {
 
 /// The names in a panel: of its series, then of its envelopes.
 pub(crate) fn entries(panel: &Panel) -> Vec<Entry> {
-    let series = panel.series.iter().enumerate().map(|(index, series)| Entry {
+    let series = panel.series.iter().zip(palette::pens(panel)).map(|(series, pen)| Entry {
         name: series.name.clone(),
-        key: Key::Series(series.style, pen(index, series.style)),
+        key: Key::Series(series.style, pen),
     });
     let envelopes = panel.envelopes.iter().map(|envelope| Entry {
         name: envelope.name.clone(),
-        key: Key::Surface(surface(envelope.around)),
+        key: Key::Surface(palette::surface(panel, envelope.around)),
     });
     series.chain(envelopes).filter(|entry| !entry.name.is_empty()).collect()
 }
@@ -289,7 +219,12 @@ fn touches(mark: &Mark, place: Rectangle) -> bool {
         }
         Mark::Surface { outlines, .. } => outlines.iter().any(|outline| covers(outline, place)),
         Mark::Dots { centres, .. } => centres.iter().any(|&centre| place.meets(centre, centre)),
-        Mark::Area { .. } | Mark::Text { .. } => false,
+        // A label that stands right of its point.
+        Mark::Text { text, at, size, .. } => {
+            let letters: usize = text.runs().iter().map(|run| run.text.chars().count()).sum();
+            place.meets(*at, (at.0 + letters as f64 * WIDE * size, at.1))
+        }
+        Mark::Area { .. } => false,
     }
 }
 

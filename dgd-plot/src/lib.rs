@@ -19,6 +19,7 @@ mod figure;
 mod font;
 mod layout;
 mod legend;
+mod palette;
 mod png;
 mod scene;
 mod svg;
@@ -26,8 +27,8 @@ mod text;
 mod ticks;
 mod wrap;
 
-pub use figure::{Band, Envelope, Figure, Panel, Series, Style, columns_for};
-pub use legend::Look;
+pub use figure::{Band, Envelope, Figure, Label, Panel, Series, Style, columns_for};
+pub use palette::{Look, Meaning};
 pub use png::RasterError;
 pub use text::Text;
 
@@ -55,7 +56,7 @@ mod tests {
         // Without any smoothness, so that nothing is left out for it.
         let noise = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 8);
         let y: Vec<f64> = (0..points).map(noise).collect();
-        let series = |style| Series { name: "x".into(), style, x: x.clone(), y: y.clone() };
+        let series = |style| Series::new("x".into(), style, x.clone(), y.clone());
         let styles = [Style::Line, Style::Dots, Style::ThinLine];
         let high = y.iter().map(|y| y + 1e6).collect();
         let envelope =

@@ -6,7 +6,7 @@ use crate::field::Field;
 use crate::page::Section;
 use crate::verification::Identified;
 use crate::{
-    booster, flow_correction, friction, inertia, pump, sensitivity, sensors, verification,
+    booster, curves, flow_correction, friction, inertia, pump, sensitivity, sensors, verification,
 };
 
 /// What may fail, and says why.
@@ -26,7 +26,8 @@ pub(crate) fn all() -> Fallible<Vec<Section>> {
     let (inertia_section, inertia) = inertia::identify(&ramps, &friction, &pump)?;
     let identified = Identified { friction, pump, theta_1, booster, inertia };
     Ok(vec![
-        sensitivity::draw()?,
+        curves::draw(&[])?,
+        sensitivity::draw(&[])?,
         sensors::screen(&Field::read("no_flow")?),
         friction_section,
         pump_section,

@@ -62,6 +62,16 @@ impl Field {
         column.map_or(&[], |(_, values)| values.as_slice())
     }
 
+    /// The same with another column, by the place of the sample and what was read.
+    #[cfg(test)]
+    pub(crate) fn changed(&self, name: &str, value: impl Fn(usize, f64) -> f64) -> Field {
+        let mut columns = self.columns.clone();
+        for (_, values) in columns.iter_mut().filter(|(other, _)| other == name) {
+            values.iter_mut().enumerate().for_each(|(k, read)| *read = value(k, *read));
+        }
+        Field { times: self.times.clone(), columns }
+    }
+
     /// All columns by name.
     pub(crate) fn columns(&self) -> Vec<(&str, &[f64])> {
         self.columns.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect()

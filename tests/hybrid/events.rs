@@ -324,7 +324,7 @@ fn with_valve(variant: &str) -> String {
     if variant == "dynamic" {
         return text;
     }
-    let dynamic = "  dynamic { equation return_line: M_ssp * der(q_ssp) = net }\n";
+    let dynamic = "  dynamic { equation return_line: M * der(q_ssp) = net }\n";
     assert!(text.contains(dynamic));
     text.replace(dynamic, "")
 }

@@ -178,3 +178,59 @@ fn with_the_pump_stopped_the_level_comes_to_rest_between_inlet_and_outlet() {
         }
     }
 }
+
+/// Level and flow after a step in pump speed at 50 m, by a form of the inertia.
+fn stepped(inertia: &str, m: f64, times: &[f64]) -> Solution {
+    let path = std::path::Path::new("models/mud_circulation.dgd");
+    let named = Directions::Named(vec![support::name("M_ssp")]);
+    let compiled = support::compiled_with(path, &[("inertia", inertia)], &named);
+    let system = Interpreted::new(compiled.program);
+    riser_run(&system, m, times)
+}
+
+#[test]
+fn inertia_by_level_is_the_constant_one_with_the_mud_of_the_riser_on_top() {
+    // rho/A_r (h_in − h_r) at 50 m, by hand: 1.46·10⁶ kg/m⁴, 1.3 % of 1.1·10⁸.
+    let area = std::f64::consts::FRAC_PI_4 * (19.75_f64 * 0.0254).powi(2);
+    let of_riser = 1120.0 / area * (307.0 - 50.0);
+    assert!((of_riser / 1.456e6 - 1.0).abs() < 1e-3, "{of_riser:e}");
+    // The step is at 100 s. Within five seconds the level moves by less than a millimetre a second: M
+    // changes by 2e-7 of itself for each.
+    let times = [0.0, 99.0, 100.0, 101.0, 103.0, 105.0];
+    let change = |solution: &Solution, k: usize| solution.y(k)[1] - solution.y(2)[1];
+    // Levels are to be equal before the step: start at rest by the static model.
+    let by_level = stepped("by_level", 1.1e8, &times);
+    let level = by_level.y(2)[0];
+    let there = 1120.0 / area * (307.0 - level);
+    let same = stepped("constant", 1.1e8 + there, &times);
+    let lighter = stepped("constant", 1.1e8, &times);
+    for k in 3..6 {
+        let found = change(&by_level, k);
+        let (exact, without) = (change(&same, k), change(&lighter, k));
+        assert!((found / exact - 1.0).abs() < 1e-4, "{found:e}, not {exact:e}");
+        // The sign and the size of what the riser's mud does: the flow follows later.
+        let slower = 1.0 - found / without;
+        assert!((0.3..1.05).contains(&(slower / (there / (1.1e8 + there)))), "{slower:e}");
+    }
+}
+
+#[test]
+fn inertia_by_level_leaves_steady_states_alone_and_has_right_sensitivities() {
+    let times = [0.0, 20_000.0];
+    let (a, b) = (stepped("constant", 1.1e8, &times), stepped("by_level", 1.1e8, &times));
+    for i in 0..2 {
+        assert!((a.y(1)[i] / b.y(1)[i] - 1.0).abs() < 1e-7, "{} and {}", a.y(1)[i], b.y(1)[i]);
+    }
+    // To M_ssp, against differences, while the flow goes on changing.
+    let times: Vec<f64> = (0..=30).map(|k| f64::from(k) * 10.0).collect();
+    let [low, middle, high] = [0.999, 1.0, 1.001].map(|f| stepped("by_level", f * 1.1e8, &times));
+    let rows = || 0..times.len();
+    for i in 0..2 {
+        let largest = rows().map(|k| middle.s(k)[i].abs()).fold(0.0, f64::max);
+        for (k, t) in times.iter().enumerate() {
+            let difference = (high.y(k)[i] - low.y(k)[i]) / (0.002 * 1.1e8);
+            let error = (middle.s(k)[i] - difference).abs() / largest;
+            assert!(error < 1e-3, "{i} at {t} s: {error:e}");
+        }
+    }
+}

@@ -213,8 +213,10 @@ fn circulation(effects: &[&str]) -> Vec<(&'static str, f64)> {
 #[test]
 fn the_final_model_is_the_circulation_with_its_effects_applied() {
     let recording = Recording::read("case_2.csv");
-    for flow in ["dynamic", "static"] {
-        let variants = [("flow", flow)];
+    for (flow, inertia) in
+        [("dynamic", "constant"), ("static", "constant"), ("dynamic", "by_level")]
+    {
+        let variants = [("flow", flow), ("inertia", inertia)];
         let whole = system("mud_circulation_u_tubing.dgd", &variants, &[]);
         let settings = [("h_r", 200.0)];
         let whole = recording.run(&whole, &settings, &tolerance(1e-9));
@@ -229,7 +231,7 @@ fn the_final_model_is_the_circulation_with_its_effects_applied() {
             let apart = largest(&differences(all.column(output), whole.column(output)));
             // Both are within the tolerance of the solution; over some hundred steps and events that
             // are not forgotten at once it adds up to less than a hundred times as much.
-            assert!(apart < 1e-7 * size, "{flow}, {output}: {apart:e}");
+            assert!(apart < 1e-7 * size, "{flow}, {inertia}, {output}: {apart:e}");
         }
         // Each of them is needed: without it the level is off by half a metre at least, or the reading
         // of the flow by a twentieth of 2000 lpm.

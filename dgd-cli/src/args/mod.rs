@@ -4,6 +4,7 @@ pub(crate) mod compare;
 pub(crate) mod fit;
 mod requests;
 pub(crate) mod screen;
+mod sweep;
 
 use std::path::PathBuf;
 
@@ -17,6 +18,7 @@ use crate::numbers::{count, factor, finite, positive, whole};
 use compare::CompareArgs;
 use fit::{IntervalArgs, RegressionArgs, SearchArgs};
 use screen::ScreenArgs;
+use sweep::{label, mark};
 
 /// Check, simulate, differentiate and fit models written in a small equation language
 #[derive(Debug, Parser)]
@@ -196,6 +198,14 @@ pub(crate) struct SimulateArgs {
     /// Plot the outputs over this input, state or output instead of time, one panel for each unit
     #[arg(long, value_name = "NAME", requires = "plot", conflicts_with = "ensemble")]
     pub over: Option<String>,
+    /// With `--over`, draw the elements of an array of outputs in one colour, and write at the end of each
+    /// what another one says of it, as in `head=speed`
+    #[arg(long, value_name = "CURVES=BY", requires = "over", value_parser = label)]
+    pub label: Vec<(String, String)>,
+    /// With `--over`, mark the points that two outputs, or arrays of them, are the coordinates of, as in
+    /// `q_op,h_op`
+    #[arg(long, value_name = "X,Y", requires = "over", value_parser = mark)]
+    pub mark: Vec<(String, String)>,
     /// Add measurement noise to the outputs, drawn with this seed
     #[arg(long, value_name = "N", value_parser = whole::<u64>, allow_negative_numbers = true)]
     pub noise_seed: Option<u64>,

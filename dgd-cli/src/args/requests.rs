@@ -71,6 +71,8 @@ impl SimulateArgs {
         let mut request = SimulateRequest::new(self.run.request());
         request.ensemble.clone_from(&self.ensemble);
         request.over.clone_from(&self.over);
+        request.labels.clone_from(&self.label);
+        request.marks.clone_from(&self.mark);
         request.noise_seed = self.noise_seed;
         request
     }

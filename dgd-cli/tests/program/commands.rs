@@ -240,10 +240,38 @@ fn outputs_are_drawn_over_another_quantity() {
     for text in ["[lpm]", "[m]", "head", "sys", "2000", "4000"] {
         assert!(picture.contains(text), "{text}");
     }
-    assert!(!picture.contains("Time") && !picture.contains("[rpm]"));
+    assert!(!picture.contains("Time"));
     // Where the abscissa is an output, the others are drawn over it.
     over("h_sys").done();
     assert!(fs::read_to_string(&svg).expect("a picture").contains("150"));
+
+    // Curves of an array with their speeds at their ends and the points where the system's meets them; what
+    // says so is not drawn itself. Without `--every` the picture is smooth, and the table as ever.
+    let sweep =
+        ["models/subsea_pump.dgd", "--data", "examples/data/pump_curves.csv", "--over", "q"];
+    let table = path(&folder, "curves.csv");
+    let marks = ["--label", "head=speed", "--mark", "q_at,h_at", "--mark", "q_op,h_op"];
+    let both = ["--plot", &svg, "-o", &table];
+    dgd(&[&["simulate"], &sweep[..], &marks, &both].concat()).done();
+    let picture = fs::read_to_string(&svg).expect("a picture");
+    for text in ["1000 rpm", "1200 rpm", "2000 rpm"] {
+        assert_eq!(picture.matches(text).count(), 1, "{text}");
+    }
+    assert!(!picture.contains("[rpm]") && !picture.contains("speed"), "labels are no curves");
+    let longest = picture.lines().filter(|line| line.contains("stroke-width=\"1.6\""));
+    let points = longest.map(|line| line.matches(['l', ' ']).count()).max().unwrap_or_default();
+    assert!(points > 300, "{points} points");
+    assert_eq!(fs::read_to_string(&table).expect("a table").lines().count(), 3);
+    for (option, said) in [
+        (["--label", "head=sped"], "did you mean `speed`?"),
+        (["--label", "head=h_sys"], "`head` has 6 elements and `h_sys` has 1"),
+        (["--label", "head"], "two names, as in `head=speed`"),
+        (["--mark", "q_at"], "two names, as in `q_op,h_op`"),
+        (["--mark", "h_at,q_at"], "`h_at` is in m, and the axis of `q` in lpm"),
+    ] {
+        let wrong = [&["simulate"], &sweep[..], &["--plot", &svg], &option].concat();
+        dgd(&wrong).refused(2, &[said]);
+    }
 
     over("h_sis").refused(2, &["`--over h_sis`", "did you mean `h_sys`?"]);
     let no_picture = dgd(&[&["simulate"], &pump[..], &["--over", "q"]].concat());

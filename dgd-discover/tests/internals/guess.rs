@@ -238,7 +238,7 @@ fn circulation_without_effects(equation: &str, more: &str) -> Discovery {
 
 #[test]
 fn a_pressure_that_goes_with_two_quantities_of_a_return_line_is_guessed() {
-    let equation = "M_ssp * der(q_ssp) = net";
+    let equation = "M * der(q_ssp) = net";
     let discovery = circulation_without_effects(equation, "- 1e8 [Pa*s/m^3]*w_ssp*q_tf");
     assert_eq!(discovery.unexplained[0].target, "return_line");
     let guess = guess_at(&discovery, "return_line");

@@ -1,5 +1,6 @@
 //! Which panel stands where, and where the columns are.
 
+use super::labels;
 use super::panel::PlacedPanel;
 use super::style::label_width;
 use super::style::{COLUMN_GAP, LABEL_GAP, LABEL_SIZE, LINE_HEIGHT, MARGIN, TICK_GAP, TICK_LENGTH};
@@ -62,16 +63,21 @@ impl Columns {
                 (label + tick_widths[c] + TICK_GAP + TICK_LENGTH).ceil()
             })
             .collect();
+        // Of the labels of curves that end at the right edge.
+        let right_of_axes: Vec<f64> = (0..grid.columns)
+            .map(|c| widest(&mut in_column(c).map(|panel| labels::width(panel.panel, font))).ceil())
+            .collect();
         // Room for half of the last x tick label right of the axes.
         let gaps = COLUMN_GAP * (grid.columns - 1) as f64;
-        let taken = 2.0 * MARGIN + COLUMN_GAP / 2.0 + gaps + left_of_axes.iter().sum::<f64>();
+        let beside = left_of_axes.iter().chain(&right_of_axes).sum::<f64>();
+        let taken = 2.0 * MARGIN + COLUMN_GAP / 2.0 + gaps + beside;
         let axes_width = ((width - taken) / grid.columns as f64).floor().max(40.0);
 
         let mut lefts = Vec::with_capacity(grid.columns);
         let mut right = MARGIN;
-        for left in left_of_axes {
+        for (left, beside) in left_of_axes.into_iter().zip(right_of_axes) {
             lefts.push(right + left);
-            right += left + axes_width + COLUMN_GAP;
+            right += left + axes_width + beside + COLUMN_GAP;
         }
         Columns { lefts, axes_width, tick_widths }
     }

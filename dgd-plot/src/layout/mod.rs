@@ -12,6 +12,7 @@
 
 mod footer;
 mod grid;
+mod labels;
 mod panel;
 mod style;
 
@@ -44,7 +45,7 @@ pub(crate) fn scene(figure: &Figure) -> Scene {
     let x = x_axis(figure, &font, columns.axes_width);
     let size = (columns.axes_width, height);
     for panel in &mut panels {
-        panel.draw_curves(&x, size);
+        panel.draw_curves(&font, &x, size);
         panel.place_header(&font, size, common_legend.is_none());
     }
 
@@ -122,7 +123,7 @@ mod tests {
     fn series(name: &str, style: Style, y: impl Fn(f64) -> f64) -> Series {
         let x: Vec<f64> = (0..=400).map(f64::from).collect();
         let y = x.iter().map(|&x| y(x)).collect();
-        Series { name: Text::name(name), style, x, y }
+        Series::new(Text::name(name), style, x, y)
     }
 
     /// Panels with ever longer names, larger numbers and more series.
@@ -247,10 +248,10 @@ mod tests {
             envelopes: vec![envelope],
             ..Panel::default()
         };
+        let pen = crate::palette::pens(&panel)[0];
         let scene = scene(&Figure::new(Text::default(), vec![panel]));
         let marks = || scene.marks.iter();
         let surface = marks().position(|mark| matches!(mark, Mark::Surface { .. }));
-        let pen = legend::pen(0, Style::Line);
         let line = marks().position(|mark| matches!(mark, Mark::Lines { pen: p, .. } if *p == pen));
         assert!(surface.is_some() && surface < line, "{surface:?} {line:?}");
         let Some(Mark::Surface { outlines, .. }) = surface.map(|at| &scene.marks[at]) else {

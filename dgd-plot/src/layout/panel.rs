@@ -1,5 +1,6 @@
 //! One pair of axes with its curves, its labels and what stands above it.
 
+use super::labels;
 use super::style::{
     AXIS, BAND, DESCENT, GRID, HALF_DIGIT, HEADER_GAP, INK, LABEL_GAP, LABEL_SIZE, LINE_HEIGHT,
     MUTED, POINT_BUDGET, TEXT_GAP, TICK_GAP, TICK_LENGTH, TICK_SIZE, TITLE_SIZE, Y_ROOM,
@@ -12,15 +13,16 @@ use crate::scene::{Anchor, Direction, Mark, Pen, Point, Rectangle};
 use crate::text::Text;
 use crate::ticks::Axis;
 use crate::wrap::wrap;
-use crate::{curve, envelope};
+use crate::{curve, envelope, palette};
 
 /// A panel on its way to the page; curves are relative to the upper left corner of the axes.
 pub(super) struct PlacedPanel<'a> {
-    panel: &'a Panel,
+    pub(super) panel: &'a Panel,
     pub(super) y: Axis,
     pub(super) label: Vec<Text>,
     surfaces: Vec<Mark>,
     curves: Vec<Mark>,
+    labels: Vec<Mark>,
     pub(super) header: Header,
     inset: Option<legend::Inset>,
 }
@@ -53,12 +55,13 @@ impl<'a> PlacedPanel<'a> {
             label: wrap(&panel.y_label, font, LABEL_SIZE, height),
             surfaces: Vec::new(),
             curves: Vec::new(),
+            labels: Vec::new(),
             header: Header::default(),
             inset: None,
         }
     }
 
-    pub(super) fn draw_curves(&mut self, x: &Axis, size: Point) {
+    pub(super) fn draw_curves(&mut self, font: &Font, x: &Axis, size: Point) {
         // An envelope takes as many points as a line.
         let drawn = self.panel.series.len() + self.panel.envelopes.len();
         let budget = POINT_BUDGET / drawn as f64;
@@ -66,14 +69,14 @@ impl<'a> PlacedPanel<'a> {
         let place = |at: f64, value: f64| {
             (x.fraction(at) * size.0, (1.0 - self.y.fraction(value)) * size.1)
         };
-        let curve = |index: usize, series: &Series| {
-            let pen = legend::pen(index, series.style);
+        let curve = |pen: Pen, series: &Series| {
             let points = series.x.iter().zip(&series.y).map(|(&at, &value)| place(at, value));
             let lines = match series.style {
                 Style::Dots => {
                     let centres = curve::dots(points, budget as usize);
                     return vec![dots(centres, pen)];
                 }
+                Style::Marks => return marked(curve::dots(points, budget as usize), pen),
                 Style::Line | Style::ThinLine => curve::lines(points, columns),
             };
             // A point between two gaps has no line to lie on.
@@ -89,15 +92,23 @@ impl<'a> PlacedPanel<'a> {
                 envelope::Slice { x, low: top, high: bottom }
             });
             let outlines = envelope::outlines(slices, columns);
-            Mark::Surface { outlines, colour: legend::surface(shaded.around) }
+            Mark::Surface { outlines, colour: palette::surface(self.panel, shaded.around) }
         };
         let surfaces = self.panel.envelopes.iter().map(surface).collect();
         // Measured below simulated: both stay visible.
         let is_below = |series: &Series| matches!(series.style, Style::Dots | Style::ThinLine);
-        let numbered = || self.panel.series.iter().enumerate();
-        let below = numbered().filter(|(_, series)| is_below(series));
-        let above = numbered().filter(|(_, series)| !is_below(series));
-        self.curves = below.chain(above).flat_map(|(index, series)| curve(index, series)).collect();
+        let pens = palette::pens(self.panel);
+        let penned = || pens.iter().copied().zip(&self.panel.series);
+        let is_above = |series: &Series| series.style == Style::Marks;
+        let below = penned().filter(|(_, series)| is_below(series));
+        let between = penned().filter(|(_, series)| !is_below(series) && !is_above(series));
+        let above = penned().filter(|(_, series)| is_above(series));
+        self.curves = below
+            .chain(between)
+            .chain(above)
+            .flat_map(|(pen, series)| curve(pen, series))
+            .collect();
+        self.labels = labels::placed(self.panel, &pens, place, font, size);
         self.surfaces = surfaces;
     }
 
@@ -108,7 +119,7 @@ impl<'a> PlacedPanel<'a> {
             Vec::new()
         };
         if !entries.is_empty() {
-            let drawn = || self.surfaces.iter().chain(&self.curves);
+            let drawn = || self.surfaces.iter().chain(&self.curves).chain(&self.labels);
             self.inset = legend::Inset::find(&entries, font, size, drawn);
         }
         let above = !entries.is_empty() && self.inset.is_none();
@@ -183,6 +194,7 @@ impl<'a> PlacedPanel<'a> {
                 colour: INK,
             });
         }
+        marks.extend(self.labels.iter().map(|label| label.shifted(origin)));
         self.draw_header(font, origin, size, marks);
         if self.y.ticks.is_empty() {
             marks.push(Mark::Text {
@@ -232,5 +244,13 @@ impl<'a> PlacedPanel<'a> {
 }
 
 fn dots(centres: Vec<Point>, pen: Pen) -> Mark {
-    Mark::Dots { centres, diameter: legend::DOT_DIAMETER, colour: pen.colour }
+    Mark::Dots { centres, diameter: palette::DOT_DIAMETER, colour: pen.colour }
+}
+
+/// Large points with some white around them.
+fn marked(centres: Vec<Point>, pen: Pen) -> Vec<Mark> {
+    let paper = legend::PAPER;
+    let halo =
+        Mark::Dots { centres: centres.clone(), diameter: palette::HALO_DIAMETER, colour: paper };
+    vec![halo, Mark::Dots { centres, diameter: palette::MARK_DIAMETER, colour: pen.colour }]
 }

@@ -1,7 +1,7 @@
 //! By simulation error: each recording simulated from its start, by the model or a linear one.
 
 use dgd_identify::OutputErrorProblem;
-use dgd_plot::Text;
+use dgd_plot::{Meaning, Text};
 use dgd_runtime::System;
 
 use super::multi_start::Minima;
@@ -141,18 +141,22 @@ fn subjects(outcome: &Outcome<'_>, task: &Task<'_>, request: &FitRequest) -> Vec
             let unit = &output.unit;
             let in_unit = |value: f64| unit.from_si(value);
             let simulated = (0..recording.times.len()).map(|k| in_unit(observations.w(k)[i]));
-            let line = |name: &str, values: Vec<f64>, measured| Line {
+            let line = |name: &str, values: Vec<f64>, meaning| Line {
                 name: Text::plain(name),
                 times: recording.times.clone(),
                 values,
-                measured,
+                meaning,
             };
             subjects.push(Subject {
                 title: Text::name(&output.name).then(Text::plain(&format!(", {file}"))),
                 unit: unit.symbol.to_string(),
                 lines: vec![
-                    line("fitted", simulated.collect(), false),
-                    line("measured", measured.iter().copied().map(in_unit).collect(), true),
+                    line("fitted", simulated.collect(), Meaning::Simulated),
+                    line(
+                        "measured",
+                        measured.iter().copied().map(in_unit).collect(),
+                        Meaning::Measured,
+                    ),
                 ],
             });
         }

@@ -12,7 +12,7 @@ use dgd_identify::{
     Bound, Estimate, EstimateError, Evaluation, Noise, OutputErrorProblem, Recording, Starts,
     StoppingRule, Termination, evaluate,
 };
-use dgd_plot::{Figure, Panel, Text};
+use dgd_plot::{Figure, Meaning, Panel, Text};
 use dgd_runtime::{Direction, Options, Output, Signature, System, Unit};
 use serde_json::{Map, Value, json};
 
@@ -413,13 +413,13 @@ fn innovations(
                 name: Text::plain("one row ahead"),
                 times: times.clone(),
                 values: column(0),
-                measured: false,
+                meaning: Meaning::Simulated,
             },
             Line {
                 name: Text::plain("measured"),
                 times: recording.times.clone(),
                 values: measured,
-                measured: true,
+                meaning: Meaning::Measured,
             },
         ],
     };

@@ -28,7 +28,7 @@ impl Linearised {
             x.push(pole.re);
             y.push(pole.im);
         }
-        let poles = Series { name: Text::plain("poles"), style: Style::Dots, x, y };
+        let poles = Series::new(Text::plain("poles"), Style::Dots, x, y);
         let panel = Panel {
             title: Text::plain("Poles"),
             y_label: Text::plain("Imaginary part").with_unit("1/s"),

@@ -1,6 +1,6 @@
 //! Results as figures: which panels there are.
 
-use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+use dgd_plot::{Envelope, Figure, Meaning, Panel, Series, Style, Text};
 
 /// What one panel shows.
 #[derive(Debug, Clone)]
@@ -17,8 +17,8 @@ pub(crate) struct Line {
     pub name: Text,
     pub times: Vec<f64>,
     pub values: Vec<f64>,
-    /// Recorded rather than computed.
-    pub measured: bool,
+    /// What it stands for; what is measured is thin.
+    pub meaning: Meaning,
 }
 
 /// A figure with one panel for each subject over a common time axis.
@@ -33,9 +33,14 @@ pub(crate) fn panels(subjects: &[Subject]) -> Figure {
                 .iter()
                 .map(|line| Series {
                     name: line.name.clone(),
-                    style: if line.measured { Style::ThinLine } else { Style::Line },
+                    style: match line.meaning {
+                        Meaning::Measured => Style::ThinLine,
+                        _ => Style::Line,
+                    },
+                    meaning: line.meaning,
                     x: line.times.clone(),
                     y: line.values.clone(),
+                    labels: Vec::new(),
                 })
                 .collect(),
             ..Panel::default()
@@ -56,12 +61,7 @@ pub(crate) fn differences(
     Panel {
         title,
         y_label: Text::default().with_unit(unit),
-        series: vec![Series {
-            name: Text::default(),
-            style: Style::Dots,
-            x: times.to_vec(),
-            y: values,
-        }],
+        series: vec![Series::new(Text::default(), Style::Dots, times.to_vec(), values)],
         envelopes: vec![Envelope {
             name: Text::default(),
             around: Some(0),

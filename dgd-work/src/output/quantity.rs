@@ -41,7 +41,8 @@ impl Quantity {
 
     /// A value, and how far it may be off where that is a positive number.
     pub(crate) fn with(value: f64, std: f64) -> Quantity {
-        Quantity { value, std: Some(std).filter(|std| std.is_finite() && *std > 0.0) }
+        let std = Some(std).filter(|std| std.is_finite() && *std > 0.0);
+        Quantity { value, std, std_model: None }
     }
 
     /// The value alone.

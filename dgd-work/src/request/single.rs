@@ -56,6 +56,10 @@ pub struct SimulateRequest {
     pub ensemble: Option<PathBuf>,
     /// The quantity over which outputs are drawn, if it is not time.
     pub over: Option<String>,
+    /// Arrays of outputs, each with the array whose values stand at the ends of its curves over that quantity.
+    pub labels: Vec<(String, String)>,
+    /// Outputs, or arrays of them, over that quantity and above it, whose points are marked.
+    pub marks: Vec<(String, String)>,
     /// Seed of measurement noise that is added to the outputs.
     pub noise_seed: Option<u64>,
 }
@@ -63,7 +67,14 @@ pub struct SimulateRequest {
 impl SimulateRequest {
     /// Of this run.
     pub fn new(run: RunRequest) -> Self {
-        SimulateRequest { run, ensemble: None, over: None, noise_seed: None }
+        SimulateRequest {
+            run,
+            ensemble: None,
+            over: None,
+            labels: Vec::new(),
+            marks: Vec::new(),
+            noise_seed: None,
+        }
     }
 }
 

@@ -26,11 +26,9 @@ pub(crate) fn figure(one: &Screened) -> Figure {
             })
             .collect();
         let series: Vec<Series> = columns()
-            .map(|column| Series {
-                name: Text::name(&column.name),
-                style: Style::ThinLine,
-                x: times.to_vec(),
-                y: column.values.clone(),
+            .map(|column| {
+                let (x, y) = (times.to_vec(), column.values.clone());
+                Series::new(Text::name(&column.name), Style::ThinLine, x, y)
             })
             .collect();
         let title = match group.as_slice() {
@@ -61,12 +59,9 @@ fn differences(one: &Screened, group: &[usize]) -> Option<Panel> {
     let columns = &one.table.columns;
     let series = others.iter().map(|&other| {
         let pairs = columns[other].values.iter().zip(&columns[first].values);
-        Series {
-            name: Text::name(&columns[other].name),
-            style: Style::ThinLine,
-            x: one.times().to_vec(),
-            y: pairs.map(|(other, first)| other - first).collect(),
-        }
+        let apart = pairs.map(|(other, first)| other - first).collect();
+        let name = Text::name(&columns[other].name);
+        Series::new(name, Style::ThinLine, one.times().to_vec(), apart)
     });
     let title = match others {
         [] => return None,
@@ -98,7 +93,7 @@ fn marks(one: &Screened, group: &[usize]) -> Option<Series> {
             y.extend_from_slice(&column.values[first..end]);
         }
     }
-    (!x.is_empty()).then(|| Series { name: Text::plain("spikes"), style: Style::Dots, x, y })
+    (!x.is_empty()).then(|| Series::new(Text::plain("spikes"), Style::Dots, x, y))
 }
 
 /// Columns that measure the same together, the others alone; columns without values not at all.

@@ -5,7 +5,7 @@ pub mod verify;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
 use dgd_compiler::pipeline::Directions;
-use dgd_plot::{Figure, Text};
+use dgd_plot::{Figure, Meaning, Text};
 use dgd_runtime::{Direction, Observations, Signature, Solution, Unit};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -166,7 +166,7 @@ impl Sensitivities {
                 name: Text::default(),
                 times: self.table.times.clone(),
                 values: column.in_unit(),
-                measured: false,
+                meaning: Meaning::Simulated,
             }],
         };
         let each = self.table.columns.len() / self.trajectories.len().max(1);

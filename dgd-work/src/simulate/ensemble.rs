@@ -6,7 +6,7 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::pipeline::Directions;
 use dgd_data::write::{Written, write_header, write_rows};
 use dgd_page::Markup;
-use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+use dgd_plot::{Envelope, Figure, Meaning, Panel, Series, Style, Text};
 use dgd_runtime::ensemble::{Member, Trajectory, members_at_a_time};
 use dgd_runtime::{Statistics, Unit, side};
 use serde_json::{Value, json};
@@ -373,20 +373,19 @@ fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
             ..Panel::default()
         };
         let times = &run.times;
-        let line = |name: &str, y: Vec<f64>, style| Series {
-            name: Text::plain(name),
-            style,
-            x: times.clone(),
-            y,
+        let line = |meaning, name: &str, y: Vec<f64>| Series {
+            meaning,
+            ..Series::new(Text::plain(name), Style::Line, times.clone(), y)
         };
         if let Of::Input(i) = of {
-            panel.series.push(line(name, in_unit(&input_values(run, *i), unit), Style::Line));
+            let values = in_unit(&input_values(run, *i), unit);
+            panel.series.push(line(Meaning::Input(*i), name, values));
             panels.push(panel);
             continue;
         }
         let quantiles = quantiles(sets, j, times.len());
         let [low, lower, middle, upper, high] = quantiles.map(|values| in_unit(&values, unit));
-        panel.series.push(line("median", middle, Style::Line));
+        panel.series.push(line(Meaning::Simulated, "median", middle));
         // Grey, and in the colour of the line.
         for (name, around, low, high) in
             [("90 %", None, low, high), ("50 %", Some(0), lower, upper)]
@@ -397,11 +396,10 @@ fn figure(run: &Run, sets: &[Vec<Vec<f64>>]) -> Figure {
         if let Of::Output(i) = of
             && let Some(Some(samples)) = run.measured.outputs.get(*i)
         {
+            let (x, y) = (run.measured.times.clone(), in_unit(samples, unit));
             panel.series.push(Series {
-                name: Text::plain("measured"),
-                style: Style::ThinLine,
-                x: run.measured.times.clone(),
-                y: in_unit(samples, unit),
+                meaning: Meaning::Measured,
+                ..Series::new(Text::plain("measured"), Style::ThinLine, x, y)
             });
         }
         panels.push(panel);

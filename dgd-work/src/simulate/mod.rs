@@ -6,7 +6,7 @@ mod over;
 mod page;
 
 use dgd_compiler::pipeline::Directions;
-use dgd_plot::{Figure, Text};
+use dgd_plot::{Figure, Meaning, Text};
 use dgd_runtime::{Observations, Solution};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -22,6 +22,7 @@ use crate::run::{Measured, Reached, Run};
 use crate::session::Session;
 
 pub use ensemble::{Ensemble, Hold};
+pub use over::Sweep;
 
 /// States and outputs over time.
 #[derive(Debug, Clone)]
@@ -39,8 +40,8 @@ pub struct Simulated {
     pub solution: SolutionFacts,
     /// Why it did not go to the end.
     pub stopped: Option<String>,
-    /// The quantity over which outputs are drawn, if it is not time.
-    pub over: Option<String>,
+    /// How outputs are drawn over another quantity, if not over time.
+    pub sweep: Option<Sweep>,
     /// What it was made of.
     pub provenance: Provenance,
 }
@@ -93,22 +94,29 @@ impl SolutionFacts {
 /// [`WorkError`]. A run that ends on its way is a result, which says so.
 pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simulated, WorkError> {
     let loaded = load(&request.run.model, &request.run.choices, &Directions::None, session)?;
-    let run = Run::prepare(&request.run, loaded, session)?;
-    if let Some(name) = &request.over {
-        over::verify(name, run.signature())?;
-    }
+    let mut run = Run::prepare(&request.run, loaded, session)?;
+    let mut sweep = Sweep::of(request, run.signature())?;
     let Reached { solution, mut observations, stopped } = run.simulate()?;
     if let Some(seed) = request.noise_seed {
         noise::add(run.signature(), &mut observations, seed);
     }
-    let columns = columns(&run, &solution, &observations);
+    let table = table(&run, &solution, &observations);
+    if let Some(sweep) = &mut sweep
+        && request.run.every.is_none()
+        && request.noise_seed.is_none()
+        && let Some(times) = over::between(&table.times)
+    {
+        run.times = times;
+        let Reached { solution, observations, .. } = run.simulate()?;
+        sweep.fine = Some(self::table(&run, &solution, &observations));
+    }
     Ok(Simulated {
         model: run.signature().name.to_string(),
-        table: TimeTable { times: solution.times.clone(), columns },
+        table,
         method: run.options.method.name,
         solution: SolutionFacts::of(&solution),
         stopped: stopped.map(|error| error.to_string()),
-        over: request.over.clone(),
+        sweep,
         measured: run.measured,
         provenance: run.provenance,
     })
@@ -151,7 +159,7 @@ impl Simulated {
 
     /// Its figure: over time, or over the quantity that was asked for.
     pub fn figure(&self) -> Figure {
-        let over = self.over.as_ref().and_then(|name| over::figure(name, self));
+        let over = self.sweep.as_ref().and_then(|sweep| over::figure(sweep, self));
         over.unwrap_or_else(|| figure::panels(&self.subjects()))
     }
 
@@ -168,15 +176,15 @@ impl Simulated {
     /// What the figure shows: the inputs, unit by unit; then each declared state and each output, with what was
     /// measured of it.
     fn subjects(&self) -> Vec<Subject> {
-        let line = |name: Text, column: &NamedColumn| Line {
+        let line = |name: Text, column: &NamedColumn, meaning| Line {
             name,
             times: self.table.times.clone(),
             values: column.in_unit(),
-            measured: false,
+            meaning,
         };
         let mut subjects: Vec<Subject> = Vec::new();
-        for input in self.of_kind(Kind::Input) {
-            let line = line(Text::name(&input.name), input);
+        for (place, input) in self.of_kind(Kind::Input).enumerate() {
+            let line = line(Text::name(&input.name), input, Meaning::Input(place));
             let unit = input.unit.symbol.to_string();
             let alike = subjects.iter_mut().find(|subject| subject.unit == unit);
             if let Some(subject) = alike {
@@ -192,17 +200,17 @@ impl Simulated {
             subjects.push(Subject {
                 title: Text::name(&unknown.name),
                 unit: unknown.unit.symbol.to_string(),
-                lines: vec![line(Text::plain("simulated"), unknown)],
+                lines: vec![line(Text::plain("simulated"), unknown, Meaning::Simulated)],
             });
         }
         for (i, output) in self.of_kind(Kind::Output).enumerate() {
-            let mut lines = vec![line(Text::plain("simulated"), output)];
+            let mut lines = vec![line(Text::plain("simulated"), output, Meaning::Simulated)];
             if let Some(Some(samples)) = self.measured.outputs.get(i) {
                 lines.push(Line {
                     name: Text::plain("measured"),
                     times: self.measured.times.clone(),
                     values: in_unit(samples, &output.unit),
-                    measured: true,
+                    meaning: Meaning::Measured,
                 });
             }
             let (title, unit) = (Text::name(&output.name), output.unit.symbol.to_string());
@@ -220,7 +228,7 @@ impl Serialize for Simulated {
 
 /// Time series in the order promised: inputs, states, outputs; an output named like a state takes
 /// its column.
-fn columns(run: &Run, solution: &Solution, observations: &Observations) -> Vec<NamedColumn> {
+fn table(run: &Run, solution: &Solution, observations: &Observations) -> TimeTable {
     let signature = run.signature();
     let mut columns = Vec::new();
     for (i, input) in signature.inputs.iter().enumerate() {
@@ -238,5 +246,5 @@ fn columns(run: &Run, solution: &Solution, observations: &Observations) -> Vec<N
         let values = (0..solution.len()).map(|k| observations.w(k)[i]).collect();
         columns.push(NamedColumn::new(&output.name, &output.unit, Kind::Output, values));
     }
-    columns
+    TimeTable { times: solution.times.clone(), columns }
 }

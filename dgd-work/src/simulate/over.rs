@@ -1,15 +1,111 @@
 //! Outputs drawn over another quantity than time, as characteristic curves are.
 
-use dgd_plot::{Figure, Panel, Series, Style, Text};
-use dgd_runtime::Signature;
+use dgd_plot::{Figure, Label, Meaning, Panel, Series, Style, Text};
+use dgd_runtime::{Signature, Unit};
 
 use super::Simulated;
 use crate::error::{WorkError, meant};
-use crate::output::Kind;
 use crate::output::columns::{in_unit, is_element};
+use crate::output::quantity::rounded;
+use crate::output::{Kind, NamedColumn, TimeTable};
+use crate::request::SimulateRequest;
+
+/// Rows of a picture that is drawn smooth: more than a curve needs.
+const SMOOTH: usize = 400;
+
+/// Digits of a value that stands at the end of a curve.
+const DIGITS: i32 = 4;
+
+/// How outputs are drawn over another quantity.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Sweep {
+    /// The quantity.
+    pub over: String,
+    /// Arrays of curves, each with the array whose values stand at their ends.
+    pub labels: Vec<(String, String)>,
+    /// Abscissas and ordinates of points that are marked.
+    pub marks: Vec<(String, String)>,
+    /// The same run in rows that are close enough for smooth curves, where the result's are not.
+    pub(super) fine: Option<TimeTable>,
+}
+
+impl Sweep {
+    /// What is asked for, if it is; checked before anything is computed.
+    pub(super) fn of(
+        request: &SimulateRequest,
+        signature: &Signature,
+    ) -> Result<Option<Sweep>, WorkError> {
+        let Some(over) = &request.over else { return Ok(None) };
+        verify(over, signature)?;
+        let sweep = Sweep {
+            over: over.clone(),
+            labels: request.labels.clone(),
+            marks: request.marks.clone(),
+            fine: None,
+        };
+        for (curves, by) in &sweep.labels {
+            let option = format!("--label {curves}={by}");
+            verify_pairs(&option, [curves, by], signature)?;
+        }
+        for (x, y) in &sweep.marks {
+            let option = format!("--mark {x},{y}");
+            verify_pairs(&option, [x, y], signature)?;
+            if let (Some(own), Some(axis)) = (unit_of(x, signature), unit_of(over, signature))
+                && own != axis
+            {
+                return Err(WorkError::Usage(format!(
+                    "`{option}`: `{x}` is in {own}, and the axis of `{over}` in {axis}; mark points whose \
+                     first quantity is in {axis}"
+                )));
+            }
+        }
+        Ok(Some(sweep))
+    }
+
+    /// Whether a quantity stands in labels or marks instead of in a curve.
+    fn hides(&self, name: &str) -> bool {
+        let by = self.labels.iter().map(|(_, by)| by);
+        let points = self.marks.iter().flat_map(|(x, y)| [x, y]);
+        by.chain(points).any(|hidden| base(name) == hidden)
+    }
+}
+
+/// Rows between the given ones, so that curves are smooth; none where there are enough.
+pub(super) fn between(rows: &[f64]) -> Option<Vec<f64>> {
+    let stretches = rows.windows(2).filter(|pair| pair[1] > pair[0]).count();
+    if stretches == 0 || rows.len() >= SMOOTH {
+        return None;
+    }
+    let parts = SMOOTH.div_ceil(stretches);
+    let mut all = vec![rows[0]];
+    for pair in rows.windows(2) {
+        let step = (pair[1] - pair[0]) / parts as f64;
+        if step > 0.0 {
+            all.extend((1..parts).map(|k| pair[0] + k as f64 * step).filter(|t| *t < pair[1]));
+        }
+        all.push(pair[1]);
+    }
+    Some(all)
+}
+
+/// The array of an element, or the name itself.
+fn base(name: &str) -> &str {
+    if is_element(name) { name.split('[').next().unwrap_or(name) } else { name }
+}
+
+/// The unit in which a quantity, or each element of an array, is shown.
+fn unit_of(name: &str, signature: &Signature) -> Option<String> {
+    let shown = |name: &str, unit: &Unit| (base(name).to_owned(), unit.symbol.to_string());
+    let outputs = signature.outputs.iter().map(|output| shown(&output.name, &output.unit));
+    let inputs = signature.inputs.iter().map(|input| shown(&input.name, &input.unit));
+    let unknowns = signature.unknowns.iter().map(|unknown| shown(&unknown.name, &unknown.unit));
+    let mut all = outputs.chain(inputs).chain(unknowns);
+    all.find(|(other, _)| other == name).map(|(_, unit)| unit)
+}
 
 /// Checks before anything is computed that there is such a quantity.
-pub(super) fn verify(name: &str, signature: &Signature) -> Result<(), WorkError> {
+fn verify(name: &str, signature: &Signature) -> Result<(), WorkError> {
     let inputs = signature.inputs.iter().map(|input| input.name.to_string());
     let unknowns = signature.unknowns.iter().map(|unknown| unknown.name.to_string());
     let unknowns = unknowns.filter(|name| !is_element(name));
@@ -24,53 +120,147 @@ pub(super) fn verify(name: &str, signature: &Signature) -> Result<(), WorkError>
     Err(WorkError::Usage(message))
 }
 
+/// Checks that two outputs, or arrays of outputs, belong together element by element.
+fn verify_pairs(option: &str, names: [&str; 2], signature: &Signature) -> Result<(), WorkError> {
+    let mut known: Vec<&str> = signature.outputs.iter().map(|output| base(&output.name)).collect();
+    let count = |name: &str| known.iter().filter(|known| **known == name).count();
+    let [first, second] = names.map(count);
+    let missing = names.into_iter().find(|name| count(name) == 0);
+    let problem = match missing {
+        Some(name) => {
+            known.dedup();
+            format!("no output is called `{name}`; {}", meant(name, &known))
+        }
+        None if first != second => format!(
+            "`{}` has {first} elements and `{}` has {second}; take two of one length",
+            names[0], names[1]
+        ),
+        None => return Ok(()),
+    };
+    Err(WorkError::Usage(format!("`{option}`: {problem}")))
+}
+
 /// A panel for each unit of the outputs, over a column of the result. What was measured at a row of
 /// the result is a dot there, over what was measured of that column if it was.
-pub(super) fn figure(name: &str, simulated: &Simulated) -> Option<Figure> {
-    let times = &simulated.table.times;
-    let abscissa = simulated.table.columns.iter().find(|column| column.name == name)?;
+pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
+    let name = &sweep.over;
+    let table = sweep.fine.as_ref().unwrap_or(&simulated.table);
+    let outputs = || table.columns.iter().filter(|column| column.kind == Kind::Output);
+    let abscissa = table.columns.iter().find(|column| column.name == *name)?;
     let x = abscissa.in_unit();
     let measured = |i: usize| {
         let samples = simulated.measured.outputs.get(i)?.as_ref()?;
-        Some(measured_at(times, &simulated.measured.times, samples))
+        Some(measured_at(&table.times, &simulated.measured.times, samples))
     };
-    let outputs = || simulated.of_kind(Kind::Output);
-    let measured_x = (outputs().position(|output| output.name == name))
+    let measured_x = (outputs().position(|output| output.name == *name))
         .and_then(measured)
         .map_or_else(|| x.clone(), |samples| in_unit(&samples, &abscissa.unit));
-    let mut panels: Vec<Panel> = Vec::new();
+    let mut panels = Panels::default();
     for (i, output) in outputs().enumerate() {
-        if output.name == name {
+        if output.name == *name || sweep.hides(&output.name) {
             continue;
         }
-        let label = Text::default().with_unit(&output.unit.symbol);
-        let at = panels.iter().position(|panel| panel.y_label == label).unwrap_or_else(|| {
-            panels.push(Panel { y_label: label, ..Panel::default() });
-            panels.len() - 1
-        });
-        let panel = &mut panels[at];
-        panel.series.push(Series {
-            name: Text::name(&output.name),
-            style: Style::Line,
-            x: x.clone(),
-            y: output.in_unit(),
-        });
+        let series = &mut panels.of(output).series;
+        let labelled = sweep.labels.iter().find(|(curves, _)| base(&output.name) == curves);
+        if let Some((curves, by)) = labelled {
+            // One series for all curves: they are told apart by their labels.
+            let element = &output.name[curves.len()..];
+            let label = outputs().find(|other| other.name == format!("{by}{element}"));
+            append(series, curves, &x, output, label);
+            continue;
+        }
+        series.push(Series::new(
+            Text::name(&output.name),
+            Style::Line,
+            x.clone(),
+            output.in_unit(),
+        ));
         if let Some(samples) = measured(i) {
-            panel.series.push(Series {
-                name: Text::plain(&format!("{} measured", output.name)),
-                style: Style::Dots,
-                x: measured_x.clone(),
-                y: in_unit(&samples, &output.unit),
-            });
+            let name = Text::plain(&format!("{} measured", output.name));
+            let values = in_unit(&samples, &output.unit);
+            series.push(Series::new(name, Style::Dots, measured_x.clone(), values));
         }
     }
-    for panel in &mut panels {
-        // A legend names two and more.
-        if let [only] = panel.series.as_slice() {
-            panel.title = only.name.clone();
+    for (at, heights) in &sweep.marks {
+        let of =
+            |name: &str| outputs().filter(|output| base(&output.name) == name).collect::<Vec<_>>();
+        let mut marks =
+            Series { style: Style::Marks, name: Text::name(heights), ..Series::default() };
+        let mut unit = None;
+        for (x, y) in of(at).into_iter().zip(of(heights)) {
+            marks.x.extend(x.in_unit());
+            marks.y.extend(y.in_unit());
+            unit = Some(y);
+        }
+        if let Some(column) = unit {
+            panels.of(column).series.push(marks);
         }
     }
-    Some(Figure::new(Text::name(name).with_unit(&abscissa.unit.symbol), panels))
+    Some(Figure::new(Text::name(name).with_unit(&abscissa.unit.symbol), panels.finished()))
+}
+
+/// Adds the curve of an element to the series of its array, behind a gap.
+fn append(
+    series: &mut Vec<Series>,
+    array: &str,
+    x: &[f64],
+    curve: &NamedColumn,
+    label: Option<&NamedColumn>,
+) {
+    let name = Text::name(array);
+    let at = series.iter().position(|series| series.name == name).unwrap_or_else(|| {
+        series.push(Series { name, ..Series::default() });
+        series.len() - 1
+    });
+    let (all, y) = (&mut series[at], curve.in_unit());
+    if !all.x.is_empty() {
+        all.x.push(f64::NAN);
+        all.y.push(f64::NAN);
+    }
+    let end = x.iter().zip(&y).rfind(|(x, y)| x.is_finite() && y.is_finite());
+    if let (Some((x, y)), Some(label)) = (end, label) {
+        let value = label.in_unit().last().copied().unwrap_or(f64::NAN);
+        let value = Text::plain(&rounded(value, DIGITS));
+        let text = match &*label.unit.symbol {
+            "1" => value,
+            symbol => value.then(Text::plain(" ")).then(Text::unit(symbol)),
+        };
+        all.labels.push(Label { x: *x, y: *y, text });
+    }
+    all.x.extend_from_slice(x);
+    all.y.extend(y);
+}
+
+/// Panels by the units of their axes.
+#[derive(Default)]
+struct Panels(Vec<Panel>);
+
+impl Panels {
+    /// The panel in a column's unit.
+    fn of(&mut self, column: &NamedColumn) -> &mut Panel {
+        let label = Text::default().with_unit(&column.unit.symbol);
+        let at = self.0.iter().position(|panel| panel.y_label == label).unwrap_or_else(|| {
+            self.0.push(Panel { y_label: label, ..Panel::default() });
+            self.0.len() - 1
+        });
+        &mut self.0[at]
+    }
+
+    fn finished(mut self) -> Vec<Panel> {
+        for panel in &mut self.0 {
+            // A legend names two and more.
+            match panel.series.as_mut_slice() {
+                [only] => panel.title = only.name.clone(),
+                // Of one quantity: what the model says of it, and what was measured.
+                [computed, measured] if measured.style == Style::Dots => {
+                    computed.meaning = Meaning::Simulated;
+                    measured.meaning = Meaning::Measured;
+                }
+                _ => {}
+            }
+        }
+        self.0
+    }
 }
 
 /// Samples at the rows that have one; NaN, which is not drawn, elsewhere. Of two rows with one time, the
@@ -104,5 +294,42 @@ mod tests {
         assert_eq!(measured_at(&times, &times, &samples), samples);
         // A result that jumps where the samples do not, and the other way round.
         assert_eq!(measured_at(&[0.0, 0.0, 1.0], &times, &samples), [5.0, 5.0, 6.0]);
+    }
+
+    #[test]
+    fn rows_between_keep_the_given_ones_and_their_jumps() {
+        let all = between(&[0.0, 1.0, 1.0, 3.0]).unwrap_or_default();
+        assert!(all.len() >= SMOOTH && all.is_sorted());
+        assert_eq!(all.iter().filter(|t| **t == 1.0).count(), 2);
+        assert_eq!((all[0], all[all.len() - 1]), (0.0, 3.0));
+        // Nothing to be refined, and nothing between.
+        assert!(between(&[0.0; 3]).is_none() && between(&[]).is_none());
+        let enough: Vec<f64> = (0..SMOOTH).map(|k| k as f64).collect();
+        assert!(between(&enough).is_none());
+    }
+
+    #[test]
+    fn curves_of_an_array_are_one_series_with_a_label_at_each_end() {
+        let column = |name: &str, symbol: &str, values: [f64; 3]| {
+            let unit = Unit { symbol: symbol.to_owned().into(), factor: 1.0, offset: 0.0 };
+            NamedColumn::new(name, &unit, Kind::Output, values.to_vec())
+        };
+        let mut series = Vec::new();
+        let x = [0.0, 1.0, 2.0];
+        // The second one ends where it is not finite any more.
+        let curves = [
+            (column("head[1]", "m", [3.0, 2.0, 1.0]), column("speed[1]", "rpm", [1000.0; 3])),
+            (column("head[2]", "m", [5.0, 4.0, f64::NAN]), column("speed[2]", "1", [0.5; 3])),
+        ];
+        for (curve, label) in &curves {
+            append(&mut series, "head", &x, curve, Some(label));
+        }
+        let [all] = series.as_slice() else { unreachable!("one series") };
+        assert_eq!(all.x.len(), 7);
+        assert!(all.y[3].is_nan());
+        let labels: Vec<(f64, f64, String)> =
+            all.labels.iter().map(|label| (label.x, label.y, label.text.to_html())).collect();
+        let expected = [(2.0, 1.0, "1000 rpm".to_owned()), (1.0, 4.0, "0.5000".to_owned())];
+        assert_eq!(labels, expected);
     }
 }

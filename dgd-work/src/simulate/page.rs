@@ -1,7 +1,7 @@
 //! The page of a simulation: how it agrees with what was measured, its curves, its events.
 
 use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
-use dgd_plot::{Figure, Text};
+use dgd_plot::{Figure, Meaning, Text};
 use serde_json::Value;
 
 use super::Simulated;
@@ -34,7 +34,7 @@ pub(super) fn write(simulated: &Simulated, command: &str) -> String {
     let headline = headline(simulated, &agreements);
     page.push_header(&kind, &Markup::prose(&headline), Tone::Plain, &[solved(simulated), table]);
     // Over another quantity there is nothing that moves with the other figures.
-    let link = if simulated.over.is_some() { Link::Alone } else { TIME };
+    let link = if simulated.sweep.is_some() { Link::Alone } else { TIME };
     let chart = page.chart(&simulated.figure(), link, &Markup::default());
     page.push_section("Inputs, states and outputs", &[chart]);
     if let Some(residuals) = residuals(simulated, &compared) {
@@ -95,7 +95,7 @@ fn residuals(simulated: &Simulated, compared: &[Compared<'_>]) -> Option<Figure>
             name: Text::plain("measured − simulated"),
             times: simulated.table.times.clone(),
             values: one.measured.iter().zip(&one.simulated).map(|(y, w)| y - w).collect(),
-            measured: true,
+            meaning: Meaning::Measured,
         }],
     };
     let subjects: Vec<Subject> = compared.iter().map(subject).collect();

@@ -184,7 +184,7 @@ fn panel(
     Panel {
         title: Text::name(&of.name),
         y_label: Text::default().with_unit(&of.unit.symbol),
-        series: vec![Series { name: name.clone(), style, x: times.to_vec(), y: values }],
+        series: vec![Series::new(name.clone(), style, times.to_vec(), values)],
         envelopes: vec![Envelope { name, around: Some(0), x: times.to_vec(), low, high }],
         ..Panel::default()
     }

@@ -2,7 +2,7 @@
 //! axis.
 
 use dgd_discover::{Discovery, MissingInput, OutputTrace, RecordingTrace, Window};
-use dgd_plot::{Band, Envelope, Figure, Panel, Series, Style, Text};
+use dgd_plot::{Band, Envelope, Figure, Meaning, Panel, Series, Style, Text};
 use dgd_runtime::Unit;
 
 use crate::output::quantity::of_differences;
@@ -35,15 +35,15 @@ pub(super) fn fit(trace: &RecordingTrace, correction: Correction) -> Vec<Figure>
         let in_unit = |values: &[f64]| shifted(values, &output.unit);
         let mut series = match correction {
             Correction::None => {
-                vec![series("simulated", Style::Line, &trace.times, in_unit(&output.after))]
+                vec![series(Meaning::Simulated, Style::Line, &trace.times, in_unit(&output.after))]
             }
             Correction::Made => vec![
-                series("before", Style::Line, &trace.times, in_unit(&output.before)),
-                series("after", Style::Line, &trace.times, in_unit(&output.after)),
+                series(Meaning::Before, Style::Line, &trace.times, in_unit(&output.before)),
+                series(Meaning::After, Style::Line, &trace.times, in_unit(&output.after)),
             ],
         };
         let measured = in_unit(&output.measured);
-        series.push(self::series("measured", Style::ThinLine, &trace.times, measured));
+        series.push(self::series(Meaning::Measured, Style::ThinLine, &trace.times, measured));
         Panel {
             title: Text::name(&output.name),
             y_label: Text::default().with_unit(&output.unit.symbol),
@@ -68,10 +68,16 @@ pub(super) fn error_panels(trace: &RecordingTrace, correction: Correction) -> Ve
             let pairs = output.measured.iter().zip(simulated);
             pairs.map(|(measured, simulated)| (measured - simulated) / unit.factor).collect()
         };
-        let thin = |name, simulated| series(name, Style::ThinLine, &trace.times, error(simulated));
+        let thin =
+            |meaning, simulated| series(meaning, Style::ThinLine, &trace.times, error(simulated));
         let series = match correction {
-            Correction::None => vec![thin("measured − simulated", &output.after)],
-            Correction::Made => vec![thin("before", &output.before), thin("after", &output.after)],
+            Correction::None => vec![Series {
+                name: Text::plain("measured − simulated"),
+                ..thin(Meaning::Simulated, &output.after)
+            }],
+            Correction::Made => {
+                vec![thin(Meaning::Before, &output.before), thin(Meaning::After, &output.after)]
+            }
         };
         let ends: Vec<f64> =
             trace.times.first().into_iter().chain(trace.times.last()).copied().collect();
@@ -103,7 +109,12 @@ pub(super) fn missing<'a>(traces: impl IntoIterator<Item = &'a MissingInput>) ->
         Panel {
             title: Text::plain(&trace.target()),
             y_label: Text::default().with_unit(&trace.unit),
-            series: vec![series("missing", Style::Line, &trace.times, trace.value.clone())],
+            series: vec![Series::new(
+                Text::plain("missing"),
+                Style::Line,
+                trace.times.clone(),
+                trace.value.clone(),
+            )],
             bands: bands(&trace.windows),
             envelopes: vec![Envelope {
                 name: Text::plain("± 2 standard deviations"),
@@ -117,8 +128,15 @@ pub(super) fn missing<'a>(traces: impl IntoIterator<Item = &'a MissingInput>) ->
     pages(&traces.into_iter().map(panel).collect::<Vec<_>>())
 }
 
-fn series(name: &str, style: Style, times: &[f64], y: Vec<f64>) -> Series {
-    Series { name: Text::plain(name), style, x: times.to_vec(), y }
+fn series(meaning: Meaning, style: Style, times: &[f64], y: Vec<f64>) -> Series {
+    let name = match meaning {
+        Meaning::Measured => "measured",
+        Meaning::Simulated => "simulated",
+        Meaning::Before => "before",
+        Meaning::After => "after",
+        Meaning::Input(_) | Meaning::Variant(_) | Meaning::OneOfSeveral => "",
+    };
+    Series { meaning, ..Series::new(Text::plain(name), style, times.to_vec(), y) }
 }
 
 fn shifted(values: &[f64], unit: &Unit) -> Vec<f64> {

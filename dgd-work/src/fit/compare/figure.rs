@@ -1,6 +1,6 @@
 //! One figure of a comparison: each output as measured and by each contender, and what is left.
 
-use dgd_plot::{Figure, Panel, Series, Style, Text};
+use dgd_plot::{Figure, Meaning, Panel, Series, Style, Text};
 
 use super::Comparison;
 use crate::fit::page::traces::Trace;
@@ -30,11 +30,11 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
         };
         let residuals: Vec<Vec<f64>> =
             (0..all.contenders.len()).map(|k| own(k).unwrap_or_default()).collect();
-        let line = |name: &str, values: Vec<f64>, measured| Line {
+        let line = |name: &str, values: Vec<f64>, meaning| Line {
             name: Text::plain(name),
             times: first.times.clone(),
             values,
-            measured,
+            meaning,
         };
         let unit = |k: usize, i: usize| &all.contenders[k].fitted.signature.outputs[i].unit;
         let declared = unit(0, i);
@@ -43,19 +43,18 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
             let Some((own, i, _)) = trace(k) else { continue };
             let in_first = |w: &f64| declared.from_si(w * unit(k, i).factor + unit(k, i).offset);
             let values = own.simulated[i].iter().map(in_first).collect();
-            lines.push(line(&one.label, values, false));
+            lines.push(line(&one.label, values, Meaning::Variant(k)));
         }
-        lines.push(line("measured", measured.clone(), true));
+        lines.push(line("measured", measured.clone(), Meaning::Measured));
         subjects.push(Subject {
             title: Text::name(&output.name),
             unit: declared.symbol.to_string(),
             lines,
         });
-        let series = all.contenders.iter().zip(residuals).map(|(one, y)| Series {
-            name: Text::plain(&one.label),
-            style: Style::ThinLine,
-            x: first.times.clone(),
-            y,
+        let all = all.contenders.iter().zip(residuals).enumerate();
+        let series = all.map(|(k, (one, y))| Series {
+            meaning: Meaning::Variant(k),
+            ..Series::new(Text::plain(&one.label), Style::ThinLine, first.times.clone(), y)
         });
         errors.push(Panel {
             title: Text::name(&output.name).then(Text::plain(", measured less simulated")),

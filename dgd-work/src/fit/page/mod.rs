@@ -12,7 +12,7 @@ mod residuals;
 pub(crate) mod traces;
 
 use dgd_page::{Cell, Link, Markup, Page, Table};
-use dgd_plot::{Figure, Text};
+use dgd_plot::{Figure, Meaning, Text};
 use dgd_runtime::Signature;
 
 use super::Fitted;
@@ -118,11 +118,11 @@ pub(super) fn agreement(traces: &[Trace], output: usize, is_valid: bool) -> Opti
 /// One recording: its inputs, each output measured and simulated, and what is left.
 fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
     let role = if trace.is_valid { "validation" } else { "training" };
-    let line = |name: &str, values: &[f64], measured| Line {
+    let line = |name: &str, values: &[f64], meaning| Line {
         name: Text::plain(name),
         times: trace.times.clone(),
         values: values.to_vec(),
-        measured,
+        meaning,
     };
     let (mut curves, mut errors) = (Vec::new(), Vec::new());
     let outputs = signature.outputs.iter().enumerate();
@@ -134,20 +134,21 @@ fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
             title: Text::name(&output.name),
             unit: output.unit.symbol.to_string(),
             lines: vec![
-                line("fitted", &trace.simulated[i], false),
-                line("measured", measured, true),
+                line("fitted", &trace.simulated[i], Meaning::Simulated),
+                line("measured", measured, Meaning::Measured),
             ],
         });
         errors.push(Subject {
             title: Text::name(&output.name),
             unit: of_differences(&output.unit).symbol.to_string(),
-            lines: vec![line("measured − fitted", residuals, true)],
+            lines: vec![line("measured − fitted", residuals, Meaning::Measured)],
         });
     }
-    let inputs = signature.inputs.iter().zip(&trace.inputs).map(|(input, values)| Subject {
+    let inputs = signature.inputs.iter().zip(&trace.inputs).enumerate();
+    let inputs = inputs.map(|(k, (input, values))| Subject {
         title: Text::name(&input.name),
         unit: input.unit.symbol.to_string(),
-        lines: vec![line("input", values, false)],
+        lines: vec![line("input", values, Meaning::Input(k))],
     });
     curves.extend(inputs);
     let link = Link::With(&trace.name);

@@ -52,12 +52,8 @@ pub(super) fn push(
 fn lags(title: Text, values: &[f64], first: usize, limit: f64, spacing: f64) -> Panel {
     let x: Vec<f64> = (0..values.len()).map(|k| (k + first) as f64 * spacing).collect();
     let ends: Vec<f64> = x.first().into_iter().chain(x.last()).copied().collect();
-    let series = Series {
-        name: Text::plain("correlation"),
-        style: Style::Line,
-        x: x.clone(),
-        y: values.to_vec(),
-    };
+    let name = Text::plain("correlation");
+    let series = Series::new(name, Style::Line, x.clone(), values.to_vec());
     Panel {
         title,
         y_label: Text::default(),
@@ -101,7 +97,7 @@ fn against(page: &mut Page, signature: &Signature, traces: &[Trace], input: usiz
         changes.then(|| Panel {
             title: Text::name(&output.name),
             y_label: Text::default().with_unit(&of_differences(&output.unit).symbol),
-            series: vec![Series { name: Text::plain("residual"), style: Style::Dots, x, y }],
+            series: vec![Series::new(Text::plain("residual"), Style::Dots, x, y)],
             ..Panel::default()
         })
     });
@@ -157,7 +153,7 @@ fn histogram_panel(title: Text, scaled: &[f64]) -> Option<Panel> {
         (0..POINTS).map(|k| REACH * (2.0 * k as f64 / (POINTS - 1) as f64 - 1.0)).collect();
     let law = |z: &f64| (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
     let normal = normal_x.iter().map(law).collect();
-    let line = |name: &str, x, y| Series { name: Text::plain(name), style: Style::Line, x, y };
+    let line = |name: &str, x, y| Series::new(Text::plain(name), Style::Line, x, y);
     Some(Panel {
         title,
         y_label: Text::plain("Density"),
@@ -169,7 +165,7 @@ fn histogram_panel(title: Text, scaled: &[f64]) -> Option<Panel> {
 fn quantile_panel(title: Text, scaled: &[f64]) -> Panel {
     let (x, y): (Vec<f64>, Vec<f64>) = normal_quantiles(scaled, QUANTILES).into_iter().unzip();
     let ends: Vec<f64> = x.first().into_iter().chain(x.last()).copied().collect();
-    let dots = Series { name: Text::plain("residuals"), style: Style::Dots, x, y };
-    let line = Series { name: Text::plain("normal"), style: Style::Line, x: ends.clone(), y: ends };
+    let dots = Series::new(Text::plain("residuals"), Style::Dots, x, y);
+    let line = Series::new(Text::plain("normal"), Style::Line, ends.clone(), ends);
     Panel { title, y_label: Text::plain("Residual"), series: vec![dots, line], ..Panel::default() }
 }

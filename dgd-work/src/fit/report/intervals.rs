@@ -348,11 +348,8 @@ fn figure(profile: &Profile, name: &str, outcome: &dyn Estimated) -> Figure {
     let unit = outcome.unit(profile.estimate);
     let x: Vec<f64> = profile.values.iter().map(|value| unit.from_si(*value)).collect();
     let ends = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(0.0)];
-    let line = |name: &str, style, x: &[f64], y: Vec<f64>| Series {
-        name: Text::plain(name),
-        style,
-        x: x.to_vec(),
-        y,
+    let line = |name: &str, style, x: &[f64], y: Vec<f64>| {
+        Series::new(Text::plain(name), style, x.to_vec(), y)
     };
     let panel = Panel {
         title: Text::plain("Profile likelihood"),

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use dgd_compiler::model::Variant;
 use dgd_identify::regression::{Followed, RegressionFit, RowOf, RowQuality, RowTrace, RowsLeftOut};
 use dgd_identify::{Bound, Estimate};
-use dgd_plot::{Figure, Text};
+use dgd_plot::{Figure, Meaning, Text};
 use dgd_runtime::Signature;
 use serde_json::{Map, Value, json};
 
@@ -219,11 +219,11 @@ impl RegressionOutcome<'_> {
             };
             let in_unit =
                 |values: &[f64]| values.iter().map(|value| (value - offset) / factor).collect();
-            let line = |name: &str, values: &[f64], measured| Line {
+            let line = |name: &str, values: &[f64], meaning| Line {
                 name: Text::plain(name),
                 times: trace.times.clone(),
                 values: in_unit(values),
-                measured,
+                meaning,
             };
             let file = match names.as_slice() {
                 [_] => String::new(),
@@ -249,8 +249,8 @@ impl RegressionOutcome<'_> {
                 title: title(""),
                 unit,
                 lines: vec![
-                    line("fitted", &trace.predicted, false),
-                    line(read, &trace.target, true),
+                    line("fitted", &trace.predicted, Meaning::Simulated),
+                    line(read, &trace.target, Meaning::Measured),
                 ],
             });
         }
