@@ -233,11 +233,10 @@ fn plots(command: &Command) -> &[PathBuf] {
         | Command::Emit(_)
         | Command::Explain(_)
         | Command::Methods
-        | Command::Adopt(_)
-        // Refused there.
-        | Command::Linearize(_) => &[],
+        | Command::Adopt(_) => &[],
         Command::Simulate(args) => &args.run.solve.plot,
         Command::Sensitivity(args) => &args.run.solve.plot,
+        Command::Linearize(args) => &args.solve.plot,
         Command::Fit(args) => &args.solve.plot,
         Command::Track(args) => &args.solve.plot,
         Command::Discover(args) => &args.solve.plot,

@@ -5,13 +5,11 @@ use dgd_work::{Ended, LinearizeRequest, linearize};
 use crate::args::LinearizeArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
+use crate::picture;
 use crate::tail::{Printed, Saved, Shown, Table, finish};
 
 pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), CommandError> {
-    if !args.solve.plot.is_empty() {
-        let message = "`linearize` does not take `--plot`: its run ends where `--at` says";
-        return Err(CommandError::Usage(message.to_owned()));
-    }
+    picture::verify_formats(&args.solve.plot)?;
     let mut request = LinearizeRequest::new(&args.model, args.at);
     request.choices = args.choices.request();
     request.data.clone_from(&args.data);
@@ -26,6 +24,7 @@ pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), Comm
     let shown = Shown {
         json: Some(linear.to_json()),
         saved: Saved::Table(table),
+        figures: args.solve.plot.iter().map(|path| (path.clone(), linear.figure())).collect(),
         printed: Printed::Text(linear.to_text()),
         ..Shown::new(Ended::Done)
     };

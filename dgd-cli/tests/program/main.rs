@@ -7,6 +7,7 @@ mod support;
 
 mod accuracy;
 mod commands;
+mod conserved;
 mod discover;
 mod effects;
 mod ensembles;
