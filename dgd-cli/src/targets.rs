@@ -199,6 +199,11 @@ fn inputs(command: &Command) -> Vec<PathBuf> {
             all.extend(args.data.clone());
             Some(&args.choices)
         }
+        Command::Invert(args) => {
+            all.push(args.model.clone());
+            all.push(args.data.clone());
+            Some(&args.choices)
+        }
         Command::Fit(args) => {
             all.push(args.model.clone());
             all.extend(args.data.iter().chain(&args.valid).cloned());
@@ -237,6 +242,7 @@ fn plots(command: &Command) -> &[PathBuf] {
         Command::Simulate(args) => &args.run.solve.plot,
         Command::Sensitivity(args) => &args.run.solve.plot,
         Command::Linearize(args) => &args.solve.plot,
+        Command::Invert(args) => &args.solve.plot,
         Command::Fit(args) => &args.solve.plot,
         Command::Track(args) => &args.solve.plot,
         Command::Discover(args) => &args.solve.plot,
@@ -255,6 +261,7 @@ fn out(command: &Command) -> Out {
         Command::Simulate(_)
         | Command::Sensitivity(_)
         | Command::Linearize(_)
+        | Command::Invert(_)
         | Command::Track(_) => Out::Table,
         Command::Fit(args) => Out::Folder(fit::file_names(&args.model)),
         Command::Discover(args) => Out::Folder(discover::file_names(&args.model)),

@@ -6,6 +6,7 @@
 //!                     simulate_each ► Ensemble   the same for many sets of parameters
 //!   SensitivityRequest ─ sensitivity ─► Sensitivities
 //!   LinearizeRequest ─ linearize ─► Linearised   A, B, C, D, poles
+//!   InvertRequest   ─ invert ───► Missing        what an equation lacks, from what was measured
 //!   ScreenRequest   ─ screen ───► Screenings     what is wrong with recordings
 //!   FitRequest      ─ fit ──────► Fitted         parameters and start values from recordings
 //!   TrackRequest    ─ track ────► Tracked        the same row by row, as data comes in
@@ -42,6 +43,7 @@ pub mod check;
 pub mod discover;
 mod error;
 pub mod fit;
+pub mod invert;
 pub mod linearize;
 mod model;
 mod output;
@@ -59,6 +61,7 @@ pub use check::{Checked, check};
 pub use discover::{Adopted, Discovered, adopt, discover};
 pub use error::{Class, Ended, Mistake, Spot, WorkError, meant};
 pub use fit::{FitFigure, Fitted, fit};
+pub use invert::{Missing, Twin, invert};
 pub use linearize::{Linearised, linearize};
 pub use model::effects::load_folder;
 pub use model::{Changed, LoadedModel, load};
@@ -66,9 +69,9 @@ pub use output::columns::{Kind, NamedColumn, TimeTable};
 pub use output::provenance::{DataFile, Provenance};
 pub use request::{
     AdoptRequest, CheckRequest, Choices, DiscoverRequest, Engine, Estimator, FitRequest,
-    IntervalRequest, Keep, LinearizeAt, LinearizeRequest, NoiseFrom, Normalise, RegressionRequest,
-    RunRequest, ScreenRequest, SearchRequest, SensitivityRequest, SimulateRequest, Solve, Sought,
-    Start, TrackRequest, Tracker,
+    IntervalRequest, InvertRequest, Keep, LinearizeAt, LinearizeRequest, NoiseFrom, Normalise,
+    RegressionRequest, RunRequest, ScreenRequest, SearchRequest, SensitivityRequest,
+    SimulateRequest, Solve, Sought, Start, TrackRequest, Tracker,
 };
 pub use run::Measured;
 pub use screen::{Screenings, screen};

@@ -8,6 +8,7 @@ mod ensemble;
 pub(crate) mod explain;
 pub(crate) mod fit;
 pub(crate) mod fmt;
+pub(crate) mod invert;
 pub(crate) mod linearize;
 pub(crate) mod methods;
 pub(crate) mod screen;

@@ -16,6 +16,7 @@ mod files;
 mod fit_estimators;
 mod fit_quality;
 mod gates;
+mod invert;
 mod linearize;
 mod names;
 mod options;
