@@ -96,7 +96,7 @@ impl Held {
     }
 
     pub(super) fn push_text(&self, text: &mut String) {
-        let quantity = |value: f64| format!("{} {}", significant(value, DIGITS), self.unit.symbol);
+        let quantity = |value: f64| with_unit(value, &self.unit.symbol);
         let by_inputs = if self.whatever_inputs { "" } else { " with these inputs" };
         let _ = if self.is_linear {
             writeln!(text, "\nconserved{by_inputs}: {}", self.formula())
@@ -169,6 +169,11 @@ fn output(signature: &Signature, system: &StateSpace, own: &Conserved) -> Option
     };
     let row = (0..system.c.nrows()).find(|row| is_alike(*row))?;
     let output = &signature.outputs[row];
-    let value = significant(output.unit.from_si(system.w[row]), DIGITS);
-    Some((output.name.to_string(), format!("{value} {}", output.unit.symbol)))
+    let value = with_unit(output.unit.from_si(system.w[row]), &output.unit.symbol);
+    Some((output.name.to_string(), value))
+}
+
+fn with_unit(value: f64, unit: &str) -> String {
+    let value = significant(value, DIGITS);
+    if unit == "1" { value } else { format!("{value} {unit}") }
 }
