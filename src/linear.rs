@@ -1,6 +1,6 @@
 //! The linear model close to a point.
 
-use dgd_runtime::linearize::{OperatingPoint, StateSpace, steady_state};
+use dgd_runtime::linearize::{Conserved, OperatingPoint, StateSpace, rest};
 use dgd_runtime::{Options, Solved, linearize as at_runtime};
 
 use crate::{Error, Problem, Solution};
@@ -16,7 +16,8 @@ pub enum At {
         /// Where it is linearised.
         until: f64,
     },
-    /// Where everything is at rest, with the inputs held as they are at this time, s.
+    /// Where everything is at rest, with the inputs held as they are at this time, s. What the equations conserve has
+    /// its start value.
     Steady(f64),
 }
 
@@ -27,6 +28,7 @@ pub struct LinearModel {
     inputs: Vec<String>,
     outputs: Vec<String>,
     found: StateSpace,
+    conserved: Vec<Conserved>,
 }
 
 /// Rows of a matrix.
@@ -78,7 +80,7 @@ impl LinearModel {
     ///
     /// [`Error::Linearize`] where the iteration for them does not converge.
     pub fn poles(&self) -> Result<Vec<(f64, f64)>, Error> {
-        let poles = self.found.poles().map_err(Error::Linearize)?;
+        let poles = self.found.poles_beside(&self.conserved).map_err(Error::Linearize)?;
         Ok(poles.poles.iter().map(|pole| (pole.re, pole.im)).collect())
     }
 }
@@ -94,10 +96,16 @@ pub fn linearize<M: Solved>(
     options: &Options,
 ) -> Result<LinearModel, Error> {
     let given = problem.as_run()?;
-    let point = match at {
-        At::Run { from, until } => OperatingPoint::reached(&given, from, until, options)
-            .map_err(|error| Error::Run { error, reached: Box::new(Solution::default()) })?,
-        At::Steady(t) => steady_state(&given, t, options).map_err(Error::SteadyState)?,
+    let (point, conserved) = match at {
+        At::Run { from, until } => {
+            let reached = OperatingPoint::reached(&given, from, until, options)
+                .map_err(|error| Error::Run { error, reached: Box::new(Solution::default()) })?;
+            (reached, Vec::new())
+        }
+        At::Steady(t) => {
+            let found = rest(&given, t, options).map_err(Error::SteadyState)?;
+            (found.at, found.conserved)
+        }
     };
     let found = at_runtime::linearize(&given, &point).map_err(Error::Linearize)?;
     let signature = problem.model.signature();
@@ -106,5 +114,5 @@ pub fn linearize<M: Solved>(
         .map(|channel| signature.inputs[channel.input()].name.to_string())
         .collect();
     let outputs = signature.outputs.iter().map(|output| output.name.to_string()).collect();
-    Ok(LinearModel { states, inputs, outputs, found })
+    Ok(LinearModel { states, inputs, outputs, found, conserved })
 }

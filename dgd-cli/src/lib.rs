@@ -94,6 +94,7 @@ fn perform(command: &Command, console: Console<'_>) -> Result<(), CommandError> 
         Command::Simulate(args) => command::simulate::run(args, console),
         Command::Sensitivity(args) => command::sensitivity::run(args, console),
         Command::Linearize(args) => command::linearize::run(args, console),
+        Command::Invert(args) => command::invert::run(args, console),
         Command::Fit(args) => command::fit::run(args, console),
         Command::Compare(args) => command::compare::run(args, console),
         Command::Track(args) => command::track::run(args, console),

@@ -200,6 +200,11 @@ fn inputs(command: &Command) -> Vec<PathBuf> {
             all.extend(args.data.clone());
             Some(&args.choices)
         }
+        Command::Invert(args) => {
+            all.push(args.model.clone());
+            all.push(args.data.clone());
+            Some(&args.choices)
+        }
         Command::Fit(args) => {
             all.push(args.model.clone());
             all.extend(args.data.iter().chain(&args.valid).cloned());
@@ -241,9 +246,10 @@ fn plots(command: &Command) -> &[PathBuf] {
         | Command::Methods
         | Command::Lsp(_)
         | Command::Adopt(_) => &[],
-        Command::Linearize(args) => &args.solve.plot,
         Command::Simulate(args) => &args.run.solve.plot,
         Command::Sensitivity(args) => &args.run.solve.plot,
+        Command::Linearize(args) => &args.solve.plot,
+        Command::Invert(args) => &args.solve.plot,
         Command::Fit(args) => &args.solve.plot,
         Command::Compare(args) => &args.solve.plot,
         Command::Track(args) => &args.solve.plot,
@@ -264,6 +270,7 @@ fn out(command: &Command) -> Out {
         Command::Simulate(_)
         | Command::Sensitivity(_)
         | Command::Linearize(_)
+        | Command::Invert(_)
         | Command::Track(_) => Out::Table,
         Command::Fit(args) => Out::Folder(fit::file_names(&args.model)),
         Command::Compare(_) => Out::Folder(compare::FILES.map(str::to_owned).to_vec()),

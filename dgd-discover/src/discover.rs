@@ -341,7 +341,9 @@ fn without_a_name(
     }) {
         let first = all.remove(best);
         all.insert(0, first);
-        all.iter_mut().for_each(|one| one.is_tied = false);
+        for one in &mut all {
+            one.is_tied = false;
+        }
     }
     all
 }

@@ -34,8 +34,8 @@ pub use discover::discover;
 pub use guess::{Course, Guess, GuessedTerm, LawParameter, LawRange, Together};
 pub use library::{BaseModel, templates};
 pub use missing_input::{
-    ClosedPlace, Deviations, LinearizeError, MissingInput, MissingTerms, Place, PlaceKind,
-    ReconstructError, Recording, UnknownInput, reconstruct, unknown_input,
+    ClosedPlace, Deviations, LinearizeError, MissingInput, MissingTerms, NoSuchTerm, Place,
+    PlaceKind, ReconstructError, Recording, UnknownInput, inputs_with, reconstruct, unknown_input,
 };
 pub use noise::{
     Check, CheckKind, FEWEST, Whiteness, Window, averaging_lengths, discrepancy_windows,

@@ -17,6 +17,7 @@
 //! | `minimise` | Levenberg–Marquardt with bounds, and the simplex method |
 //! | `output_error` | fits that simulate |
 //! | `regression` | equations and outputs in which all else is known: least squares, recursive too |
+//! | `inversion` | what an equation lacks, where all that it reads was measured |
 //! | `filter` | states and parameters while samples come in, and by the likelihood of innovations |
 //! | `uncertainty`, `intervals` | covariances; profiles and resampled data; which samples determine what; how far parts are apart |
 //! | `progress` | who looks on, and may stop it |
@@ -26,6 +27,7 @@
 mod error;
 pub mod filter;
 mod intervals;
+pub mod inversion;
 pub mod journal;
 mod loss;
 mod minimise;

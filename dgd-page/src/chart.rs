@@ -250,6 +250,7 @@ mod tests {
             style: Style::Line,
             x: vec![0.0, 1.0],
             y: vec![2.0, f64::NAN],
+            ..Series::default()
         };
         let panel = Panel {
             title: Text::plain(name),

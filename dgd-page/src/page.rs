@@ -151,6 +151,7 @@ mod tests {
             style: Style::Dots,
             x: vec![0.0, 1.0, 2.0],
             y: vec![1.0, 2.0, 3.0],
+            ..Series::default()
         };
         let panel = Panel { title: Text::name(name), series: vec![series], ..Panel::default() };
         let mut page = Page::new(name);

@@ -6,6 +6,7 @@
 //!                     simulate_each ► Ensemble   the same for many sets of parameters
 //!   SensitivityRequest ─ sensitivity ─► Sensitivities
 //!   LinearizeRequest ─ linearize ─► Linearised   A, B, C, D, poles
+//!   InvertRequest   ─ invert ───► Missing        what an equation lacks, from what was measured
 //!   ScreenRequest   ─ screen ───► Screenings     what is wrong with recordings
 //!   FitRequest      ─ fit ──────► Fitted         parameters and start values from recordings
 //!   CompareRequest  ─ compare ──► Comparison     fits of several models side by side
@@ -43,6 +44,7 @@ pub mod check;
 pub mod discover;
 mod error;
 pub mod fit;
+pub mod invert;
 pub mod linearize;
 mod model;
 mod output;
@@ -61,6 +63,7 @@ pub use discover::{Adopted, Discovered, adopt, discover};
 pub use error::{Class, Ended, Mistake, Spot, WorkError, meant};
 pub use fit::compare::{self, Comparison, compare};
 pub use fit::{FitFigure, Fitted, fit};
+pub use invert::{Missing, Twin, invert};
 pub use linearize::{Linearised, linearize};
 pub use model::effects::load_folder;
 pub use model::{Changed, LoadedModel, load};
@@ -68,8 +71,8 @@ pub use output::columns::{Kind, NamedColumn, TimeTable};
 pub use output::provenance::{DataFile, Provenance};
 pub use request::{
     AdoptRequest, CheckRequest, Choices, CompareRequest, DiscoverRequest, Engine, Estimator,
-    FitRequest, IntervalRequest, Keep, LinearizeAt, LinearizeRequest, NoiseFrom, Normalise,
-    RegressionRequest, RunRequest, ScreenRequest, SearchRequest, SensitivityRequest,
+    FitRequest, IntervalRequest, InvertRequest, Keep, LinearizeAt, LinearizeRequest, NoiseFrom,
+    Normalise, RegressionRequest, RunRequest, ScreenRequest, SearchRequest, SensitivityRequest,
     SimulateRequest, Solve, Sought, Start, TrackRequest, Tracker,
 };
 pub use run::Measured;

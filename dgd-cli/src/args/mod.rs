@@ -2,6 +2,7 @@
 
 pub(crate) mod compare;
 pub(crate) mod fit;
+pub(crate) mod invert;
 mod requests;
 pub(crate) mod screen;
 mod sweep;
@@ -17,6 +18,7 @@ use dgd_work::LinearizeAt;
 use crate::numbers::{count, factor, finite, positive, whole};
 use compare::CompareArgs;
 use fit::{IntervalArgs, RegressionArgs, SearchArgs};
+use invert::InvertArgs;
 use screen::ScreenArgs;
 use sweep::{label, mark};
 
@@ -90,6 +92,11 @@ pub(crate) enum Command {
     Sensitivity(SensitivityArgs),
     /// Linearise a model at an operating point: A, B, C, D, poles and time constants
     Linearize(LinearizeArgs),
+    /// Find what an equation lacks, from what was measured of everything else in it
+    ///
+    /// For example the flow that a level misses: `dgd invert models/mud_circulation.dgd --data run.csv --for riser
+    /// --unit lpm --plot missing.png`.
+    Invert(InvertArgs),
     /// Estimate parameters and initial values from recordings
     ///
     /// Ctrl-C stops the fit, writes the best estimates so far, and lists what was left out; the exit code is

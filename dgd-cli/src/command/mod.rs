@@ -9,6 +9,7 @@ mod ensemble;
 pub(crate) mod explain;
 pub(crate) mod fit;
 pub(crate) mod fmt;
+pub(crate) mod invert;
 pub(crate) mod linearize;
 pub(crate) mod lsp;
 pub(crate) mod methods;

@@ -101,6 +101,11 @@ fn results_are_as_the_schema_says() {
     for at in ["30", "steady", "mean"] {
         assert_is("linearize", &json(&["linearize", MODEL, "--data", DATA, "--at", at]));
     }
+    let well = ["linearize", "models/dual_gradient_drilling.dgd", "--at", "steady"];
+    let connection = ["--data", "examples/data/pipe_connection.csv"];
+    assert_is("linearize", &json(&[&well[..], &connection].concat()));
+    let invert = ["invert", MODEL, "--data", DATA, "--until", "200", "--for", "riser"];
+    assert_is("invert", &json(&[&invert[..], &["--with-estimate"]].concat()));
     assert_is("screen", &json(&["screen", MODEL, "--data", DATA]));
     for estimator in ["output-error", "linearised", "least-squares", "recursive"] {
         let fit = ["fit", MODEL, "--data", DATA, "--estimator", estimator];

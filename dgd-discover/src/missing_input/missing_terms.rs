@@ -68,6 +68,17 @@ pub struct ClosedPlace {
     pub reason: String,
 }
 
+/// Why nothing can be looked for in an equation.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum NoSuchTerm {
+    /// No equation has this label.
+    NoEquation,
+    /// It is declared exact.
+    Exact,
+    /// The model with an unknown input there makes no system, and why.
+    Closed(String),
+}
+
 /// A model in which every output has an unknown input, every parameter and input another one behind it, and every
 /// equation that is not declared exact a further term.
 ///
@@ -112,6 +123,32 @@ impl MissingTerms {
         }
         let system = Loaded::with_engine(open(&places, diagnostics)?, engine);
         Ok(MissingTerms { system, places, closed })
+    }
+
+    /// Opens the places of one equation alone, by its label: one for each unit that equations of this label have.
+    ///
+    /// # Errors
+    ///
+    /// Why not: there is no such equation, it is declared exact, or it would have to be differentiated.
+    pub fn of_equation(model: &Model, label: &str, engine: Engine) -> Result<Self, NoSuchTerm> {
+        let mut named = model.all_equations().filter(|equation| equation.label == label).peekable();
+        if named.peek().is_none() {
+            return Err(NoSuchTerm::NoEquation);
+        }
+        if named.all(|equation| equation.is_exact) {
+            return Err(NoSuchTerm::Exact);
+        }
+        let own = |place: &Place| place.kind == PlaceKind::Equation && place.name == label;
+        let places: Vec<Place> = places(model).into_iter().filter(own).collect();
+        let mut diagnostics = Diagnostics::default();
+        let program =
+            assemble(&opened(model, &places), &mut diagnostics).map(|dae| lower(&dae, &[]));
+        let Ok(program) = program else {
+            let first = diagnostics.sorted().first().map(|one| one.message.clone());
+            return Err(NoSuchTerm::Closed(first.unwrap_or_default()));
+        };
+        let system = Loaded::with_engine(program, engine);
+        Ok(MissingTerms { system, places, closed: Vec::new() })
     }
 
     /// The model with its unknown inputs.

@@ -20,7 +20,6 @@ pub use missing::MissingInput;
 pub(crate) use missing::{
     FoundPlace, Missing, PlaceTrace, TIE, alone, missing_inputs, place_of, windows,
 };
-pub use missing_terms::{ClosedPlace, MissingTerms, Place, PlaceKind};
-pub(crate) use reconstruct::inputs_with;
-pub use reconstruct::{ReconstructError, Recording, reconstruct};
+pub use missing_terms::{ClosedPlace, MissingTerms, NoSuchTerm, Place, PlaceKind};
+pub use reconstruct::{ReconstructError, Recording, inputs_with, reconstruct};
 pub use unknown_input::{UnknownInput, unknown_input};

@@ -117,7 +117,7 @@ pub fn reconstruct(
 ///
 /// Between jumps and kinks every input is a straight line: samples of both sides of each, and of each
 /// step of d, describe it exactly.
-pub(crate) fn inputs_with(
+pub fn inputs_with(
     model: &MissingTerms,
     recording: &Recording<'_>,
     place: usize,

@@ -100,7 +100,7 @@ impl Search<'_> {
     /// What a structure leaves of each output.
     fn misfit(&self, fitted: &Fitted) -> Misfit {
         let data = &self.data;
-        self.misfit_of(fitted.residuals(data), fitted.held_out_residuals(data))
+        self.misfit_of(&fitted.residuals(data), fitted.held_out_residuals(data))
     }
 
     /// The same, but no more of an output than its readings stray by where the simulation runs away from them.
@@ -108,16 +108,12 @@ impl Search<'_> {
         let data = &self.data;
         let held_out = fitted.held_out_residuals(data);
         self.misfit_of(
-            as_far_as_readings(data.train, fitted.residuals(data)),
+            &as_far_as_readings(data.train, fitted.residuals(data)),
             held_out.map(|residuals| as_far_as_readings(data.valid, residuals)),
         )
     }
 
-    fn misfit_of(
-        &self,
-        trained: Vec<Vec<Vec<f64>>>,
-        held_out: Option<Vec<Vec<Vec<f64>>>>,
-    ) -> Misfit {
+    fn misfit_of(&self, trained: &[Vec<Vec<f64>>], held_out: Option<Vec<Vec<Vec<f64>>>>) -> Misfit {
         let (data, noise) = (&self.data, &self.data.noise);
         let held_out = match held_out {
             _ if data.valid.is_empty() => HeldOutMisfit::NoRecording,
@@ -127,7 +123,7 @@ impl Search<'_> {
                 error: whitened_square(data.valid, &residuals, noise),
             },
         };
-        let trained = chi_square(&trained, noise);
+        let trained = chi_square(trained, noise);
         let slack = slack(&trained, noise, self.thresholds.explained);
         Misfit { trained, slack, held_out }
     }

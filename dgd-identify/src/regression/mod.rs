@@ -27,7 +27,7 @@
 mod error;
 mod finish;
 mod follow;
-mod known;
+pub(crate) mod known;
 mod least_squares;
 mod prepare;
 mod profile;

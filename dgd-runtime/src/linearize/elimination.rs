@@ -14,7 +14,7 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, Dyn, LU, OMatrix};
 
 use super::error::LinearizeError;
-use super::steady;
+use super::singular;
 use crate::solved::Solved;
 use crate::system::{Point, Storage};
 
@@ -54,7 +54,7 @@ impl Elimination {
             return Ok(Self { states, eliminated, follows: of_others, own: None, n });
         }
         let own = f_a.select_columns(&eliminated);
-        let open = steady::open(&own);
+        let open = singular::open(&own);
         let own = own.lu();
         match (open, own.solve(&of_others)) {
             (None, Some(response)) => {

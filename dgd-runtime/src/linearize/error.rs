@@ -56,6 +56,21 @@ pub enum SteadyStateError {
         /// The unknown that is left open.
         unknown: String,
     },
+    /// Something changes by as much whatever the states are.
+    Drifts {
+        /// The time, s.
+        t: f64,
+        /// The equation of the unknown.
+        equation: String,
+        /// The unknown that changes, or that names a combination that does.
+        unknown: String,
+        /// The other unknowns of the combination.
+        with: Vec<String>,
+        /// How fast it changes, in the unknown's unit per s.
+        rate: f64,
+        /// That unit.
+        unit: String,
+    },
     /// Newton's method finds none, and a run with the inputs held does not come to rest.
     NotAtRest {
         /// The time, s.
@@ -149,6 +164,22 @@ impl fmt::Display for SteadyStateError {
                 "no steady state was found at t = {t} s: equation `{equation}` depends on the others, with \
                  {residual:.2e} left of it, and leaves `{unknown}` open"
             ),
+            Self::Drifts { t, equation, unknown, with, rate, unit } => {
+                write!(
+                    f,
+                    "no steady state exists at t = {t} s: whatever the states are, `{unknown}` "
+                )?;
+                for (k, other) in with.iter().enumerate() {
+                    f.write_str(if k == 0 { "together with " } else { ", " })?;
+                    write!(f, "`{other}`")?;
+                }
+                let space = if with.is_empty() { "" } else { " " };
+                write!(
+                    f,
+                    "{space}changes by {rate:.3e} {unit}/s with these inputs, by equation `{equation}`: change the \
+                     inputs, or linearise at a time of a run"
+                )
+            }
             Self::NotAtRest { t, ran, equation, unknown, rate, unit } => write!(
                 f,
                 "no steady state was found at t = {t} s: with the inputs held, equation `{equation}` \

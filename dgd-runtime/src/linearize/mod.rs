@@ -3,6 +3,7 @@
 //! ```text
 //!   OperatingPoint::reached(problem, from, t, options)  where a run is at a time
 //!   steady_state(problem, t, options)                   where it is at rest, 0 = f(t, y, u, p)
+//!   rest(problem, t, options)                           the same, with what is conserved held
 //!   linearize(problem, point)                           → StateSpace: A, B, C, D
 //!   StateSpace::poles()                                 → Poles
 //!   LinearAt                                            where the linear model of a recording is
@@ -28,12 +29,15 @@
 //! linear model knows of no transition. Time itself stands still; a model that reads it, and a point that
 //! is not at rest, are described for a short while only.
 
+mod conserved;
 mod elimination;
 mod error;
 mod exponential;
+mod held;
 mod parametric;
 mod point;
 mod poles;
+mod singular;
 mod steady;
 
 pub use nalgebra::DMatrix;
@@ -42,12 +46,13 @@ use crate::observe::delay::delays;
 use crate::problem::Problem;
 use crate::solved::Solved;
 use crate::system::{Pattern, Point, Storage};
+pub use conserved::Conserved;
 pub use elimination::Elimination;
 pub use error::{LinearizeError, NotLinearised, SteadyStateError};
 pub use parametric::LinearAt;
 pub use point::OperatingPoint;
 pub use poles::{Pole, Poles, Stability};
-pub use steady::steady_state;
+pub use steady::{Rest, rest, steady_state};
 
 pub use exponential::Responses;
 pub use parametric::{Matrices, Parametric};
@@ -239,7 +244,16 @@ impl StateSpace {
     ///
     /// [`LinearizeError::NoEigenvalues`] where the iteration does not converge.
     pub fn poles(&self) -> Result<Poles, LinearizeError> {
-        poles::poles(self)
+        poles::poles(self, &[])
+    }
+
+    /// The same where something is conserved: to each such quantity belongs a pole at zero, exactly.
+    ///
+    /// # Errors
+    ///
+    /// [`LinearizeError::NoEigenvalues`] where the iteration does not converge.
+    pub fn poles_beside(&self, conserved: &[Conserved]) -> Result<Poles, LinearizeError> {
+        poles::poles(self, conserved)
     }
 }
 

@@ -7,8 +7,11 @@
 
 use nalgebra::DMatrix;
 
+use super::conserved::Conserved;
 use super::error::SteadyStateError;
+use super::held::Held;
 use super::point::OperatingPoint;
+use super::singular;
 use crate::algebraic::{Algebraic, AlgebraicPoint, add_terms};
 use crate::discrete::state_selection::select_states;
 use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers};
@@ -29,16 +32,21 @@ const LONGEST: i32 = 9;
 const MOST_STEPS: usize = 20_000;
 /// How often the sides of switches are chosen again.
 const MOST_SIDES: usize = 8;
-/// Singular values below this part of the largest are zero, rows and columns in units of their sizes.
-const SINGULAR: f64 = 1e-12;
-/// Pivots above this part of the largest are not looked at twice.
-const FAR_FROM_SINGULAR: f64 = 1e-8;
 /// Residuals below this part of the equation's terms, with unknowns of their sizes, are none.
 const AT_REST: f64 = 1e-9;
 /// Errors of a run at rest, in units of its tolerance.
 const RUN: f64 = 10.0;
 /// Tolerances of the last corrections.
 const POLISHED: Tolerances = Tolerances { rtol: 1e-10, atol: 1e-10 };
+
+/// A steady state, and what is held at it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rest {
+    /// Where it is.
+    pub at: OperatingPoint,
+    /// What the equations leave as it is; nothing where no other steady state is next to this one.
+    pub conserved: Vec<Conserved>,
+}
 
 /// The steady state of `problem` with the inputs as they are at `t`, found from its start values there.
 ///
@@ -52,6 +60,29 @@ pub fn steady_state<S: Solved>(
     t: f64,
     options: &Options,
 ) -> Result<OperatingPoint, SteadyStateError> {
+    found(problem, t, options, false).map(|rest| rest.at)
+}
+
+/// The same, where of steady states next to each other that one is taken that a run from the start values comes to:
+/// with the values of what is conserved.
+///
+/// # Errors
+///
+/// [`SteadyStateError`]: there is none, or none is found.
+pub fn rest<S: Solved>(
+    problem: &Problem<'_, S>,
+    t: f64,
+    options: &Options,
+) -> Result<Rest, SteadyStateError> {
+    found(problem, t, options, true)
+}
+
+fn found<S: Solved>(
+    problem: &Problem<'_, S>,
+    t: f64,
+    options: &Options,
+    may_hold: bool,
+) -> Result<Rest, SteadyStateError> {
     let verified = problem.verify().map_err(IntegrateError::BadRequest);
     verified.map_err(SteadyStateError::Start)?;
     let mut held = vec![0.0; problem.inputs.len()];
@@ -65,8 +96,9 @@ pub fn steady_state<S: Solved>(
     let start = consistent_start(&problem, t, options).map_err(SteadyStateError::Start)?;
     let mut search =
         Search::new(&problem, t, &start.y, options).map_err(SteadyStateError::Start)?;
-    if let Some(found) = search.from(&start.y, start.z, Guess::Start) {
-        return search.confirmed(found);
+    search.may_hold = may_hold;
+    if let Some(found) = search.rest(&start.y, &start.z, Guess::Start)? {
+        return Ok(found);
     }
 
     let mut times = vec![t];
@@ -78,14 +110,17 @@ pub fn steady_state<S: Solved>(
     };
     // Later is closer to rest, unless the run came to an end before.
     for k in (0..solution.len()).rev() {
-        if let Some(found) = search.from(solution.y(k), solution.z(k).to_vec(), Guess::Run) {
-            return search.confirmed(found);
+        if let Some(found) = search.rest(solution.y(k), solution.z(k), Guess::Run)? {
+            return Ok(found);
         }
     }
     let last = solution.len().checked_sub(1);
     let (ran, y, z) = last.map_or((0.0, start.y, search.z.clone()), |k| {
         (solution.times[k] - t, solution.y(k).to_vec(), solution.z(k).to_vec())
     });
+    if let Some(found) = search.rest_close(&y, &z) {
+        return Ok(found);
+    }
     Err(search.failure(&y, &z, ran))
 }
 
@@ -110,6 +145,9 @@ struct Search<'a, S: Solved> {
     tolerances: Tolerances,
     equations: Algebraic<S>,
     jacobian: S::Jacobian,
+    start: Vec<f64>,
+    /// Whether what is conserved may be held.
+    may_hold: bool,
 }
 
 impl<'a, S: Solved> Search<'a, S> {
@@ -138,6 +176,8 @@ impl<'a, S: Solved> Search<'a, S> {
             tolerances: Tolerances { rtol: options.rtol, atol: options.atol },
             equations: Algebraic::all(system),
             jacobian: S::Jacobian::zeros(system.signature().jacobian.len()),
+            start: start.to_vec(),
+            may_hold: false,
         })
     }
 
@@ -145,12 +185,82 @@ impl<'a, S: Solved> Search<'a, S> {
         Point { t: self.t, y, u: &self.u, p: self.problem.p, z }
     }
 
-    /// A steady state from this guess, in modes that hold there.
-    fn from(&mut self, guess: &[f64], mut z: Vec<f64>, of: Guess) -> Option<OperatingPoint> {
-        let system = self.problem.system;
-        let n_automata = system.signature().discrete.automata.len();
-        // Conditions on time are as they are at t, however long a run was.
+    /// A steady state from this guess: the only one there is close by, or with what is conserved held.
+    fn rest(
+        &mut self,
+        guess: &[f64],
+        z: &[f64],
+        of: Guess,
+    ) -> Result<Option<Rest>, SteadyStateError> {
+        if let Some(found) = self.from(guess, z.to_vec(), of) {
+            match self.undetermined(&found.y, &found.z) {
+                None => return Ok(Some(Rest { at: found, conserved: Vec::new() })),
+                Some(error) if !self.may_hold => return Err(error),
+                Some(_) => {}
+            }
+        }
+        Ok(self.rest_held(guess, z, of, false))
+    }
+
+    /// The last row of a run, if it is at rest beside others.
+    fn rest_close(&mut self, y: &[f64], z: &[f64]) -> Option<Rest> {
+        self.rest_held(y, z, Guess::Run, true)
+    }
+
+    /// A steady state with what is conserved at its values at the guess; with `close`, what is conserved
+    /// close to it.
+    fn rest_held(&mut self, guess: &[f64], z: &[f64], of: Guess, close: bool) -> Option<Rest> {
+        let knows_late = !self.problem.system.signature().delayed_unknowns.is_empty();
+        if !self.may_hold || knows_late || self.undetermined(guess, z).is_none() {
+            return None;
+        }
+        let mut z = self.at_start(z.to_vec());
+        let mut e = vec![0.0; self.problem.system.signature().discrete.transitions().count()];
+        let mut y = guess.to_vec();
+        for _ in 0..MOST_SIDES {
+            let held = self.held();
+            let conserved = if close {
+                held.conserved_close(guess, &z, &self.start)
+            } else {
+                held.conserved(guess, &z, &self.start)
+            };
+            let is_solved = !conserved.is_empty()
+                && held.drift(&conserved, guess, &z).is_none()
+                && held.solve(&conserved, &mut y, &z)
+                && held.open(&conserved, &y, &z).is_none();
+            if !is_solved {
+                return None;
+            }
+            let rests = of == Guess::Run && self.is_near(&y, guess);
+            if !rests && (close || !self.holds(&y, &z, &mut e)) {
+                let before = z.clone();
+                choose_sides(self.problem.system, self.point(&y, &[]), &mut e, &mut z);
+                if close || z == before {
+                    return None;
+                }
+                continue;
+            }
+            select_states(self.problem.system, self.point(&y, &[]), &mut z, &mut e);
+            return Some(Rest { at: self.seen_late(y, z), conserved });
+        }
+        None
+    }
+
+    fn held(&self) -> Held<'_, S> {
+        Held { problem: self.problem, t: self.t, u: &self.u, sizes: &self.sizes }
+    }
+
+    /// Conditions on time as they are at t, however long a run was.
+    fn at_start(&self, mut z: Vec<f64>) -> Vec<f64> {
+        let n_automata = self.problem.system.signature().discrete.automata.len();
         z[n_automata..].copy_from_slice(&self.z[n_automata..]);
+        z
+    }
+
+    /// A steady state from this guess, in modes that hold there.
+    fn from(&mut self, guess: &[f64], z: Vec<f64>, of: Guess) -> Option<OperatingPoint> {
+        let system = self.problem.system;
+        let mut z = self.at_start(z);
         let mut e = vec![0.0; system.signature().discrete.transitions().count()];
         let mut y = guess.to_vec();
         for _ in 0..MOST_SIDES {
@@ -229,17 +339,10 @@ impl<'a, S: Solved> Search<'a, S> {
         OperatingPoint { t: self.t, y, u, z }
     }
 
-    /// The point that was found, if it is the only one near.
-    fn confirmed(&mut self, found: OperatingPoint) -> Result<OperatingPoint, SteadyStateError> {
-        match self.undetermined(&found.y, &found.z) {
-            None => Ok(found),
-            Some(error) => Err(error),
-        }
-    }
-
     fn failure(&mut self, y: &[f64], z: &[f64], ran: f64) -> SteadyStateError {
         if let Some(error) = self.undetermined(y, z) {
-            return error;
+            let held = self.held();
+            return held.drift(&held.conserved(y, z, &self.start), y, z).unwrap_or(error);
         }
         let signature = self.problem.system.signature();
         let mut f = vec![0.0; y.len()];
@@ -277,7 +380,7 @@ impl<'a, S: Solved> Search<'a, S> {
         for ((row, column), value) in signature.jacobian.positions().zip(jacobian.as_ref()) {
             scaled[(row, column)] = value * self.sizes[column];
         }
-        let (row, column) = open(&scaled)?;
+        let (row, column) = singular::open(&scaled)?;
         let mut terms = vec![0.0; n];
         add_terms(&mut terms, &signature.jacobian, jacobian.as_ref(), y);
         add_terms(&mut terms, &signature.jacobian, jacobian.as_ref(), &self.sizes);
@@ -289,38 +392,4 @@ impl<'a, S: Solved> Search<'a, S> {
             unknown: signature.unknowns.name(column).to_string(),
         })
     }
-}
-
-/// The row that depends most on others, and the column that is open most, if the matrix is singular
-/// with its rows in units of their largest entries.
-pub(super) fn open(matrix: &DMatrix<f64>) -> Option<(usize, usize)> {
-    if matrix.is_empty() || matrix.iter().any(|value| !value.is_finite()) {
-        return None;
-    }
-    let mut scaled = matrix.clone();
-    for mut row in scaled.row_iter_mut() {
-        let largest = row.amax();
-        if largest > 0.0 {
-            row /= largest;
-        }
-    }
-    // So that units of unknowns do not matter.
-    for mut column in scaled.column_iter_mut() {
-        let largest = column.amax();
-        if largest > 0.0 {
-            column /= largest;
-        }
-    }
-    // With complete pivoting the last pivot is about as small as the smallest singular value.
-    let pivots = scaled.clone().full_piv_lu().u().diagonal().abs();
-    if pivots.min() > FAR_FROM_SINGULAR * pivots.max() {
-        return None;
-    }
-    let svd = scaled.svd(true, true);
-    let smallest = svd.singular_values.imin();
-    if svd.singular_values[smallest] > SINGULAR * svd.singular_values.max() {
-        return None;
-    }
-    let (left, right) = (svd.u?, svd.v_t?);
-    Some((left.column(smallest).iamax(), right.row(smallest).transpose().iamax()))
 }

@@ -1,10 +1,13 @@
 //! The linear model close to a point of a run, or to a steady state.
 
+mod conserved;
+mod figure;
 mod page;
 mod report;
 
 use dgd_compiler::pipeline::Directions;
-use dgd_runtime::linearize::{LinearAt, OperatingPoint, steady_state};
+use dgd_runtime::linearize::{OperatingPoint, Rest, rest};
+use dgd_runtime::{Inputs, Problem};
 
 use crate::error::WorkError;
 use crate::model::load;
@@ -37,11 +40,12 @@ pub fn linearize(
     let loaded = load(&request.model, &request.choices, &Directions::None, session)?;
     let run = Run::prepare(&run_request(request), loaded, session)?;
     let from = run.times[0];
-    let at = match request.at {
+    let Rest { at, conserved } = match request.at {
         LinearizeAt::Time(t) => {
-            OperatingPoint::reached(&run.problem(), from, t, &run.options).map_err(failed)?
+            let reached = OperatingPoint::reached(&run.problem(), from, t, &run.options);
+            Rest { at: reached.map_err(failed)?, conserved: Vec::new() }
         }
-        LinearizeAt::Steady => steady_state(&run.problem(), from, &run.options).map_err(failed)?,
+        LinearizeAt::Steady => rest(&run.problem(), from, &run.options).map_err(failed)?,
         LinearizeAt::Mean if request.data.is_none() => {
             return Err(WorkError::Usage(
                 "`--at mean` needs the inputs of a recording: give one with `--data FILE`"
@@ -51,14 +55,17 @@ pub fn linearize(
         LinearizeAt::Mean => {
             let until = run.times.last().map_or(from, |last| *last);
             run.inputs.cover(from, until).map_err(failed)?;
-            let mean = LinearAt::Rest(run.inputs.mean(from, until));
-            mean.point(&run.problem(), from, &run.options).map_err(failed)?
+            let mean = Inputs::constant(&run.inputs.mean(from, until));
+            let problem = Problem { inputs: &mean, ..run.problem() };
+            rest(&problem, from, &run.options).map_err(failed)?
         }
     };
     let system = dgd_runtime::linearize::linearize(&run.problem(), &at).map_err(failed)?;
-    let poles = system.poles().map_err(failed)?;
+    let poles = system.poles_beside(&conserved).map_err(failed)?;
     let signature = run.signature().clone();
-    Ok(Linearised::new(signature, request.at, at, system, poles, run.provenance))
+    let conserved = conserved::described(&signature, &system, &conserved);
+    let linear = Linearised::new(signature, request.at, at, system, poles, run.provenance);
+    Ok(linear.holding(conserved))
 }
 
 #[allow(clippy::needless_pass_by_value, reason = "errors are handed over so")]

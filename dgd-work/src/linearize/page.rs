@@ -1,7 +1,7 @@
 //! The page of a linear model: its poles, the point, its matrices.
 
 use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
-use dgd_plot::{Figure, Panel, Series, Style, Text};
+use dgd_plot::Text;
 use dgd_runtime::linearize::Stability;
 use serde_json::Value;
 
@@ -21,23 +21,6 @@ const MATRICES: [(&str, &str, &str, &str); 4] = [
 const MOST_SHOWN: usize = 24;
 
 impl Linearised {
-    /// Its poles in the complex plane.
-    pub fn figure(&self) -> Figure {
-        let (mut x, mut y) = (Vec::new(), Vec::new());
-        for pole in &self.poles().poles {
-            x.push(pole.re);
-            y.push(pole.im);
-        }
-        let poles = Series::new(Text::plain("poles"), Style::Dots, x, y);
-        let panel = Panel {
-            title: Text::plain("Poles"),
-            y_label: Text::plain("Imaginary part").with_unit("1/s"),
-            series: vec![poles],
-            ..Panel::default()
-        };
-        Figure::new(Text::plain("Real part").with_unit("1/s"), vec![panel])
-    }
-
     /// Its page, which says what command makes it again.
     pub fn page(&self, command: &str) -> String {
         let json = self.to_json();

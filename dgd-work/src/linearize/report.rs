@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::io;
 
 use dgd_data::cell::{push_number, quoted};
+use dgd_plot::Figure;
 use dgd_runtime::linearize::{
     Channel, DMatrix, LateUnknown, OperatingPoint, Pole, Poles, Stability, StateSpace,
 };
@@ -11,6 +12,8 @@ use dgd_runtime::{Output, Signature, Unit};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
+use super::conserved::Held;
+use super::figure;
 use crate::output::columns::quotient;
 use crate::output::provenance::Provenance;
 use crate::output::quantity::of_differences;
@@ -141,9 +144,16 @@ pub struct Linearised {
     /// What acts late, as it is now.
     sources: Vec<Quantity>,
     outputs: Vec<Quantity>,
+    /// What was held while the steady state was looked for.
+    conserved: Vec<Held>,
 }
 
 impl Linearised {
+    /// The same, at a steady state where this was held.
+    pub(super) fn holding(self, conserved: Vec<Held>) -> Self {
+        Self { conserved, ..self }
+    }
+
     pub(crate) fn new(
         signature: Signature,
         place: LinearizeAt,
@@ -208,6 +218,7 @@ impl Linearised {
             late,
             sources,
             outputs,
+            conserved: Vec::new(),
         }
     }
 }
@@ -229,6 +240,14 @@ pub fn modes<'a>(
     )
 }
 
+fn of_stability(stability: Stability) -> Value {
+    match stability {
+        Stability::Stable => json!(true),
+        Stability::Marginal | Stability::Unknown => Value::Null,
+        Stability::Unstable => json!(false),
+    }
+}
+
 /// What was so long ago.
 fn late_name(name: &str, tau: f64) -> String {
     // A delay that varies has many digits.
@@ -237,6 +256,11 @@ fn late_name(name: &str, tau: f64) -> String {
 }
 
 impl Linearised {
+    /// Its poles in the complex plane, named by their time constants.
+    pub fn figure(&self) -> Figure {
+        figure::poles(&self.signature.name, &self.poles.poles, self.conserved.len())
+    }
+
     /// A, B, C and D, SI.
     pub fn state_space(&self) -> &StateSpace {
         &self.system
@@ -298,6 +322,9 @@ impl Linearised {
             LinearizeAt::Mean => writeln!(text, "its steady state with the means of the inputs"),
         };
         self.push_point(&mut text);
+        for held in &self.conserved {
+            held.push_text(&mut text);
+        }
         for matrix in self.matrices().iter().filter(|matrix| !matrix.is_empty()) {
             matrix.push_text(&mut text);
         }
@@ -367,6 +394,7 @@ impl Linearised {
         }
         let heads = ["pole", "", "time constant", "damping", "period", ""];
         let mut table = vec![heads.map(str::to_owned)];
+        let mut conserved = self.conserved.iter();
         // One line for a pair.
         for pole in self.poles.poles.iter().filter(|pole| pole.im >= 0.0) {
             let im = if pole.im == 0.0 {
@@ -380,10 +408,12 @@ impl Linearised {
             let time = if is_zero { "-".to_owned() } else { seconds(pole.time_constant().abs()) };
             let or_none = |value: Option<String>| value.unwrap_or_default();
             let remark = match (is_zero, pole.re > 0.0) {
-                (true, _) if pole.im == 0.0 => "integrates",
-                (true, _) => "oscillates for ever",
-                (false, true) => "grows",
-                (false, false) => "",
+                (true, _) if pole.im == 0.0 => {
+                    conserved.next().map_or_else(|| "integrates".to_owned(), Held::pole)
+                }
+                (true, _) => "oscillates for ever".to_owned(),
+                (false, true) => "grows".to_owned(),
+                (false, false) => String::new(),
             };
             table.push([
                 format!("{} 1/s", significant(pole.re, DIGITS)),
@@ -391,11 +421,14 @@ impl Linearised {
                 time,
                 or_none(pole.damping().map(|damping| significant(damping, 4))),
                 or_none(pole.period().map(seconds)),
-                remark.to_owned(),
+                remark,
             ]);
         }
         push_table(text, &table);
-        text.push_str(match self.poles.stability() {
+        text.push_str(match self.stability_otherwise() {
+            Stability::Stable if !self.conserved.is_empty() => {
+                "stable otherwise: disturbances that leave what is conserved as it is fade\n"
+            }
             Stability::Stable => "stable\n",
             Stability::Marginal => "on the border: poles on the imaginary axis, to rounding\n",
             Stability::Unstable => "unstable\n",
@@ -406,6 +439,18 @@ impl Linearised {
                 "there are infinitely many poles, as unknowns act late; these are furthest to the right\n",
             );
         }
+    }
+
+    /// Whether disturbances fade that leave what is conserved as it is.
+    fn stability_otherwise(&self) -> Stability {
+        let mut others = self.poles.clone();
+        let mut zeros = self.conserved.len();
+        others.poles.retain(|pole| {
+            let is_own = zeros > 0 && pole.im == 0.0 && pole.is_on_axis();
+            zeros -= usize::from(is_own);
+            !is_own
+        });
+        others.stability()
     }
 
     /// For programs.
@@ -477,11 +522,11 @@ impl Linearised {
         }
         all["poles"] = json!(poles.collect::<Vec<_>>());
         all["all_poles"] = json!(self.poles.complete);
-        all["stable"] = match self.poles.stability() {
-            Stability::Stable => json!(true),
-            Stability::Marginal | Stability::Unknown => Value::Null,
-            Stability::Unstable => json!(false),
-        };
+        all["stable"] = of_stability(self.poles.stability());
+        if !self.conserved.is_empty() {
+            all["conserved"] = self.conserved.iter().map(Held::to_json).collect();
+            all["stable_otherwise"] = of_stability(self.stability_otherwise());
+        }
         self.provenance.push_json(&mut all);
         all
     }

@@ -21,7 +21,9 @@ pub use fit::{
     Estimator, FitRequest, IntervalRequest, NoiseFrom, Normalise, RegressionRequest, SearchRequest,
 };
 pub use screen::ScreenRequest;
-pub use single::{CheckRequest, LinearizeRequest, RunRequest, SensitivityRequest, SimulateRequest};
+pub use single::{
+    CheckRequest, InvertRequest, LinearizeRequest, RunRequest, SensitivityRequest, SimulateRequest,
+};
 
 /// What is chosen and set from outside the model file.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

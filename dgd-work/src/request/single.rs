@@ -125,3 +125,35 @@ impl LinearizeRequest {
         LinearizeRequest { model, choices, data: None, at, solve: Solve::default() }
     }
 }
+
+/// What an equation lacks, from what was measured.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct InvertRequest {
+    /// The model, and the recording with what was measured.
+    pub run: RunRequest,
+    /// Label of the equation.
+    pub equation: String,
+    /// Outputs to take readings of; all that were measured where there is none.
+    pub outputs: Vec<String>,
+    /// Half the width of the window that means are taken over, s; the most likely where there is none.
+    pub bandwidth: Option<f64>,
+    /// Unit of what is missing; that of the equation where there is none.
+    pub unit: Option<String>,
+    /// Whether a smoother's estimate with the whole model stands beside it.
+    pub with_estimate: bool,
+}
+
+impl InvertRequest {
+    /// Of this equation.
+    pub fn new(run: RunRequest, equation: impl Into<String>) -> Self {
+        InvertRequest {
+            run,
+            equation: equation.into(),
+            outputs: Vec::new(),
+            bandwidth: None,
+            unit: None,
+            with_estimate: false,
+        }
+    }
+}

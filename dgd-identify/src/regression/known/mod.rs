@@ -14,6 +14,7 @@
 //! with what is known by then.
 
 pub(super) mod filters;
+pub(crate) mod gains;
 pub(super) mod late;
 pub(super) mod modes;
 pub(super) mod slopes;

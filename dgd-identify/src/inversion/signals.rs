@@ -1,0 +1,219 @@
+//! Which readings give the unknowns that an equation reads.
+//!
+//! One after the other, the simplest first: an output, or another algebraic equation, that reads a single unknown which is
+//! not yet given, gives it. Of several outputs that read equally few unknowns all are used, weighted by their noise.
+//! Further ones are left out, as their equations need not be right. Where nothing reads a single one, all of
+//! them are solved at once.
+
+use dgd_runtime::Pattern;
+
+use super::{InversionError, InversionProblem};
+use crate::regression::known::Sensors;
+
+/// An unknown that the equation reads.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Signal {
+    /// Position of the unknown.
+    pub unknown: usize,
+    /// What gives it.
+    pub sources: Vec<Source>,
+}
+
+/// What gives an unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// The output at this position.
+    Output(usize),
+    /// The equation at this position, from unknowns that are given.
+    Equation(usize),
+    /// Everything that was measured, with all algebraic equations.
+    Together,
+}
+
+/// An equation, and how its unknowns are known.
+pub(super) struct Chosen {
+    pub(super) equation: usize,
+    /// All unknowns that it reads.
+    pub(super) needs: Vec<usize>,
+    pub(super) signals: Vec<Signal>,
+    pub(super) sensors: Sensors,
+}
+
+pub(super) fn choose(problem: &InversionProblem<'_>) -> Result<Chosen, InversionError> {
+    let signature = problem.system.signature();
+    let own: Vec<usize> = rows_of(&signature.input_jacobian, problem.input);
+    if own.is_empty() {
+        return Err(InversionError::Unread);
+    }
+    let past = signature.past();
+    for row in &own {
+        let mut reads = signature.input_jacobian.positions().filter(|(r, _)| r == row);
+        if let Some((_, column)) = reads.find(|(_, column)| past.values().contains(column)) {
+            let late = &signature.delayed_unknowns[column - past.values().start];
+            let unknown = signature.unknowns.name(late.unknown).to_string();
+            return Err(InversionError::Late { unknown });
+        }
+    }
+    let sources = Sources::new(problem, &own);
+    let given = sources.one_by_one();
+    let chosen = |row: usize, given: &[Vec<Source>]| {
+        let needs = sources.needs(row);
+        needs.iter().all(|i| !given[*i].is_empty()).then(|| sources.chosen(row, needs, given))
+    };
+    if let Some(found) = own.iter().find_map(|row| chosen(*row, &given)) {
+        return Ok(found);
+    }
+    let together = sources.together(given);
+    if let Some(found) = own.iter().find_map(|row| chosen(*row, &together)) {
+        return Ok(found);
+    }
+    let needs = sources.needs(own[0]);
+    let open = needs.into_iter().filter(|i| together[*i].is_empty());
+    let unknowns = open.map(|i| signature.unknowns.name(i).to_string()).collect();
+    Err(InversionError::NotMeasured { unknowns })
+}
+
+fn rows_of(pattern: &Pattern, column: usize) -> Vec<usize> {
+    let mut rows: Vec<usize> =
+        pattern.positions().filter(|(_, c)| *c == column).map(|(row, _)| row).collect();
+    rows.sort_unstable();
+    rows.dedup();
+    rows
+}
+
+fn reads(pattern: &Pattern, row: usize) -> Vec<usize> {
+    let mut all: Vec<usize> =
+        pattern.positions().filter(|(r, _)| *r == row).map(|(_, column)| column).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// What may give unknowns, with those that each reads.
+struct Sources<'a> {
+    problem: &'a InversionProblem<'a>,
+    all: Vec<(Source, Vec<usize>)>,
+}
+
+impl<'a> Sources<'a> {
+    /// Outputs that were measured, and algebraic equations besides those in which something is missing.
+    fn new(problem: &'a InversionProblem<'a>, own: &[usize]) -> Self {
+        let signature = problem.system.signature();
+        let is_measured = |i: &usize| {
+            let samples = problem.recording.measured[*i].as_ref();
+            problem.noise[*i].is_some_and(|std| std > 0.0)
+                && samples.is_some_and(|samples| samples.iter().any(|w| w.is_finite()))
+        };
+        let [of_outputs, by_input, _] = &signature.output_jacobians;
+        let is_spoilt = rows_of(by_input, problem.input);
+        let outputs = (0..signature.outputs.len())
+            .filter(|i| is_measured(i) && !is_spoilt.contains(i))
+            .map(|i| (Source::Output(i), reads(of_outputs, i)));
+        let has_modes = !signature.discrete.automata.is_empty();
+        let equations = (0..signature.unknowns.len())
+            .filter(|i| !own.contains(i) && (has_modes || !signature.unknowns.is_differential(*i)))
+            .map(|i| (Source::Equation(i), reads(&signature.jacobian, i)));
+        let all = outputs.chain(equations).collect();
+        Sources { problem, all }
+    }
+
+    /// Unknowns of a compiled equation: those that it reads, and the one whose slope it is.
+    fn needs(&self, row: usize) -> Vec<usize> {
+        let signature = self.problem.system.signature();
+        let mut needs = reads(&signature.jacobian, row);
+        if signature.unknowns.is_differential(row) && !needs.contains(&row) {
+            needs.push(row);
+        }
+        needs.sort_unstable();
+        needs
+    }
+
+    fn one_by_one(&self) -> Vec<Vec<Source>> {
+        let n = self.problem.system.signature().unknowns.len();
+        let mut given: Vec<Vec<Source>> = vec![Vec::new(); n];
+        loop {
+            let is_open = |i: &&usize| given[**i].is_empty();
+            let single = self.all.iter().filter_map(|(source, reads)| {
+                let mut open = reads.iter().filter(is_open);
+                let only = *open.next()?;
+                open.next().is_none().then_some((reads.len(), *source, only))
+            });
+            let single: Vec<(usize, Source, usize)> = single.collect();
+            // The simplest, and of two alike readings before equations.
+            let rank = |(reads, source, _): &(usize, Source, usize)| {
+                (*reads, !matches!(source, Source::Output(_)))
+            };
+            let Some(first) = single.iter().map(rank).min() else { return given };
+            for (_, source, only) in single.iter().filter(|one| rank(one) == first) {
+                // An equation more would be a contradiction, not a reading.
+                if first.1 && !given[*only].is_empty() {
+                    continue;
+                }
+                given[*only].push(*source);
+            }
+        }
+    }
+
+    /// Also what all of them together may give.
+    fn together(&self, mut given: Vec<Vec<Source>>) -> Vec<Vec<Source>> {
+        let mut read = vec![false; given.len()];
+        let mut count = 0;
+        for (_, reads) in &self.all {
+            let open: Vec<usize> = reads.iter().copied().filter(|i| given[*i].is_empty()).collect();
+            count += usize::from(!open.is_empty());
+            for i in open {
+                read[i] = true;
+            }
+        }
+        // Fewer equations than unknowns determine some of them at most, which the samples will tell.
+        if count > 0 {
+            for (own, _) in
+                given.iter_mut().zip(&read).filter(|(own, read)| **read && own.is_empty())
+            {
+                own.push(Source::Together);
+            }
+        }
+        given
+    }
+
+    fn chosen(&self, equation: usize, needs: Vec<usize>, given: &[Vec<Source>]) -> Chosen {
+        // What gives what the equation reads, and what gives that.
+        let mut wanted = needs.clone();
+        let mut used: Vec<Source> = Vec::new();
+        let mut k = 0;
+        while k < wanted.len() {
+            for source in &given[wanted[k]] {
+                if !used.contains(source) {
+                    used.push(*source);
+                    let of = self.all.iter().find(|(own, _)| own == source);
+                    for i in of.iter().flat_map(|(_, reads)| reads) {
+                        if !wanted.contains(i) {
+                            wanted.push(*i);
+                        }
+                    }
+                }
+            }
+            k += 1;
+        }
+        let everything = used.contains(&Source::Together);
+        let is_used = |source: &Source| everything || used.contains(source);
+        let own = |(source, _): &(Source, Vec<usize>)| Some(*source).filter(is_used);
+        let used: Vec<Source> = self.all.iter().filter_map(own).collect();
+        let outputs = used.iter().filter_map(|source| match source {
+            Source::Output(i) => Some((*i, self.problem.noise[*i].unwrap_or(1.0))),
+            Source::Equation(_) | Source::Together => None,
+        });
+        let equations = used.iter().filter_map(|source| match source {
+            Source::Equation(i) => Some(*i),
+            Source::Output(_) | Source::Together => None,
+        });
+        let sensors = Sensors {
+            outputs: outputs.collect(),
+            equations: equations.collect(),
+            free: Vec::new(),
+        };
+        let signal = |i: &usize| Signal { unknown: *i, sources: given[*i].clone() };
+        let signals = needs.iter().map(signal).collect();
+        Chosen { equation, needs, signals, sensors }
+    }
+}

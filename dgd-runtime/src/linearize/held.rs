@@ -1,0 +1,318 @@
+//! Steady states next to others: what is conserved keeps the value that it has, and the rest is at rest.
+//!
+//! Where c₁ᵀẋ = 0, …, some equations of 0 = f follow from the others, and 0 = f has a family of solutions. In the
+//! place of the equation of the state that names it, each combination is held:
+//!
+//! ```text
+//!   0 = f_i(y)  for all equations but those,      0 = cₖᵀ (x − x₀)
+//! ```
+//!
+//! which is as many equations as before, and regular where the steady state is the only one with those values.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::conserved::{Conserved, left_null};
+use super::elimination::Elimination;
+use super::error::SteadyStateError;
+use super::point::OperatingPoint;
+use super::{Columns, Slopes, singular};
+use crate::algebraic::{Algebraic, AlgebraicPoint, add_terms};
+use crate::linalg::norm::Tolerances;
+use crate::problem::Problem;
+use crate::solved::Solved;
+use crate::system::{Point, Storage};
+
+/// Points beside the start, their distances in sizes of the unknowns.
+const DISTANCES: [f64; 5] = [0.03, 0.1, 0.3, 0.01, 1e-3];
+/// Fewest of them at which the equations can be solved.
+const LEAST_POINTS: usize = 2;
+/// What is left of c's products, as part of their terms, is rounding.
+const ROUNDING: f64 = 1e-9;
+/// Most corrections by Newton's method, the smallest part taken of one, and how small the last is.
+const MOST_CORRECTIONS: usize = 100;
+const LEAST_DAMPING: f64 = 1.0 / 4096.0;
+const CORRECTED: f64 = 1e-11;
+/// Corrections this small that do not get smaller are rounding.
+const STALLED: f64 = 1e-7;
+/// Tolerances of algebraic unknowns.
+const POLISHED: Tolerances = Tolerances { rtol: 1e-10, atol: 1e-10 };
+
+/// Where steady states are looked for.
+pub(super) struct Held<'a, S: Solved> {
+    pub problem: &'a Problem<'a, S>,
+    pub t: f64,
+    /// Inputs with nothing late.
+    pub u: &'a [f64],
+    /// Of the unknowns.
+    pub sizes: &'a [f64],
+}
+
+/// The states' equations at a point, algebraic unknowns eliminated.
+struct OfStates {
+    states: Vec<usize>,
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    /// ẋ.
+    rates: Vec<f64>,
+}
+
+impl<S: Solved> Held<'_, S> {
+    /// What is conserved in the modes `z`, with its value at `y`, and the rates of what only seems so: what changes
+    /// by as much whatever the states are.
+    pub(super) fn conserved(&self, y: &[f64], z: &[f64], start: &[f64]) -> Vec<Conserved> {
+        let Some(y) = self.consistent(y, z) else { return Vec::new() };
+        let Some(here) = self.slopes(&y, self.u, z) else { return Vec::new() };
+        let moved = DISTANCES.iter().enumerate().filter_map(|(k, distance)| {
+            let moved = self.consistent(&self.moved(&y, *distance, k), z)?;
+            let found = self.slopes(&moved, self.u, z)?;
+            (found.states == here.states).then_some(found.a)
+        });
+        let mut slopes: Vec<DMatrix<f64>> = moved.collect();
+        if slopes.len() < LEAST_POINTS {
+            return Vec::new();
+        }
+        slopes.push(here.a.clone());
+        let mut found = self.named(&slopes, &here.states, &y, start, true);
+        for own in &mut found {
+            own.whatever_inputs = self.is_beyond_inputs(own, &y, z);
+        }
+        found
+    }
+
+    /// What stays as it is close to `y`, where that is at rest and others beside it are, too.
+    pub(super) fn conserved_close(&self, y: &[f64], z: &[f64], start: &[f64]) -> Vec<Conserved> {
+        let slopes = self.consistent(y, z).and_then(|y| self.slopes(&y, self.u, z));
+        slopes.map_or_else(Vec::new, |here| {
+            self.named(std::slice::from_ref(&here.a), &here.states, y, start, false)
+        })
+    }
+
+    fn named(
+        &self,
+        slopes: &[DMatrix<f64>],
+        states: &[usize],
+        y: &[f64],
+        start: &[f64],
+        is_linear: bool,
+    ) -> Vec<Conserved> {
+        let sizes: Vec<f64> = states.iter().map(|i| self.sizes[*i]).collect();
+        let combination = |(c, name): (Vec<f64>, usize)| {
+            let terms = states.iter().copied().zip(c).filter(|(_, c)| *c != 0.0).collect();
+            let own = Conserved {
+                terms,
+                named_by: states[name],
+                value: 0.0,
+                at_start: 0.0,
+                whatever_inputs: false,
+                is_linear,
+            };
+            Conserved { value: own.of(y), at_start: own.of(start), ..own }
+        };
+        left_null(slopes, &sizes).into_iter().map(combination).collect()
+    }
+
+    /// What changes by as much whatever the states are, if something does.
+    pub(super) fn drift(
+        &self,
+        conserved: &[Conserved],
+        y: &[f64],
+        z: &[f64],
+    ) -> Option<SteadyStateError> {
+        let y = self.consistent(y, z)?;
+        let here = self.slopes(&y, self.u, z)?;
+        let at = |unknown: &usize| here.states.binary_search(unknown).ok();
+        let signature = self.problem.system.signature();
+        let (_, jacobian) = self.residuals(&y, z);
+        let mut sizes = vec![0.0; y.len()];
+        add_terms(&mut sizes, &signature.jacobian, jacobian.as_ref(), &y);
+        add_terms(&mut sizes, &signature.jacobian, jacobian.as_ref(), self.sizes);
+        let rate = |own: &Conserved| {
+            own.terms.iter().filter_map(|(i, c)| Some(c * here.rates[at(i)?])).sum::<f64>()
+        };
+        let terms =
+            |own: &Conserved| own.terms.iter().map(|(i, c)| c.abs() * sizes[*i]).sum::<f64>();
+        let drifting = |own: &&Conserved| rate(own).abs() > ROUNDING * terms(own);
+        let own = conserved.iter().find(drifting)?;
+        let unit = signature.unknowns.unit(own.named_by);
+        let others = own.terms.iter().filter(|(i, _)| *i != own.named_by);
+        Some(SteadyStateError::Drifts {
+            t: self.t,
+            equation: signature.equations.at(own.named_by).to_string(),
+            unknown: signature.unknowns.name(own.named_by).to_string(),
+            with: others.map(|(i, _)| signature.unknowns.name(*i).to_string()).collect(),
+            rate: rate(own) / unit.factor,
+            unit: unit.symbol.to_string(),
+        })
+    }
+
+    /// Puts `y` onto 0 = f with what is conserved at its values; whether that succeeds.
+    pub(super) fn solve(&self, conserved: &[Conserved], y: &mut Vec<f64>, z: &[f64]) -> bool {
+        let norm = |step: &DVector<f64>| {
+            step.iter().zip(self.sizes).map(|(x, size)| (x / size).abs()).fold(0.0, f64::max)
+        };
+        let mut before = f64::INFINITY;
+        for _ in 0..MOST_CORRECTIONS {
+            let (left, matrix) = self.equations(conserved, y, z);
+            let lu = matrix.lu();
+            let Some(step) = lu.solve(&-left) else { return false };
+            let size = norm(&step);
+            if !size.is_finite() {
+                return false;
+            }
+            if size <= CORRECTED || (size <= STALLED && size >= 0.5 * before) {
+                return true;
+            }
+            before = size;
+            let mut part = 1.0;
+            loop {
+                let trial: Vec<f64> = y.iter().zip(&step).map(|(y, x)| y + part * x).collect();
+                let (left, _) = self.equations(conserved, &trial, z);
+                // A test that does not depend on how equations are scaled.
+                let next = lu.solve(&-left).map_or(f64::NAN, |next| norm(&next));
+                if next <= (1.0 - 0.25 * part) * size {
+                    *y = trial;
+                    break;
+                }
+                part *= 0.5;
+                if part < LEAST_DAMPING {
+                    return false;
+                }
+            }
+        }
+        false
+    }
+
+    /// The equation and the unknown that are open though what is conserved is held.
+    pub(super) fn open(
+        &self,
+        conserved: &[Conserved],
+        y: &[f64],
+        z: &[f64],
+    ) -> Option<(usize, usize)> {
+        let (_, mut matrix) = self.equations(conserved, y, z);
+        for (mut column, size) in matrix.column_iter_mut().zip(self.sizes) {
+            column *= *size;
+        }
+        singular::open(&matrix)
+    }
+
+    /// What the equations leave, and their derivatives to the unknowns.
+    fn equations(
+        &self,
+        conserved: &[Conserved],
+        y: &[f64],
+        z: &[f64],
+    ) -> (DVector<f64>, DMatrix<f64>) {
+        let n = y.len();
+        let pattern = &self.problem.system.signature().jacobian;
+        let (f, jacobian) = self.residuals(y, z);
+        let mut left = DVector::from_column_slice(f.as_ref());
+        let mut matrix = DMatrix::zeros(n, n);
+        pattern.for_each(jacobian.as_ref(), |row, column, value| matrix[(row, column)] = value);
+        for own in conserved {
+            left[own.named_by] = own.of(y) - own.value;
+            matrix.row_mut(own.named_by).fill(0.0);
+            for (state, c) in &own.terms {
+                matrix[(own.named_by, *state)] = *c;
+            }
+        }
+        (left, matrix)
+    }
+
+    fn residuals(&self, y: &[f64], z: &[f64]) -> (S::Vector, S::Jacobian) {
+        let system = self.problem.system;
+        let signature = system.signature();
+        let (mut f, mut dfdt) = (S::Vector::zeros(y.len()), S::Vector::zeros(y.len()));
+        let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
+        let still = S::Inputs::zeros(signature.n_u());
+        let at = Point { t: self.t, y, u: self.u, p: self.problem.p, z };
+        system.linearize(at, still.as_ref(), f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
+        (f, jacobian)
+    }
+
+    /// With algebraic unknowns on their equations.
+    fn consistent(&self, y: &[f64], z: &[f64]) -> Option<Vec<f64>> {
+        let system = self.problem.system;
+        let mut y = y.to_vec();
+        let mut mass = S::Vector::zeros(y.len());
+        let at = Point { t: self.t, y: &y, u: self.u, p: self.problem.p, z };
+        system.mass(at, mass.as_mut());
+        let mut equations = Algebraic::new(system);
+        equations.enter_modes(mass.as_ref());
+        let mut jacobian = S::Jacobian::zeros(system.signature().jacobian.len());
+        let place = AlgebraicPoint { t: self.t, u: self.u, p: self.problem.p, z };
+        let solved = equations.make_consistent(
+            system,
+            place,
+            &mut y,
+            jacobian.as_mut(),
+            self.sizes,
+            POLISHED,
+        );
+        solved.ok()?;
+        y.iter().all(|y| y.is_finite()).then_some(y)
+    }
+
+    fn slopes(&self, y: &[f64], u: &[f64], z: &[f64]) -> Option<OfStates> {
+        let at = OperatingPoint { t: self.t, y: y.to_vec(), u: u.to_vec(), z: z.to_vec() };
+        let columns = Columns::new(self.problem, &at).ok()?;
+        let (system, point) = (self.problem.system, at.point(self.problem.p));
+        let slopes = Slopes::new(system, point, &columns.places, columns.len()).ok()?;
+        let elimination = Elimination::new(system, point, &slopes.f).ok()?;
+        let rows = elimination.of_states(&slopes.f);
+        let n = elimination.states.len();
+        let rates: Vec<f64> = elimination.states.iter().map(|i| slopes.rates[*i]).collect();
+        let is_finite = rows.iter().chain(&rates).all(|value| value.is_finite());
+        is_finite.then(|| OfStates {
+            a: rows.columns(0, n).into_owned(),
+            b: rows.columns(n, rows.ncols() - n).into_owned(),
+            rates,
+            states: elimination.states,
+        })
+    }
+
+    /// A point beside this one, in a direction that suits no symmetry.
+    fn moved(&self, y: &[f64], distance: f64, k: usize) -> Vec<f64> {
+        let pairs = y.iter().zip(self.sizes).enumerate();
+        pairs.map(|(i, (y, size))| y + distance * size * spread(i, k)).collect()
+    }
+
+    /// Whether inputs leave a combination as it is, at points beside this one with other inputs.
+    fn is_beyond_inputs(&self, own: &Conserved, y: &[f64], z: &[f64]) -> bool {
+        let signature = self.problem.system.signature();
+        let read = signature.past().held().start.min(self.u.len());
+        let mut known = 0;
+        for (k, distance) in DISTANCES.iter().enumerate() {
+            let mut u = self.u.to_vec();
+            for (i, u) in u[..read].iter_mut().enumerate() {
+                let unit = signature.inputs.get(i).map_or(1.0, |input| input.unit.factor);
+                *u += distance * u.abs().max(unit.abs()) * spread(i + y.len(), k);
+            }
+            let there = Held { u: &u, ..*self };
+            let moved = there.consistent(&self.moved(y, *distance, k), z);
+            let Some(found) = moved.and_then(|y| there.slopes(&y, &u, z)) else { continue };
+            let columns = found.a.column_iter().chain(found.b.column_iter());
+            let product = |column: &dyn Fn(usize) -> f64| {
+                let terms = own
+                    .terms
+                    .iter()
+                    .filter_map(|(i, c)| Some(c * column(found.states.binary_search(i).ok()?)));
+                let terms: Vec<f64> = terms.collect();
+                let size: f64 = terms.iter().map(|term| term.abs()).sum();
+                terms.iter().sum::<f64>().abs() <= ROUNDING * size
+            };
+            if !columns.into_iter().all(|column| product(&|row| column[row])) {
+                return false;
+            }
+            known += 1;
+        }
+        known >= LEAST_POINTS
+    }
+}
+
+/// A number between −1 and 1 for each unknown and point.
+fn spread(i: usize, k: usize) -> f64 {
+    // Multiples of irrational numbers, modulo one.
+    let turns = (i as f64 + 1.0) * 0.618_033_988_75 + (k as f64 + 1.0) * 0.754_877_666_25;
+    2.0 * (turns * (k as f64 + 1.0)).fract() - 1.0
+}

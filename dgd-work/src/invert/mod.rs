@@ -1,0 +1,137 @@
+//! What an equation lacks, from what was measured.
+
+mod page;
+mod report;
+mod sensors;
+mod twin;
+
+use dgd_compiler::model::Model;
+use dgd_compiler::pipeline::Directions;
+use dgd_compiler::units::parse_unit;
+use dgd_discover::{MissingTerms, NoSuchTerm, Recording as Readings, inputs_with};
+use dgd_identify::Recording;
+use dgd_identify::inversion::{InversionError, InversionProblem, invert as invert_equation};
+use dgd_runtime::{Inputs, System, Unit};
+
+use crate::error::{WorkError, meant};
+use crate::model::load;
+use crate::request::InvertRequest;
+use crate::run::Run;
+use crate::session::Session;
+use sensors::{Sensor, sensors};
+
+pub use report::Missing;
+pub use twin::Twin;
+
+/// Finds what an equation lacks.
+///
+/// # Errors
+///
+/// [`WorkError`]: no equation is called so, or what it reads was not measured.
+pub fn invert(request: &InvertRequest, session: Session<'_>) -> Result<Missing, WorkError> {
+    if request.run.data.is_none() {
+        let message = "`invert` needs what was measured: give a recording with `--data FILE`";
+        return Err(WorkError::Usage(message.to_owned()));
+    }
+    let loaded = load(&request.run.model, &request.run.choices, &Directions::None, session)?;
+    let model = loaded.compiled.model.clone();
+    let label = request.equation.as_str();
+    let terms = opened(&model, label, request)?;
+    let units = units(&terms, request)?;
+    let run = Run::prepare(&request.run, loaded, session)?;
+    let sensors = sensors(&run, &request.outputs)?;
+
+    let (first, last) = (run.times[0], run.times[run.times.len() - 1]);
+    let times = &run.measured.times;
+    let own = times.partition_point(|t| *t < first)..times.partition_point(|t| *t <= last);
+    let window = |samples: &Vec<f64>| samples[own.clone()].to_vec();
+    let measured: Vec<Option<Vec<f64>>> =
+        run.measured.outputs.iter().map(|samples| samples.as_ref().map(window)).collect();
+    let times = times[own.clone()].to_vec();
+    // Inputs that arrive late are read before the first sample.
+    let inputs = with_nothing(&terms, &run.inputs, &run.measured.times)?;
+    let noise: Vec<Option<f64>> =
+        sensors.iter().map(|sensor| sensor.as_ref().map(|sensor| sensor.noise)).collect();
+    let mut recording = Recording::new(times, inputs, measured);
+    recording.start.clone_from(&run.start);
+    let problem = InversionProblem {
+        system: terms.system(),
+        p: &run.p,
+        recording: &recording,
+        input: run.inputs.len(),
+        noise: &noise,
+        bandwidth: request.bandwidth,
+    };
+    let found = invert_equation(&problem).map_err(|error| refused(label, &error))?;
+    let twin = request
+        .with_estimate
+        .then(|| twin::estimate(&terms, &run, &recording, &noise, session))
+        .flatten();
+    let used: Vec<Sensor> = sensors.into_iter().flatten().collect();
+    Ok(Missing::new(request, terms.system().signature(), found, units, used, twin, run.provenance))
+}
+
+/// The model with room for what the equation lacks.
+fn opened(model: &Model, label: &str, request: &InvertRequest) -> Result<MissingTerms, WorkError> {
+    let engine = request.run.solve.engine;
+    MissingTerms::of_equation(model, label, engine).map_err(|reason| match reason {
+        NoSuchTerm::NoEquation => {
+            let mut labels: Vec<&str> =
+                model.all_equations().map(|equation| equation.label.as_str()).collect();
+            labels.dedup();
+            let help = meant(label, &labels);
+            WorkError::Usage(format!("`--for {label}`: no equation is called so; {help}"))
+        }
+        NoSuchTerm::Exact => WorkError::Usage(format!(
+            "`--for {label}`: the model declares this equation exact, so that it lacks nothing"
+        )),
+        NoSuchTerm::Closed(reason) => {
+            WorkError::Computation(format!("`{label}` cannot be inverted: {reason}"))
+        }
+    })
+}
+
+/// The unit in which it is shown, and that of SI.
+fn units(terms: &MissingTerms, request: &InvertRequest) -> Result<[Unit; 2], WorkError> {
+    let label = &request.equation;
+    let [place] = terms.places() else {
+        let units: Vec<&str> = terms.places().iter().map(|place| place.unit.as_str()).collect();
+        return Err(WorkError::Usage(format!(
+            "`--for {label}`: equations of this label measure different things, in {}",
+            units.join(" and ")
+        )));
+    };
+    let own = parse_unit(&place.unit).ok();
+    let si = Unit { symbol: place.unit.clone().into(), factor: 1.0, offset: 0.0 };
+    let Some(asked) = &request.unit else {
+        return Ok([si.clone(), si]);
+    };
+    match parse_unit(asked) {
+        Ok(unit) if own.as_ref().is_none_or(|own| own.dimension == unit.dimension) => {
+            Ok([Unit { symbol: asked.clone().into(), factor: unit.factor, offset: 0.0 }, si])
+        }
+        Ok(_) => Err(WorkError::Usage(format!(
+            "`--unit {asked}`: what `{label}` lacks is measured in {}",
+            place.unit
+        ))),
+        Err(_) => Err(WorkError::Usage(format!("`--unit {asked}`: there is no such unit"))),
+    }
+}
+
+fn with_nothing(terms: &MissingTerms, inputs: &Inputs, times: &[f64]) -> Result<Inputs, WorkError> {
+    let nothing = vec![0.0; times.len()];
+    let readings = Readings { p: &[], inputs, start: &[], times, measured: &[], noise: &[] };
+    inputs_with(terms, &readings, 0, &nothing)
+        .map_err(|error| WorkError::Computation(error.to_string()))
+}
+
+fn refused(label: &str, error: &InversionError) -> WorkError {
+    let help = match error {
+        InversionError::NotMeasured { .. } => {
+            ": give the data a column for each, or another output that reads it alone"
+        }
+        InversionError::Narrow { .. } => ": give a wider one with `--bandwidth`",
+        _ => "",
+    };
+    WorkError::Computation(format!("`{label}` cannot be inverted: {error}{help}"))
+}

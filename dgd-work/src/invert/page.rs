@@ -1,0 +1,26 @@
+//! The page of an inversion: the figure, and what it was made of.
+
+use dgd_page::{Link, Markup, Page, Tone};
+
+use super::Missing;
+use crate::output::page::origin;
+
+impl Missing {
+    /// Its page, which says what command makes it again.
+    pub fn page(&self, command: &str) -> String {
+        let Missing { model, equation, .. } = self;
+        let mut page = Page::new(&format!("{model}: what {equation} lacks"));
+        let kind = Markup::text("Inversion of ").then(&Markup::code(model));
+        let headline = format!("What equation `{equation}` lacks, from what was measured");
+        page.push_header(&kind, &Markup::prose(&headline), Tone::Plain, &[]);
+        let chart = page.chart(&self.figure(), Link::With("inversion"), &Markup::default());
+        page.push_section("What is missing", &[chart]);
+        // Its first line is the headline.
+        let text = self.to_text();
+        let (_, more) = text.split_once("\n\n").unwrap_or(("", &text));
+        let lines = more.lines().filter(|line| !line.trim().is_empty());
+        let lines: Vec<Markup> = lines.map(|line| Markup::prose(line).paragraph()).collect();
+        page.push_section("How it was found", &lines);
+        page.finish(&origin(&self.provenance, command))
+    }
+}

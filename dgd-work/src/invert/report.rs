@@ -1,0 +1,350 @@
+//! What an equation lacks, for people and for programs.
+
+use std::fmt::Write as _;
+use std::io;
+
+use dgd_identify::inversion::{Inverted, Source};
+use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+use dgd_runtime::{Signature, Unit};
+use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
+
+use super::sensors::Sensor;
+use super::twin::Twin;
+use crate::output::columns::{Kind, NamedColumn, TimeTable};
+use crate::output::provenance::Provenance;
+use crate::output::table::significant;
+use crate::request::InvertRequest;
+
+/// Standard deviations from which it stands out.
+const STANDS_OUT: f64 = 3.0;
+/// Half of the band that is drawn, standard deviations.
+const BAND: f64 = 2.0;
+/// Digits of what is shown.
+const DIGITS: usize = 4;
+
+/// What an equation lacks on its right-hand side.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Missing {
+    /// Name of the model.
+    pub model: String,
+    /// Label of the equation.
+    pub equation: String,
+    /// The inversion, SI.
+    pub found: Inverted,
+    /// The estimate of a smoother, if it was asked for.
+    pub twin: Option<Twin>,
+    /// What it was made of.
+    pub provenance: Provenance,
+    unit: Unit,
+    /// Spelling of its unit in SI.
+    si: String,
+    sensors: Vec<Sensor>,
+    /// Each unknown that the equation reads, and what gives it.
+    signals: Vec<(String, Vec<String>)>,
+}
+
+impl Missing {
+    pub(super) fn new(
+        request: &InvertRequest,
+        signature: &Signature,
+        found: Inverted,
+        [unit, si]: [Unit; 2],
+        sensors: Vec<Sensor>,
+        twin: Option<Twin>,
+        provenance: Provenance,
+    ) -> Self {
+        let source = |source: &Source| match source {
+            Source::Output(i) => signature.outputs[*i].name.to_string(),
+            Source::Equation(i) => format!("equation {}", signature.equations.at(*i)),
+            Source::Together => "all outputs and equations together".to_owned(),
+        };
+        let signals = found.signals.iter().map(|signal| {
+            let name = signature.unknowns.name(signal.unknown).into_owned();
+            (name, signal.sources.iter().map(source).collect::<Vec<_>>())
+        });
+        let signals: Vec<(String, Vec<String>)> = signals.collect();
+        let by_readings = |name: &String| signals.iter().any(|(_, of)| of.contains(name));
+        let everything = found
+            .signals
+            .iter()
+            .any(|own| own.sources.iter().any(|source| !matches!(source, Source::Output(_))));
+        let sensors = sensors.into_iter().filter(|own| everything || by_readings(&own.name));
+        Missing {
+            model: signature.name.to_string(),
+            equation: request.equation.clone(),
+            sensors: sensors.collect(),
+            signals,
+            unit,
+            si: si.symbol.to_string(),
+            found,
+            twin,
+            provenance,
+        }
+    }
+
+    /// The unit of its integral over time, in SI: of a flow in cubic metres per second that is cubic metres.
+    fn sum_unit(&self) -> Unit {
+        let symbol = match self.si.strip_suffix("/s") {
+            Some(rest) if !rest.contains(['/', '(']) => rest.to_owned(),
+            _ => format!("{}*s", self.si),
+        };
+        Unit { symbol: symbol.into(), factor: 1.0, offset: 0.0 }
+    }
+
+    /// The twin at the times of the inversion.
+    fn twin_columns(&self) -> Option<[Vec<f64>; 2]> {
+        let twin = self.twin.as_ref()?;
+        let at = |values: &Vec<f64>| {
+            let one = |t: &f64| {
+                let k = twin.times.partition_point(|own| own <= t);
+                k.checked_sub(1).map_or(f64::NAN, |k| values[k])
+            };
+            self.found.times.iter().map(one).collect()
+        };
+        Some([at(&twin.value), at(&twin.std)])
+    }
+
+    /// ∫ of the twin from its first sample on: it is constant from one to the next.
+    fn twin_sum(&self) -> Option<Vec<f64>> {
+        let twin = self.twin.as_ref()?;
+        let mut sum = 0.0;
+        let mut all = vec![0.0];
+        for (pair, value) in twin.times.windows(2).zip(&twin.value) {
+            sum += value * (pair[1] - pair[0]);
+            all.push(sum);
+        }
+        Some(all)
+    }
+
+    /// Time, what is missing, its standard deviation, and the same of its integral and of the estimate.
+    pub fn table(&self) -> TimeTable {
+        let column = |name: &str, unit: &Unit, values: &[f64]| {
+            NamedColumn::new(name, unit, Kind::Output, values.to_vec())
+        };
+        let sum_unit = self.sum_unit();
+        let Inverted { times, missing, integral, .. } = &self.found;
+        let mut columns = vec![
+            column("missing", &self.unit, &missing.value),
+            column("missing_std", &self.unit, &missing.std),
+        ];
+        if let Some(integral) = integral {
+            columns.push(column("integral", &sum_unit, &integral.value));
+            columns.push(column("integral_std", &sum_unit, &integral.std));
+        }
+        if let Some([value, std]) = self.twin_columns() {
+            columns.push(column("estimate", &self.unit, &value));
+            columns.push(column("estimate_std", &self.unit, &std));
+        }
+        TimeTable { times: times.clone(), columns }
+    }
+
+    /// Writes the table as CSV.
+    ///
+    /// # Errors
+    ///
+    /// Those of `out`.
+    pub fn write_csv(&self, out: &mut dyn io::Write) -> io::Result<()> {
+        self.table().write_csv(out)
+    }
+
+    /// Position at which it is largest.
+    fn largest(&self) -> Option<usize> {
+        let missing = &self.found.missing;
+        let finite = (0..missing.value.len()).filter(|k| missing.value[*k].is_finite());
+        finite.max_by(|a, b| missing.value[*a].abs().total_cmp(&missing.value[*b].abs()))
+    }
+
+    /// Times between which it stands out, s.
+    fn windows(&self) -> Vec<[f64; 2]> {
+        let Inverted { times, missing, .. } = &self.found;
+        let mut windows: Vec<[f64; 2]> = Vec::new();
+        let mut is_open = false;
+        for (k, t) in times.iter().enumerate() {
+            let (value, std) = (missing.value[k], missing.std[k]);
+            let stands_out = value.abs() > STANDS_OUT * std;
+            match (is_open, stands_out) {
+                (true, true) => {
+                    if let Some(last) = windows.last_mut() {
+                        last[1] = *t;
+                    }
+                }
+                (false, true) => windows.push([*t, *t]),
+                _ => {}
+            }
+            is_open = stands_out;
+        }
+        windows
+    }
+
+    /// What was found, in words.
+    pub fn to_text(&self) -> String {
+        let mut text = format!(
+            "{}: what equation `{}` lacks on its right-hand side, from what was measured\n\n",
+            self.model, self.equation
+        );
+        let in_unit = |value: f64| significant(value / self.unit.factor, DIGITS);
+        let how = if self.found.is_chosen { "the most likely" } else { "as asked" };
+        let _ =
+            writeln!(text, "window     ± {} s, {how}", significant(self.found.bandwidth, DIGITS));
+        for (name, of) in &self.signals {
+            let _ = writeln!(text, "{name:<10} from {}", of.join(", "));
+        }
+        for sensor in &self.sensors {
+            let (noise, unit, of) = sensor.shown();
+            let _ = writeln!(
+                text,
+                "{:<10} noise {} {unit}, {of}",
+                sensor.name,
+                significant(noise, DIGITS)
+            );
+        }
+        if let Some(k) = self.largest() {
+            let missing = &self.found.missing;
+            let _ = writeln!(
+                text,
+                "largest    {} ± {} {} at {} s",
+                in_unit(missing.value[k]),
+                in_unit(missing.std[k]),
+                self.unit.symbol,
+                self.found.times[k]
+            );
+        }
+        if let Some(integral) = &self.found.integral {
+            let unit = self.sum_unit();
+            let last = (0..integral.value.len()).rev().find(|k| integral.value[*k].is_finite());
+            let last = last.map(|k| (integral.value[k], integral.std[k]));
+            let (value, std) = last.unwrap_or((0.0, 0.0));
+            let _ = writeln!(
+                text,
+                "in all     {} ± {} {}",
+                significant(value / unit.factor, DIGITS),
+                significant(std / unit.factor, DIGITS),
+                unit.symbol
+            );
+        }
+        if self.found.left_out > 0.0 {
+            let _ = writeln!(
+                text,
+                "left out   {} s, in which readings are missing or unknowns jump",
+                significant(self.found.left_out, DIGITS)
+            );
+        }
+        let windows: Vec<String> =
+            self.windows().iter().map(|[from, to]| format!("{from}–{to} s")).collect();
+        let _ = match windows.as_slice() {
+            [] => writeln!(text, "nothing stands out of the sensors' noise"),
+            _ => writeln!(text, "stands out {}", shortened(&windows)),
+        };
+        if let Some(twin) = &self.twin {
+            let _ = writeln!(
+                text,
+                "estimate   of a smoother with the whole model: {} nats more likely than nothing missing",
+                significant(twin.gain, DIGITS)
+            );
+        }
+        text
+    }
+
+    /// What programs are told besides the columns.
+    pub fn details(&self) -> Value {
+        let Inverted { bandwidth, is_chosen, left_out, integral, missing, times, .. } = &self.found;
+        let largest = self.largest().map(|k| {
+            json!({
+                "t": times[k],
+                "value": missing.value[k] / self.unit.factor,
+                "std": missing.std[k] / self.unit.factor,
+            })
+        });
+        let signals = self.signals.iter().map(|(name, of)| json!({ "unknown": name, "from": of }));
+        let mut details = json!({
+            "model": self.model,
+            "equation": self.equation,
+            "unit": self.unit.symbol,
+            "integral_unit": integral.as_ref().map(|_| self.sum_unit().symbol),
+            "bandwidth": bandwidth,
+            "bandwidth_from": if *is_chosen { "likelihood" } else { "request" },
+            "left_out": left_out,
+            "signals": signals.collect::<Vec<_>>(),
+            "sensors": self.sensors.iter().map(Sensor::to_json).collect::<Vec<_>>(),
+            "largest": largest,
+            "windows": self.windows(),
+            "estimate_gain": self.twin.as_ref().map(|twin| twin.gain),
+        });
+        self.provenance.push_json(&mut details);
+        details
+    }
+
+    /// All of it for programs.
+    pub fn to_json(&self) -> Value {
+        let mut all = self.details();
+        self.table().push_json(&mut all);
+        all
+    }
+
+    /// What is missing with its band, the estimate beside it; below, what it sums up to.
+    pub fn figure(&self) -> Figure {
+        let Inverted { times, missing, integral, bandwidth, .. } = &self.found;
+        let mut top = Panel {
+            title: Text::plain(&format!("Missing in {}", self.equation)),
+            y_label: Text::default().with_unit(&self.unit.symbol),
+            ..Panel::default()
+        };
+        let title = format!("measured, means over ± {} s", significant(*bandwidth, 2));
+        let name = Text::plain(&title);
+        add(&mut top, name, times, [&missing.value, &missing.std], self.unit.factor);
+        let mut panels = vec![];
+        if let Some(twin) = &self.twin {
+            let name = Text::plain("estimated by a smoother");
+            add(&mut top, name, &twin.times, [&twin.value, &twin.std], self.unit.factor);
+        }
+        panels.push(top);
+        if let Some(integral) = integral {
+            let unit = self.sum_unit();
+            let mut below = Panel {
+                title: Text::plain("Its integral"),
+                y_label: Text::default().with_unit(&unit.symbol),
+                ..Panel::default()
+            };
+            let name = Text::plain("measured");
+            add(&mut below, name, times, [&integral.value, &integral.std], unit.factor);
+            if let (Some(twin), Some(sum)) = (&self.twin, self.twin_sum()) {
+                let name = Text::plain("estimated by a smoother");
+                let y = sum.iter().map(|value| value / unit.factor).collect();
+                below.series.push(Series::new(name, Style::Line, twin.times.clone(), y));
+            }
+            panels.push(below);
+        }
+        Figure::new(Text::plain("Time").with_unit("s"), panels)
+    }
+}
+
+/// Adds a line with its band of twice the standard deviation.
+fn add(panel: &mut Panel, name: Text, times: &[f64], [value, std]: [&Vec<f64>; 2], factor: f64) {
+    let edge = |k: f64| value.iter().zip(std).map(|(v, s)| (v + k * s) / factor).collect();
+    panel.envelopes.push(Envelope {
+        name: Text::default(),
+        around: Some(panel.series.len()),
+        x: times.to_vec(),
+        low: edge(-BAND),
+        high: edge(BAND),
+    });
+    panel.series.push(Series::new(name, Style::Line, times.to_vec(), edge(0.0)));
+}
+
+/// The first few, and how many more.
+fn shortened(windows: &[String]) -> String {
+    const MOST: usize = 6;
+    let shown = windows[..windows.len().min(MOST)].join(", ");
+    match windows.len().checked_sub(MOST) {
+        Some(more) if more > 0 => format!("{shown} and {more} more times"),
+        _ => shown,
+    }
+}
+
+impl Serialize for Missing {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.to_json().serialize(serializer)
+    }
+}

@@ -1,0 +1,98 @@
+//! What a smoother makes of the same: the estimate that a discovery draws.
+
+use dgd_discover::{
+    Deviations, MissingTerms, Recording as Readings, UnknownInput, reconstruct, unknown_input,
+};
+use dgd_identify::Recording;
+use dgd_runtime::{Problem, observe, simulate};
+use dgd_screen::noise::SensorNoise;
+
+use crate::run::Run;
+use crate::session::Session;
+
+/// How often the estimate is made again around the trajectory that has it, as discoveries do.
+const ROUNDS: usize = 2;
+
+/// The unknown input of the equation that makes a simulation follow the readings, SI.
+#[derive(Debug, Clone)]
+#[non_exhaustive]
+pub struct Twin {
+    /// The samples' times, s.
+    pub times: Vec<f64>,
+    /// d.
+    pub value: Vec<f64>,
+    /// Its standard deviation.
+    pub std: Vec<f64>,
+    /// Gain in log-likelihood over nothing missing, nats.
+    pub gain: f64,
+}
+
+/// The estimate; where there is none, a remark says why.
+pub(super) fn estimate(
+    terms: &MissingTerms,
+    run: &Run,
+    recording: &Recording,
+    noise: &[Option<f64>],
+    session: Session<'_>,
+) -> Option<Twin> {
+    match smoothed(terms, run, recording, noise) {
+        Ok(found) => Some(found),
+        Err(reason) => {
+            session.remark(&format!("there is no estimate beside the inversion: {reason}"));
+            None
+        }
+    }
+}
+
+fn smoothed(
+    terms: &MissingTerms,
+    run: &Run,
+    recording: &Recording,
+    noise: &[Option<f64>],
+) -> Result<Twin, String> {
+    // Of two samples with one time the smoother takes the second.
+    let times: Vec<f64> = recording
+        .times
+        .iter()
+        .enumerate()
+        .filter(|(k, t)| recording.times.get(k + 1) != Some(*t))
+        .map(|(_, t)| *t)
+        .collect();
+    let rows: Vec<usize> =
+        times.iter().map(|t| recording.times.partition_point(|own| own <= t) - 1).collect();
+    let noise: Vec<Option<SensorNoise>> =
+        noise.iter().map(|std| std.map(SensorNoise::known)).collect();
+    let samples = |k: &usize| {
+        recording
+            .measured
+            .iter()
+            .map(|w| w.as_ref().map_or(f64::NAN, |w| w[*k]))
+            .collect::<Vec<_>>()
+    };
+    let measured: Vec<f64> = rows.iter().flat_map(samples).collect();
+    let problem =
+        Problem { system: terms.system(), p: &run.p, inputs: &recording.inputs, start: &run.start };
+    let trajectory =
+        simulate(&problem, &times, &run.options).map_err(|failure| failure.error.to_string())?;
+    let simulated = observe(&problem, &trajectory).w;
+    let deviations = Deviations::along(terms, &run.p, &recording.inputs, &trajectory)
+        .map_err(|error| error.to_string())?;
+    let residuals: Vec<f64> = measured.iter().zip(&simulated).map(|(m, s)| m - s).collect();
+    let unseen = || "no output that was measured sees what is missing".to_owned();
+    let mut found = unknown_input(&deviations, 0, &residuals, &noise).ok_or_else(unseen)?;
+    let readings = Readings {
+        p: &run.p,
+        inputs: &run.inputs,
+        start: &run.start,
+        times: &times,
+        measured: &measured,
+        noise: &noise,
+    };
+    for _ in 0..ROUNDS {
+        // Where the model cannot follow the estimate, that of before stays.
+        let Ok(Some(again)) = reconstruct(terms, &readings, 0, &found, &run.options) else { break };
+        found = again;
+    }
+    let UnknownInput { times, estimate, std, gain, .. } = found;
+    Ok(Twin { times, value: estimate, std, gain })
+}

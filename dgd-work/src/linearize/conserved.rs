@@ -1,0 +1,179 @@
+//! What is conserved at a steady state, for people and for programs.
+
+use std::fmt::Write as _;
+
+use dgd_runtime::linearize::{Conserved, StateSpace};
+use dgd_runtime::{Signature, Unit};
+use serde_json::{Value, json};
+
+use crate::output::columns::quotient;
+use crate::output::quantity::of_differences;
+use crate::output::table::significant;
+
+/// Digits of what is shown.
+const DIGITS: usize = 6;
+/// Terms that are shown of a combination.
+const MOST_TERMS: usize = 8;
+/// Two rows are parallel, and two values equal, to this.
+const SAME: f64 = 1e-6;
+
+/// A combination of states that the equations leave as it is, in declared units.
+#[derive(Debug, Clone)]
+pub(super) struct Held {
+    named_by: String,
+    unit: Unit,
+    value: f64,
+    at_start: f64,
+    /// Name, coefficient and its unit.
+    terms: Vec<(String, f64, String)>,
+    whatever_inputs: bool,
+    is_linear: bool,
+    /// An output that is the same but for a factor and a constant, and its value with its unit.
+    output: Option<(String, String)>,
+}
+
+/// What is conserved in declared units.
+pub(super) fn described(
+    signature: &Signature,
+    system: &StateSpace,
+    conserved: &[Conserved],
+) -> Vec<Held> {
+    conserved.iter().map(|own| Held::new(signature, system, own)).collect()
+}
+
+impl Held {
+    fn new(signature: &Signature, system: &StateSpace, own: &Conserved) -> Self {
+        let unit = of_differences(signature.unknowns.unit(own.named_by));
+        let term = |(state, c): &(usize, f64)| {
+            let of = of_differences(signature.unknowns.unit(*state));
+            let per = quotient(&unit, &of);
+            let is_own = *state == own.named_by || unit.symbol == of.symbol;
+            let symbol = if is_own { "1".to_owned() } else { per.symbol.to_string() };
+            (signature.unknowns.name(*state).into_owned(), c / per.factor, symbol)
+        };
+        // The state that names it comes first.
+        let mut terms: Vec<&(usize, f64)> = own.terms.iter().collect();
+        terms.sort_by_key(|(state, _)| *state != own.named_by);
+        Held {
+            named_by: signature.unknowns.name(own.named_by).into_owned(),
+            value: own.value / unit.factor,
+            at_start: own.at_start / unit.factor,
+            terms: terms.into_iter().map(term).collect(),
+            whatever_inputs: own.whatever_inputs,
+            is_linear: own.is_linear,
+            output: output(signature, system, own),
+            unit,
+        }
+    }
+
+    /// The combination: `pit - 0.185 m^3/m * h`.
+    pub(super) fn formula(&self) -> String {
+        let mut text = String::new();
+        for (k, (name, c, unit)) in self.terms.iter().take(MOST_TERMS).enumerate() {
+            text.push_str(match (k, *c < 0.0) {
+                (0, false) => "",
+                (0, true) => "-",
+                (_, false) => " + ",
+                (_, true) => " - ",
+            });
+            let size = c.abs();
+            if unit != "1" {
+                let _ = write!(text, "{} {unit} * ", significant(size, DIGITS));
+            } else if (size - 1.0).abs() > 1e-12 {
+                let _ = write!(text, "{} * ", significant(size, DIGITS));
+            }
+            text.push_str(name);
+        }
+        if self.terms.len() > MOST_TERMS {
+            let _ = write!(text, " + … ({} more terms)", self.terms.len() - MOST_TERMS);
+        }
+        text
+    }
+
+    /// What belongs to its pole at zero.
+    pub(super) fn pole(&self) -> String {
+        format!("conserved ({})", self.named_by)
+    }
+
+    pub(super) fn push_text(&self, text: &mut String) {
+        let quantity = |value: f64| with_unit(value, &self.unit.symbol);
+        let by_inputs = if self.whatever_inputs { "" } else { " with these inputs" };
+        let _ = if self.is_linear {
+            writeln!(text, "\nconserved{by_inputs}: {}", self.formula())
+        } else {
+            writeln!(
+                text,
+                "\nsomething is conserved{by_inputs} that is not linear in the states; close to this point it is\n  {}",
+                self.formula()
+            )
+        };
+        if let Some((output, value)) = &self.output {
+            let _ = writeln!(text, "  measured by the output `{output}`, {value}");
+        }
+        let value = quantity(self.value);
+        let _ = if !self.is_linear {
+            writeln!(text, "  the steady state is where a run from the start values comes to rest")
+        } else if self.is_as_at_start() {
+            writeln!(text, "  held at its value at the start, {value}")
+        } else {
+            writeln!(
+                text,
+                "  held at its value where a run comes to rest, {value}; it was {} at the start, which other modes on \
+                 the way did not conserve",
+                quantity(self.at_start)
+            )
+        };
+    }
+
+    fn is_as_at_start(&self) -> bool {
+        let size = self.value.abs().max(self.at_start.abs());
+        (self.value - self.at_start).abs() <= SAME * size
+    }
+
+    pub(super) fn to_json(&self) -> Value {
+        let terms = self
+            .terms
+            .iter()
+            .map(|(name, c, unit)| json!({ "state": name, "coefficient": c, "unit": unit }));
+        json!({
+            "named_by": self.named_by,
+            "combination": self.formula(),
+            "unit": self.unit.symbol,
+            "value": self.value,
+            "at_start": self.at_start,
+            "terms": terms.collect::<Vec<_>>(),
+            "whatever_inputs": self.whatever_inputs,
+            "linear": self.is_linear,
+            "output": self.output.as_ref().map(|(name, _)| name),
+        })
+    }
+}
+
+/// The first output whose slopes by the states are those of the combination times a number, and that no input
+/// moves.
+fn output(signature: &Signature, system: &StateSpace, own: &Conserved) -> Option<(String, String)> {
+    let wanted = |column: usize| {
+        let unknown = system.states[column];
+        own.terms.iter().find(|(state, _)| *state == unknown).map_or(0.0, |(_, c)| *c)
+    };
+    let name = system.states.binary_search(&own.named_by).ok()?;
+    let is_alike = |row: usize| {
+        let factor = system.c[(row, name)];
+        let departs = |column: usize| {
+            let (found, expected) = (system.c[(row, column)], factor * wanted(column));
+            (found - expected).abs() > SAME * expected.abs().max(found.abs())
+        };
+        factor != 0.0
+            && system.d.row(row).iter().all(|d| *d == 0.0)
+            && !(0..system.states.len()).any(departs)
+    };
+    let row = (0..system.c.nrows()).find(|row| is_alike(*row))?;
+    let output = &signature.outputs[row];
+    let value = with_unit(output.unit.from_si(system.w[row]), &output.unit.symbol);
+    Some((output.name.to_string(), value))
+}
+
+fn with_unit(value: f64, unit: &str) -> String {
+    let value = significant(value, DIGITS);
+    if unit == "1" { value } else { format!("{value} {unit}") }
+}
