@@ -507,8 +507,8 @@ mod tests {
                 let best = &of(seed, d, 0.01)[0];
                 let (shape, coefficient) = &best.terms[0];
                 assert_eq!(shape.factors, [(name, position(text))], "{text}: {:?}", best.terms);
-                // As near as the grid of the inner constant is.
-                assert!((coefficient / size).ln().abs() < 0.5, "{text}: {coefficient}");
+                // As near as the grid of the inner constant is, beside the parameter of the second name; a fit goes on.
+                assert!((coefficient / size).ln().abs() < 2_f64.ln(), "{text}: {coefficient}");
                 assert!(best.r2 > 0.9, "{text}: {}", best.r2);
             }
         }
