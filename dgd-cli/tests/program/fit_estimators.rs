@@ -384,7 +384,7 @@ fn what_has_no_linear_model_is_told_by_name() {
     let parts = ["d.csv", "`gate: closed`", "`open`", "`--until`", "`--estimator output-error`"];
     refused("valve.dgd", &["--at", "steady"], 1, &parts);
     refused("late.dgd", &[], 3, &["cannot be linearised", "d.csv", "`x` late", "output-error"]);
-    refused("sum.dgd", &[], 3, &["`e`", "leaves `x` open", "`--at T`"]);
+    refused("sum.dgd", &[], 3, &["`e`", "`x` changes by", "`--at T`"]);
     refused("valve.dgd", &["--at", "somewhere"], 2, &["`steady` or `mean`"]);
     let args = [&CIRCULATION[..], &["--at", "mean"]].concat();
     dgd(&args).refused(2, &["`--at` needs `--estimator linearised`"]);

@@ -166,6 +166,24 @@ fn an_effect_without_a_derivative_at_nothing_is_tried() {
 }
 
 #[test]
+fn what_a_model_that_runs_away_lacks_is_found_along_the_readings() {
+    // Near the ground the rotors lift more: `eff` is larger there.
+    let result = found("height", "quad.dgd", ["train", "valid"], &["--until", "100"]);
+    assert_eq!(result["verdict"], "unexplained");
+    assert!(names(&result).is_empty(), "{:?}", names(&result));
+    let first = &list(&result, "unexplained")[0];
+    assert_eq!(first["target"], "eff");
+    let closest = &list(first, "together")[0];
+    let said = [text(&closest["quantity"]), text(&closest["course"])];
+    assert_eq!(said, ["z", "falls"]);
+    assert!(closest["r2_held_out"].as_f64() > Some(0.9), "{closest}");
+    // However far the model runs away, nothing is named for staying nearer.
+    let fixed = ["--until", "100", "--fix", "kd,tau,eff"];
+    let result = found("height", "quad.dgd", ["train", "valid"], &fixed);
+    assert_eq!(result["verdict"], "unexplained", "{:?}", names(&result));
+}
+
+#[test]
 fn templates_and_effects_that_are_not_tried_have_a_reason() {
     let stray = b"effect stray on other\nkind plant\nparameter k [1] = 0\nnull k = 0\nreplace x by x*(1 + k)\n";
     let pressure =
