@@ -687,8 +687,10 @@ agreement! {
     medical_akzo_nobel: "models/medical_akzo_nobel.dgd";
     mud_circulation: "models/mud_circulation.dgd";
     mud_circulation_static: "models/mud_circulation.dgd", flow = static;
+    mud_circulation_by_level: "models/mud_circulation.dgd", inertia = by_level;
     mud_circulation_u_tubing: "models/mud_circulation_u_tubing.dgd";
     mud_circulation_u_tubing_static: "models/mud_circulation_u_tubing.dgd", flow = static;
+    mud_circulation_u_tubing_by_level: "models/mud_circulation_u_tubing.dgd", inertia = by_level;
     oregonator: "models/test_set/oregonator.dgd";
     pendulum: "models/pendulum.dgd";
     pendulum_cartesian: "models/pendulum_cartesian.dgd";

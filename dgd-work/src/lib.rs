@@ -54,8 +54,6 @@ pub mod screen;
 pub mod sensitivity;
 mod session;
 pub mod simulate;
-#[cfg(test)]
-mod tests;
 pub mod track;
 
 pub use check::{Checked, check};

@@ -381,7 +381,8 @@ fn what_has_no_linear_model_is_refused_by_name() {
     // d(k x³)/dx at x = u^⅓.
     close(re, 0.3, 0.02);
     let open = refused(&of("equation e: der(x) = k*u"), &at_mean);
-    let NotLinearised::NoSteadyState(SteadyStateError::Undetermined { unknown, .. }) = open else {
+    // The input drives an integral: at its mean nothing rests.
+    let NotLinearised::NoSteadyState(SteadyStateError::Drifts { unknown, .. }) = open else {
         panic!("{open:?}")
     };
     assert_eq!(unknown, "x");
