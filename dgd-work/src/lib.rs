@@ -44,7 +44,6 @@ pub mod check;
 pub mod discover;
 mod error;
 pub mod fit;
-pub mod invert;
 pub mod linearize;
 mod model;
 mod output;
@@ -54,14 +53,16 @@ pub mod screen;
 pub mod sensitivity;
 mod session;
 pub mod simulate;
+#[cfg(test)]
+mod tests;
 pub mod track;
 
 pub use check::{Checked, check};
+pub use discover::invert::{self, Missing, Twin, invert};
 pub use discover::{Adopted, Discovered, adopt, discover};
 pub use error::{Class, Ended, Mistake, Spot, WorkError, meant};
 pub use fit::compare::{self, Comparison, compare};
 pub use fit::{FitFigure, Fitted, fit};
-pub use invert::{Missing, Twin, invert};
 pub use linearize::{Linearised, linearize};
 pub use model::effects::load_folder;
 pub use model::{Changed, LoadedModel, load};

@@ -178,8 +178,11 @@ fn what_a_model_that_runs_away_lacks_is_found_along_the_readings() {
     assert_eq!(said, ["z", "falls"]);
     assert!(closest["r2_held_out"].as_f64() > Some(0.9), "{closest}");
     // However far the model runs away, nothing is named for staying nearer.
-    let fixed = ["--until", "100", "--fix", "kd,tau,eff"];
-    let result = found("height", "quad.dgd", ["train", "valid"], &fixed);
+    let file = |name: &str| root().join("tests/defects/height").join(name).display().to_string();
+    let [model, train, valid] = ["quad.dgd", "train.csv.gz", "valid.csv.gz"].map(file);
+    let args = ["discover", &model, "--data", &train, "--valid", &valid, "--until", "100"];
+    let fixed = dgd(&[&args[..], &["--fix", "kd,tau,eff", "--format", "json"]].concat());
+    let result = fixed.done().json();
     assert_eq!(result["verdict"], "unexplained", "{:?}", names(&result));
 }
 

@@ -1,6 +1,7 @@
 //! Where a model and recordings disagree, and which known effect is missing.
 
 mod adopt;
+pub mod invert;
 mod report;
 
 use std::path::{Path, PathBuf};

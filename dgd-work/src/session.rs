@@ -1,8 +1,5 @@
 //! Who asks for a piece of work: what is random, how many threads, which files there are, and who hears of it.
 
-#[cfg(test)]
-mod tests;
-
 use std::sync::Mutex;
 
 use dgd_compiler::diagnostics::{Diagnostic, render};
