@@ -242,6 +242,8 @@ pub(crate) fn json_string(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use dgd_plot::Meaning;
+
     use super::*;
 
     fn figure(name: &str) -> Figure {
@@ -283,8 +285,11 @@ mod tests {
 
     #[test]
     fn colours_on_dark_stay_apart_and_can_be_seen() {
-        let panel =
-            Panel { series: vec![figure("x").panels[0].series[0].clone(); 7], ..Panel::default() };
+        let own = figure("x").panels[0].series[0].clone();
+        let measured = Series { meaning: Meaning::Measured, ..own.clone() };
+        // As many alike as have colours of their own; more are dashed.
+        let series = [vec![own; 6], vec![measured]].concat();
+        let panel = Panel { series, ..Panel::default() };
         let dark: Vec<[u8; 3]> =
             panel.looks().into_iter().map(|look| on_dark(look.colour)).collect();
         for (i, colour) in dark.iter().enumerate() {

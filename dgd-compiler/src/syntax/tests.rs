@@ -177,7 +177,8 @@ fn operators_bind_as_in_mathematics() {
 fn the_example_is_read_whole() {
     let ast = read(CIRCULATION).unwrap();
     assert_eq!(ast.model.as_ref().unwrap().name.text, "mud_circulation");
-    assert_eq!(ast.model.as_ref().unwrap().doc.len(), 2);
+    let before = CIRCULATION.lines().take_while(|line| !line.starts_with("model"));
+    assert_eq!(ast.model.as_ref().unwrap().doc.len(), before.count());
     // Each item of this file begins a line of its own.
     let begins = |line: &&str| line.starts_with(|c: char| c.is_alphabetic());
     assert_eq!(ast.items.len() + 1, CIRCULATION.lines().filter(begins).count());

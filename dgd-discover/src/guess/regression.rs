@@ -509,7 +509,7 @@ mod tests {
                 assert_eq!(shape.factors, [(name, position(text))], "{text}: {:?}", best.terms);
                 // As near as the grid of the inner constant is, beside the parameter of the second name; a fit goes on.
                 assert!((coefficient / size).ln().abs() < 2_f64.ln(), "{text}: {coefficient}");
-                assert!(best.r2 > 0.9, "{text}: {}", best.r2);
+                assert!(best.r2 > 0.8, "{text}: {}", best.r2);
             }
         }
     }
