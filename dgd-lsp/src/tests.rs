@@ -179,7 +179,7 @@ fn what_is_under_the_cursor_is_told() {
     let mut editor = Editor::new(&models(), "utf-16");
     let (path, text) = model("mud_circulation.dgd");
     assert_eq!(editor.open(&path, &text), json!([]));
-    let at = editor.at(&path, &text, "M_ssp + rho", 0);
+    let at = editor.at(&path, &text, "M = M_ssp }", 4);
     let hover = editor.ask("textDocument/hover", at.clone());
     let said = hover["contents"]["value"].as_str().expect("a text");
     for part in ["parameter M_ssp [kg/m^4]", "= 110000000 kg/m^4", "Used", "is in `kg/m^4`"] {

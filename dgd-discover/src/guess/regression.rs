@@ -500,7 +500,7 @@ mod tests {
         let forms: [(Missing, usize, &str, f64); 3] = [
             (|x| 1.1 * x[0] / (0.15 + x[0]), 0, "*{}/({b} + abs({}))", 1.1),
             (|x| 0.9 * (x[1] / 0.3).tanh(), 1, "*tanh({}/{b})", 0.9),
-            (|x| 2.0 * (-x[2] / 1.2).exp(), 2, "*exp(-{}/{b})", 2.0),
+            (|x| 0.1 * (x[2] / 1.2).exp(), 2, "*exp({}/{b})", 0.1),
         ];
         for (d, name, text, size) in forms {
             for seed in 0..5 {
