@@ -6,8 +6,8 @@
 //!   m ẏ_i = g(t, y, u, p) + c(t, y, u, p) d          m is 1 for a differential equation, 0 for an algebraic one
 //! ```
 //!
-//! Readings give y at each sample ([`signals`]), and so d, but for ẏ_i, which is the slope of something noisy. So d
-//! is given as a weighted mean over a window, in which nothing is differentiated ([`window`]).
+//! Readings give y at each sample (`signals`), and so d, but for ẏ_i, which is the slope of something noisy. So d
+//! is given as a weighted mean over a window, in which nothing is differentiated (`window`).
 //!
 //! Haukanes (2015, eq. 3.10) is this for the level of a riser.
 
