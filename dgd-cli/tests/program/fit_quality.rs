@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
-use crate::support::{dgd, dgd_in, folder_with, listing};
+use crate::support::{Normal, dgd, dgd_in, folder_with, listing};
 
 const MODEL: &[u8] = b"\
 model tank
@@ -17,24 +17,6 @@ equation tank: tau * der(x) = gain*u - x
 output y [1] = x
 output twice [mm] = 2 [mm] * x
 ";
-
-/// Standard normal numbers: SplitMix64 and Box and Muller's transform.
-struct Normal(u64);
-
-impl Normal {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        ((z >> 11) + 1) as f64 / (1u64 << 53) as f64
-    }
-
-    fn next(&mut self) -> f64 {
-        (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-}
 
 /// A recording of gain 0.5, tau 20 s, with noise of 0.05, and so much of v in the reading of y.
 fn recording(seed: u64, of_v: f64) -> String {

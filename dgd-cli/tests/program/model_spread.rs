@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
-use crate::support::{dgd_in, folder_with};
+use crate::support::{Normal, dgd_in, folder_with};
 
 /// A straight line for what is a parabola.
 const LINE: &[u8] = b"\
@@ -14,24 +14,6 @@ parameter a [1] = 1
 parameter b [1] = 1
 output y [1] = a + b*u
 ";
-
-/// Standard normal numbers: SplitMix64 and Box and Muller's transform.
-struct Random(u64);
-
-impl Random {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        ((z >> 11) + 1) as f64 / (1u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
-    }
-}
 
 #[track_caller]
 fn number(value: &Value) -> f64 {
@@ -57,12 +39,12 @@ fn line(rows: &[[f64; 3]]) -> [f64; 2] {
 /// The parts that the result names, each left out of a regression in closed form.
 #[test]
 fn the_spread_is_that_of_regressions_without_each_part() {
-    let mut random = Random(11);
+    let mut random = Normal(11);
     let rows: Vec<[f64; 3]> = (0..400)
         .map(|k| {
             let t = f64::from(k);
             let u = 0.005 * t + (0.05 * t).sin();
-            [t, u, 2.0 + 3.0 * u + 0.4 * u * u + 0.02 * random.normal()]
+            [t, u, 2.0 + 3.0 * u + 0.4 * u * u + 0.02 * random.next()]
         })
         .collect();
     let mut data = "time [s],u [1],y [1]\n".to_owned();
@@ -121,7 +103,7 @@ const TRUTH: [f64; 2] = [20.0, 1.05];
 /// The rig, by Runge and Kutta's method: friction 1.5 q^k, a pump that wanders, an outflow that follows.
 fn pipe(seed: u64, k: f64) -> String {
     let [m, gain] = TRUTH;
-    let mut random = Random(seed);
+    let mut random = Normal(seed);
     let (mut q, mut h, mut u, mut aim) = (1.5_f64, 0.0, 3.0, 3.0);
     let mut text = "time [s],u [1],d [1],meter [1],h [1]\n".to_owned();
     for row in 0..1200 {
@@ -133,8 +115,8 @@ fn pipe(seed: u64, k: f64) -> String {
         // Whole thousandths, as the file has them.
         u = (1000.0 * u).round() / 1000.0;
         let d = ((q + 0.2 * h) * 100.0).round() / 100.0;
-        let meter = gain * q + 0.01 * random.normal();
-        let _ = writeln!(text, "{row},{before},{d},{meter},{}", h + 0.005 * random.normal());
+        let meter = gain * q + 0.01 * random.next();
+        let _ = writeln!(text, "{row},{before},{d},{meter},{}", h + 0.005 * random.next());
         let rate = |u: f64, q: f64| (u - 1.5 * q.max(0.0).powf(k)) / m;
         let steps = 20;
         let dt = 1.0 / f64::from(steps);
@@ -197,12 +179,12 @@ fn a_right_model_has_one_deviation() {
 /// An impulse of which one sample knows all: nothing can be said of how far the model bends it.
 #[test]
 fn an_estimate_that_rests_on_one_part_is_said_to() {
-    let mut random = Random(5);
+    let mut random = Normal(5);
     let mut data = "time [s],u [1],y [1]\n".to_owned();
     for k in 0..400_i32 {
         let u = if k == 250 { 10.0 } else { 0.0 };
         let drift = 0.3 * (0.02 * f64::from(k)).sin();
-        let _ = writeln!(data, "{k},{u},{}", 1.0 + 2.0 * u + drift + 0.05 * random.normal());
+        let _ = writeln!(data, "{k},{u},{}", 1.0 + 2.0 * u + drift + 0.05 * random.next());
     }
     let found = fitted(LINE, &data, &[]);
     assert!(found["parameters"]["b"]["std_model"].is_null());
@@ -218,11 +200,11 @@ fn an_estimate_that_rests_on_one_part_is_said_to() {
 /// Residuals that are white and three times the declared noise.
 #[test]
 fn residuals_beyond_the_declared_noise_are_left_over() {
-    let mut random = Random(6);
+    let mut random = Normal(6);
     let mut data = "time [s],u [1],y [1]\n".to_owned();
     for k in 0..400 {
         let u = (0.1 * f64::from(k)).sin();
-        let _ = writeln!(data, "{k},{u},{}", 1.0 + 2.0 * u + 0.3 * random.normal());
+        let _ = writeln!(data, "{k},{u},{}", 1.0 + 2.0 * u + 0.3 * random.next());
     }
     let model = String::from_utf8_lossy(LINE).replace("a + b*u", "a + b*u noise 0.1 [1]");
     let by = |noise: &str| fitted(model.as_bytes(), &data, &["--noise", noise]);
