@@ -257,7 +257,7 @@ fn outputs_are_drawn_over_another_quantity() {
     for text in ["1000 rpm", "1200 rpm", "2000 rpm"] {
         assert_eq!(picture.matches(text).count(), 1, "{text}");
     }
-    assert!(!picture.contains("[rpm]") && !picture.contains("speed"), "labels are no curves");
+    assert!(!picture.contains("[rpm]") && !picture.contains("speed"), "labels are not curves");
     let longest = picture.lines().filter(|line| line.contains("stroke-width=\"1.6\""));
     let points = longest.map(|line| line.matches(['l', ' ']).count()).max().unwrap_or_default();
     assert!(points > 300, "{points} points");

@@ -27,7 +27,7 @@ fn steady(folder: &TempDir, more: &[&str]) -> Run {
 }
 
 fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
 /// Coefficient of a state.

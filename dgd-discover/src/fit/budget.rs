@@ -8,7 +8,7 @@ const KEPT: f64 = 0.3;
 /// The end of a search that is given so much time.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Budget {
-    /// When names are no longer looked for, and when places and formulas are not either.
+    /// When the search for names ends, and when that for places and formulas does.
     ends: Option<[Instant; 2]>,
 }
 
@@ -24,7 +24,7 @@ impl Budget {
         Budget { ends: seconds.and_then(ends) }
     }
 
-    /// Whether names are no longer looked for.
+    /// Whether the time for names is over.
     pub(crate) fn is_spent(self) -> bool {
         self.ends.is_some_and(|[of_names, _]| Instant::now() >= of_names)
     }

@@ -19,7 +19,8 @@
 //! and B, is of second order in the interval (Magnus' expansion cut after its first term). d is
 //! constant from one sample to the next, and so is its effect on outputs at a sample.
 //!
-//! A trajectory that is no run of the model ([`filtered`](super::filtered)) has known shifts, δx(k+1) = Φ δx + Γ d + c.
+//! A trajectory that the model itself would not take ([`filtered`](super::filtered)) has known shifts,
+//! δx(k+1) = Φ δx + Γ d + c.
 
 use std::fmt;
 

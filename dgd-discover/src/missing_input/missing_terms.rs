@@ -129,7 +129,7 @@ impl MissingTerms {
     ///
     /// # Errors
     ///
-    /// Why not: there is no such equation, it is declared exact, or it would have to be differentiated.
+    /// [`NoSuchTerm`]: no equation has this label, all that have it are exact, or it would have to be differentiated.
     pub fn of_equation(model: &Model, label: &str, engine: Engine) -> Result<Self, NoSuchTerm> {
         let mut named = model.all_equations().filter(|equation| equation.label == label).peekable();
         if named.peek().is_none() {

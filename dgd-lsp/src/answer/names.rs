@@ -55,7 +55,7 @@ pub(super) fn rename(
     context: &Context<'_>,
 ) -> Result<Option<WorkspaceEdit>, String> {
     let Some((names, sources, one)) = found(&params.text_document_position, context) else {
-        return Err("there is no name of the model here".to_owned());
+        return Err("nothing here is a name of the model".to_owned());
     };
     let new = params.new_name.trim();
     verify(new, &one, &names, &sources)?;

@@ -54,7 +54,7 @@ impl Reader<'_, '_> {
         self.holes.push((Hole { span: item.span, names, hides_all: false }, None));
     }
 
-    /// The names behind keywords and those that are bound; where the item's beginning is no keyword, or cannot
+    /// The names behind keywords and those that are bound; where the item does not begin with a keyword, or cannot
     /// be read, all words before what it says of them.
     fn names_declared(&self, statement: &[Token]) -> Vec<String> {
         let is_name = |token: &Token| token.kind == TokenKind::Name;

@@ -114,7 +114,7 @@ fn units(terms: &MissingTerms, request: &InvertRequest) -> Result<[Unit; 2], Wor
             "`--unit {asked}`: what `{label}` lacks is measured in {}",
             place.unit
         ))),
-        Err(_) => Err(WorkError::Usage(format!("`--unit {asked}`: there is no such unit"))),
+        Err(error) => Err(WorkError::Usage(format!("`--unit {asked}`: {error}"))),
     }
 }
 

@@ -38,7 +38,7 @@ pub(super) fn estimate(
     match smoothed(terms, run, recording, noise) {
         Ok(found) => Some(found),
         Err(reason) => {
-            session.remark(&format!("there is no estimate beside the inversion: {reason}"));
+            session.remark(&format!("the smoother gave no estimate to compare with: {reason}"));
             None
         }
     }

@@ -67,7 +67,7 @@ pub struct Contender {
 ///
 /// # Errors
 ///
-/// [`WorkError`]: a contender is not there or cannot be fitted, or there is no output that all of them have.
+/// [`WorkError`]: a contender is missing or cannot be fitted, or they have no output in common.
 pub fn compare(request: &CompareRequest, session: Session<'_>) -> Result<Comparison, WorkError> {
     let named = contender::all(&request.contenders, session.files)?;
     let outputs = common_outputs(&named, session)?;
