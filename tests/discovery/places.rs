@@ -133,6 +133,43 @@ fn cell(seed: u64) -> Samples {
     Samples { times: (0..n).map(|k| h * k as f64).collect(), columns }
 }
 
+/// A cart on a rail, which its model lets run freely.
+const CART: &str = "model cart
+input F [N] hold
+parameter m [kg] = 1.8 in 0.5 .. 10
+state x [m] = 0
+state v [m/s] = 0 nominal 1
+equation way: der(x) = v exact
+equation force: m*der(v) = F
+output x [m] noise 0.002
+output v [m/s] noise 0.01
+";
+
+/// The cart, of 2 kg, in air, by the classical method of Runge and Kutta.
+fn cart(seed: u64) -> Samples {
+    let mut random = Random::new(seed, 0);
+    let (n, h) = (1200, 0.05);
+    let force: Vec<f64> = steps(&mut random, n, 40).iter().map(|level| 8.0 * level - 4.0).collect();
+    let (mut x, mut v) = (0.0_f64, 0.0_f64);
+    let (mut read_x, mut read_v) = (Vec::new(), Vec::new());
+    for force in &force {
+        read_x.push(x + 0.002 * random.normal());
+        read_v.push(v + 0.01 * random.normal());
+        let slope = |v: f64| (force - 0.8 * v * v.abs()) / 2.0;
+        for _ in 0..20 {
+            let d = h / 20.0;
+            let k_1 = slope(v);
+            let k_2 = slope(v + d / 2.0 * k_1);
+            let k_3 = slope(v + d / 2.0 * k_2);
+            let k_4 = slope(v + d * k_3);
+            x += d * (v + d / 6.0 * (k_1 + k_2 + k_3));
+            v += d / 6.0 * (k_1 + 2.0 * k_2 + 2.0 * k_3 + k_4);
+        }
+    }
+    let columns = vec![("F".to_owned(), force), ("x".to_owned(), read_x), ("v".to_owned(), read_v)];
+    Samples { times: (0..n).map(|k| h * k as f64).collect(), columns }
+}
+
 fn found(examined: &Examined, train: &Samples, valid: Option<&Samples>) -> Discovery {
     let train = [examined.recording_without_start(train)];
     let valid: Vec<_> = valid.iter().map(|one| examined.recording_without_start(one)).collect();
@@ -150,6 +187,21 @@ fn a_cubic_spring_is_named_with_validation_data_and_without() {
         assert_eq!((&*effect.name, &*effect.target), ("cubic_stiffness(x, force)", "force"));
         let size = effect.parameters[0].value;
         assert!((size / 200.0 - 1.0).abs() < 0.05, "{size}");
+    }
+}
+
+#[test]
+fn drag_is_named_and_not_what_bends_the_same_way_sooner() {
+    // Without drag the model is far off, and a stop beyond a gap is near after four simulations, drag after fourteen.
+    let examined = examined("cart.dgd", CART);
+    for seed in [1, 3, 5] {
+        let [train, valid] = [seed, seed + 1].map(cart);
+        let discovery = found(&examined, &train, Some(&valid));
+        assert_eq!(discovery.verdict, Verdict::Effects, "{seed}: {}", discovery.reason);
+        let [effect] = discovery.effects.as_slice() else { panic!("{}", discovery.reason) };
+        assert_eq!((&*effect.name, &*effect.target), ("power_loss(v, force)", "force"));
+        let loss = effect.parameters[0].value;
+        assert!((loss - 0.8).abs() < 0.001, "{seed}: {loss}");
     }
 }
 

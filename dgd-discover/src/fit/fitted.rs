@@ -13,7 +13,7 @@ use dgd_runtime::{Observations, Signature, System};
 use super::data::Data;
 use super::moments::{Moments, cross, relocate_onsets, with_found_starts};
 use super::patience::{cannot_begin, is_cut_short, too_many_steps};
-use super::residuals::whitened_square;
+use super::residuals::{runs_away, whitened_square};
 use super::start_point::StartPoint;
 use crate::library::{Structure, Values};
 use dgd_screen::noise::SensorNoise;
@@ -136,12 +136,23 @@ impl Fitted {
         residuals(data.train, &self.train)
     }
 
-    /// The same of validation recordings, with the stretch that start values are estimated from.
+    /// Whether it runs away from a training recording, so that what is linear around its simulation, and fits that begin
+    /// there, say nothing of what is missing.
+    pub(crate) fn runs_away(&self, data: &Data<'_>) -> bool {
+        let residuals = self.residuals(data);
+        let mut both = data.train.iter().zip(&residuals);
+        both.any(|(recording, outputs)| {
+            let mut all = recording.measured.iter().zip(outputs);
+            all.any(|(read, left)| read.as_ref().is_some_and(|read| runs_away(read, left)))
+        })
+    }
+
+    /// Measured less simulated in validation recordings, with the stretch that start values are estimated from.
     pub(crate) fn all_held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
         Some(residuals(data.valid, self.valid.as_ref()?))
     }
 
-    /// Measured less simulated in validation recordings, without that stretch.
+    /// The same without that stretch.
     pub(crate) fn held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
         let mut all = self.all_held_out_residuals(data)?;
         for ((recording, from), outputs) in data.valid.iter().zip(&data.counts_from).zip(&mut all) {

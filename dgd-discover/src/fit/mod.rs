@@ -22,6 +22,6 @@ pub(crate) use keeping::WorkJournal;
 pub(crate) use patience::{most_steps, too_many_steps};
 pub(crate) use ranges::{period, ranges};
 pub(crate) use residuals::{
-    as_far_as_readings, chi_square, mean, runs_away, slack, whitened, whitened_square,
+    as_far_as_readings, chi_square, mean, slack, whitened, whitened_square,
 };
 pub(crate) use start_point::StartPoint;

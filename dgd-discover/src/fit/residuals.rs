@@ -43,14 +43,18 @@ pub(crate) fn chi_square(
     noise.iter().enumerate().map(of_output).collect()
 }
 
+/// Numbers less the mean of those that are finite.
+fn centred(all: &[f64]) -> Vec<f64> {
+    let finite = || all.iter().copied().filter(|x| x.is_finite());
+    let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
+    all.iter().map(|x| x - mean).collect()
+}
+
 /// Whether a simulation runs away from readings: what it leaves strays further from its own mean than the readings do from
 /// theirs. What is not finite does not count.
-pub(crate) fn runs_away(readings: &[f64], left: &[f64]) -> bool {
-    let spread = |all: &[f64]| {
-        let finite = || all.iter().copied().filter(|x| x.is_finite());
-        let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
-        finite().map(|x| (x - mean) * (x - mean)).sum::<f64>()
-    };
+pub(super) fn runs_away(readings: &[f64], left: &[f64]) -> bool {
+    let spread =
+        |all: &[f64]| centred(all).iter().filter(|x| x.is_finite()).map(|x| x * x).sum::<f64>();
     spread(left) > spread(readings)
 }
 
@@ -65,12 +69,9 @@ pub(crate) fn as_far_as_readings(
             let Some(read) = read else { continue };
             let counts = |(x, left): (&f64, &f64)| if left.is_finite() { *x } else { f64::NAN };
             let read: Vec<f64> = read.iter().zip(left.iter()).map(counts).collect();
-            if !runs_away(&read, left) {
-                continue;
+            if runs_away(&read, left) {
+                *left = centred(&read);
             }
-            let finite = || read.iter().copied().filter(|x| x.is_finite());
-            let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
-            *left = read.iter().map(|x| x - mean).collect();
         }
     }
     residuals

@@ -12,7 +12,7 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Model;
 use dgd_execute::{Engine, Loaded};
 use dgd_identify::{Recording, Starts};
-use dgd_runtime::{Problem, Solution, System, observe, simulate};
+use dgd_runtime::{Inputs, Problem, Solution, System, observe, simulate};
 
 use super::deviations::{Deviations, LinearizeError};
 use super::filtered::{Filtered, Followed};
@@ -122,7 +122,8 @@ struct Places<'a> {
     /// All parameters, SI: of the fit, or the model's own where the fit runs away.
     p: Vec<f64>,
     own: Vec<f64>,
-    /// Whether trajectories are those of filters.
+    /// Whether the fit runs away, and whether trajectories are those of filters therefore.
+    runs_away: bool,
     follows: bool,
     train: Vec<Thinned<'a>>,
     valid: Vec<Thinned<'a>>,
@@ -185,11 +186,21 @@ impl<'a> Places<'a> {
         });
         let free = free.collect();
         let own = Values::default().parameters(system);
-        Places { terms, data, p: fitted.p.clone(), own, follows: false, train, valid, free }
+        let (p, runs_away, follows) = (fitted.p.clone(), fitted.runs_away(data), false);
+        Places { terms, data, p, own, runs_away, follows, train, valid, free }
     }
 
     fn system(&self) -> &Loaded {
         self.terms.system()
+    }
+
+    /// Inputs of the model and of all places, with d at one of these.
+    fn inputs(&self, thinned: &Thinned<'_>, place: usize, d: &[f64]) -> Option<Inputs> {
+        let Thinned { recording, times, start, .. } = thinned;
+        let (p, noise) = (&*self.p, &*self.data.noise);
+        let around =
+            super::Recording { p, inputs: &recording.inputs, start, times, measured: &[], noise };
+        inputs_with(self.terms, &around, place, d).ok()
     }
 
     /// A recording as places see it, around its simulation with nothing missing.
@@ -206,32 +217,23 @@ impl<'a> Places<'a> {
         d: &[f64],
         p: &[f64],
     ) -> Option<Sight> {
-        let Thinned { recording, times, start, counts_from, .. } = thinned;
-        let noise = &*self.data.noise;
-        let around =
-            super::Recording { p, inputs: &recording.inputs, start, times, measured: &[], noise };
-        let inputs = inputs_with(self.terms, &around, place, d).ok()?;
-        let measured = thinned.readings();
-        let (terms, options) = (self.terms, &self.data.options);
-        let (inputs, measured) = (&inputs, &*measured);
+        let Thinned { times, start, counts_from, .. } = thinned;
+        let (inputs, measured) = (self.inputs(thinned, place, d)?, thinned.readings());
+        let Data { noise, options, .. } = self.data;
+        let (terms, inputs, measured) = (self.terms, &inputs, &*measured);
         let followed =
             Followed { terms, p, inputs, place, d, start, times, measured, noise, options };
         let Filtered { deviations, residuals, trajectory } = followed.filtered()?;
         Some(Sight { deviations, residuals, counts_from: *counts_from, followed: Some(trajectory) })
     }
 
-    /// All recordings as places see them, training first. Where the fitted model runs away from one, around what a filter
-    /// makes of them, and the parameters and start values are no longer those of the fit, which are a compromise.
+    /// All recordings as places see them, training first. Where the fitted model runs away from one, they are seen around the
+    /// trajectory of a filter, which begins with the model's own parameters: those of the fit are a compromise.
     fn sights(&mut self) -> Result<[Vec<Sight>; 2], LinearizeError> {
         let sights = |all: &[Thinned<'_>]| -> Result<Vec<Sight>, LinearizeError> {
             all.iter().map(|thinned| self.sight(thinned)).collect()
         };
-        let simulated = sights(&self.train);
-        let stays = |all: &Vec<Sight>| {
-            let mut both = all.iter().zip(&self.train);
-            both.all(|(sight, thinned)| !thinned.is_left(&sight.residuals))
-        };
-        if !simulated.as_ref().is_ok_and(stays) {
+        if self.runs_away {
             let followed = |thinned: &Thinned<'_>| {
                 let nothing = vec![0.0; thinned.times.len()];
                 self.sight_filtered(thinned, 0, &nothing, &self.own)
@@ -254,7 +256,7 @@ impl<'a> Places<'a> {
                 return Ok([train, valid]);
             }
         }
-        Ok([simulated?, sights(&self.valid).unwrap_or_default()])
+        Ok([sights(&self.train)?, sights(&self.valid).unwrap_or_default()])
     }
 
     /// The same around the simulation with d at a place and other parameters: residuals are what the linearised
@@ -266,16 +268,8 @@ impl<'a> Places<'a> {
         d: &[f64],
         p: &[f64],
     ) -> Option<Sight> {
-        let Thinned { recording, times, start, counts_from, .. } = thinned;
-        let around = super::Recording {
-            p,
-            inputs: &recording.inputs,
-            start,
-            times,
-            measured: &[],
-            noise: &self.data.noise,
-        };
-        let inputs = inputs_with(self.terms, &around, place, d).ok()?;
+        let Thinned { times, start, counts_from, .. } = thinned;
+        let inputs = self.inputs(thinned, place, d)?;
         let problem = Problem { system: self.system(), p, inputs: &inputs, start };
         let solution = simulate(&problem, times, &self.data.options).ok()?;
         let deviations = Deviations::along(self.terms, p, &inputs, &solution).ok()?;

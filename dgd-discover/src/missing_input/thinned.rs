@@ -3,8 +3,6 @@
 use dgd_identify::{Recording, Starts};
 use dgd_runtime::Observations;
 
-use crate::fit::runs_away;
-
 /// A recording at fewer times, with the start values that it is simulated from.
 pub(super) struct Thinned<'a> {
     pub(super) recording: &'a Recording,
@@ -38,25 +36,8 @@ impl<'a> Thinned<'a> {
         self.samples.iter().flat_map(of).collect()
     }
 
-    /// Whether a simulation that leaves this runs away from an output.
-    pub(super) fn is_left(&self, residuals: &[f64]) -> bool {
-        let (readings, n_w) = (self.readings(), self.recording.measured.len());
-        let of = |all: &[f64], output: usize| -> Vec<f64> {
-            all.iter().skip(output).step_by(n_w).copied().collect()
-        };
-        (0..n_w).any(|output| runs_away(&of(&readings, output), &of(residuals, output)))
-    }
-
     /// Measured less simulated, n_w per sample.
     pub(super) fn residuals(&self, simulated: &Observations) -> Vec<f64> {
-        let measured = &self.recording.measured;
-        let of_sample = |(row, k): (usize, &usize)| {
-            let w = simulated.w(row);
-            let residual = |(i, of): (usize, &Option<Vec<f64>>)| {
-                of.as_ref().map_or(f64::NAN, |measured| measured[*k] - w[i])
-            };
-            measured.iter().enumerate().map(residual).collect::<Vec<f64>>()
-        };
-        self.samples.iter().enumerate().flat_map(of_sample).collect()
+        self.readings().iter().zip(&simulated.w).map(|(read, w)| read - w).collect()
     }
 }

@@ -34,8 +34,9 @@ impl Search<'_> {
             })
         };
         let standings = self.ranked().into_iter().filter_map(standing).collect();
-        let base = self.fitted(StructureId::BASE);
-        let discrepancy = base.and_then(|base| self.bounded(base).squares());
+        let discrepancy = Asked::new(Box::new(|| {
+            self.fitted(StructureId::BASE).and_then(|base| self.bounded(base).squares())
+        }));
         Ranking { standings, question, discrepancy }
     }
 

@@ -47,7 +47,7 @@ use std::collections::BTreeMap;
 
 use dgd_runtime::parallel::in_parallel_stateless;
 
-use crate::fit::{NoFit, runs_away};
+use crate::fit::NoFit;
 use crate::library::{MOST_EFFECTS, StructureId};
 use ranking::{Question, Standing};
 use refits::BEAM;
@@ -78,10 +78,6 @@ impl Search<'_> {
         if self.range(Open::Templates).is_empty() {
             return nearly_all;
         }
-        if self.runs_away() {
-            self.leave_templates_out();
-            return nearly_all;
-        }
         self.open_templates();
         if nearly_all != Outcome::Unexplained {
             // What it leaves may have a name as well, beside it.
@@ -95,7 +91,10 @@ impl Search<'_> {
         if explained != Outcome::Unexplained {
             return explained;
         }
-        self.finish_templates();
+        // What cannot be named may still be described, but not by fits that began where the model had run away.
+        if !self.runs_away() {
+            self.finish_templates();
+        }
         let nearly_all = self.nearly_all();
         if nearly_all != Outcome::Unexplained && self.holds(nearly_all) {
             return nearly_all;
@@ -120,25 +119,9 @@ impl Search<'_> {
         Verdict::of(&self.ranking(question), &self.thresholds)
     }
 
-    /// Whether the fitted base model runs away from a training recording, so that what is linear around its simulation, and
-    /// fits that begin there, say nothing of what it lacks.
+    /// Whether the fitted base model runs away from the recordings.
     fn runs_away(&self) -> bool {
-        let Some(base) = self.fitted(StructureId::BASE) else { return false };
-        let residuals = base.residuals(&self.data);
-        let mut both = self.data.train.iter().zip(&residuals);
-        both.any(|(recording, outputs)| {
-            let mut all = recording.measured.iter().zip(outputs);
-            all.any(|(read, left)| read.as_ref().is_some_and(|read| runs_away(read, left)))
-        })
-    }
-
-    /// Says of all templates that they were not tried.
-    fn leave_templates_out(&mut self) {
-        for candidate in self.range(Open::Templates) {
-            let reason = "not tried: the simulation of the model runs away from the readings, so that no fit can begin \
-                          there; the places below were found along the readings";
-            self.tried.insert(StructureId::one(candidate), Err(NoFit(reason.to_owned())));
-        }
+        self.fitted(StructureId::BASE).is_some_and(|base| base.runs_away(&self.data))
     }
 
     /// Goes on with templates. What the library has under a name of its own goes by that name.
@@ -184,7 +167,10 @@ impl Search<'_> {
 
     /// Looks for what some structures lack among the candidates that are open.
     fn search(&mut self, mut frontier: Vec<StructureId>) -> Outcome {
-        for refitted in REFITTED {
+        // Where the base model runs away no screen says what goes together.
+        let is_short = self.runs_away() && self.open != Open::Library;
+        let rounds = if is_short { 1 } else { REFITTED.len() };
+        for refitted in REFITTED.into_iter().take(rounds) {
             self.grow(&frontier, refitted);
             self.exchange();
             let ranked = self.ranked();
@@ -205,6 +191,11 @@ impl Search<'_> {
         self.try_near_forms();
         self.try_other_forms();
         self.finish_rivals();
+        self.explaining()
+    }
+
+    /// The structure that explains the data and that its evidence does not contradict.
+    fn explaining(&mut self) -> Outcome {
         loop {
             let outcome = self.judged(Question::WhatExplains);
             if self.holds(outcome) {
@@ -240,6 +231,10 @@ impl Search<'_> {
             };
             best = best.without(spare);
         };
+        if self.finish_near_forms(best) {
+            let explained = self.explaining();
+            return if explained == Outcome::Unexplained { self.nearly_all() } else { explained };
+        }
         let structures = |rivals: Vec<&Standing<'_>>| -> Vec<StructureId> {
             rivals.iter().map(|rival| rival.structure).collect()
         };

@@ -15,7 +15,7 @@ pub(crate) struct Ranking<'a> {
     pub question: Question,
     /// Mean squares of what the base model leaves of training and validation recordings, but no more than readings
     /// stray by themselves where it runs away from them: a name that is judged by that would pass whatever it leaves.
-    pub discrepancy: Option<[f64; 2]>,
+    pub discrepancy: Asked<'a, Option<[f64; 2]>>,
 }
 
 /// What a verdict is asked for.

@@ -289,8 +289,7 @@ impl Search<'_> {
         let mut places: Vec<(usize, StructureId)> = beside.chain(alone).collect();
         places.dedup();
         for (effect, rest) in places {
-            let is_near = |c: &usize| self.are_near(*c, effect);
-            let near: Vec<usize> = self.range(Open::Templates).filter(is_near).collect();
+            let near = self.near_forms(effect);
             let scores = self.screened(rest);
             let of = |c: usize| scores.iter().find(|score| score.candidate == c);
             let mut scored: Vec<&Score> = near.iter().copied().filter_map(of).collect();
@@ -311,6 +310,44 @@ impl Search<'_> {
             wanted.extend(alike.chain(new).filter(is_new).take(NEAR_FORMS));
         }
         self.confirm(wanted);
+    }
+
+    /// Templates that are near forms of one.
+    fn near_forms(&self, effect: usize) -> Vec<usize> {
+        self.range(Open::Templates).filter(|c| self.are_near(*c, effect)).collect()
+    }
+
+    /// Fits to the end the near forms of a structure's templates, each once; whether one of them leaves less. Where the base
+    /// model is bent far, a form that is right may have been given up early, for one that bends the same way sooner.
+    pub(crate) fn finish_near_forms(&mut self, structure: StructureId) -> bool {
+        let generic = structure.effects().filter(|c| self.candidates[*c].is_generic);
+        let mut wanted = Vec::new();
+        for effect in generic.collect::<Vec<_>>() {
+            let rest = structure.without(effect);
+            for near in self.near_forms(effect) {
+                let form = rest.with(near);
+                let is_refused = matches!(self.tried.get(&StructureId::one(near)), Some(Err(_)));
+                let is_open = self.fitted(form).is_none_or(|fitted| !fitted.is_converged);
+                if near != effect
+                    && is_open
+                    && !is_refused
+                    && self.may_be_said(form)
+                    && self.settled.insert((form, structure))
+                {
+                    let is_new = self.fitted(form).is_none();
+                    wanted.push(if is_new {
+                        self.unscreened(rest, near)
+                    } else {
+                        self.continued(form)
+                    });
+                }
+            }
+        }
+        let forms: Vec<StructureId> = wanted.iter().map(|wanted| wanted.structure).collect();
+        self.refit(wanted, EVALUATIONS, HeldOut::Later);
+        self.hold_out(&forms);
+        let error = |of| self.training_sum(of);
+        forms.into_iter().any(|form| error(form) < error(structure))
     }
 
     /// Tries other forms of an effect that explains the data only with a parameter at its bound, from where

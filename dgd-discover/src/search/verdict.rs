@@ -172,7 +172,7 @@ impl<'a, 'r> Judge<'a, 'r> {
     fn most(self) -> Option<Outcome> {
         let Thresholds { mostly, .. } = *self.thresholds;
         let ranked = &self.ranking.standings;
-        let [all_trained, all_held_out] = self.ranking.discrepancy?;
+        let [all_trained, all_held_out] = (*self.ranking.discrepancy)?;
         let looks_like = |standing: &&Standing<'_>| {
             !standing.structure.is_base()
                 && !standing.is_specific()
@@ -235,7 +235,7 @@ impl<'a, 'r> Judge<'a, 'r> {
         let Thresholds { nearly_all, nearly_all_held_out, .. } = *self.thresholds;
         let Some(standing) = self.ranking.get(structure) else { return false };
         is_believable(standing)
-            && match (standing.misfit.squares(), self.ranking.discrepancy) {
+            && match (standing.misfit.squares(), *self.ranking.discrepancy) {
                 (Some([trained, held_out]), Some([all_trained, all_held_out])) => {
                     // The noise itself is nothing that an effect could take away.
                     let is_within =
@@ -334,7 +334,7 @@ mod tests {
     fn of(question: Question, mut standings: Vec<Standing<'static>>) -> Outcome {
         standings.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
         let base = standings.iter().find(|standing| standing.structure.is_base());
-        let discrepancy = base.and_then(|base| base.misfit.squares());
+        let discrepancy = known(base.and_then(|base| base.misfit.squares()));
         Verdict::of(&Ranking { standings, question, discrepancy }, &Thresholds::default())
     }
 
