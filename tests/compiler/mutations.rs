@@ -1,7 +1,8 @@
 //! Texts that no one would write: the compiler says what is wrong with them and never panics.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
@@ -12,7 +13,7 @@ use crate::golden::files;
 use crate::support::{Noise, root};
 
 /// Mutants of each text.
-const MUTANTS: usize = 60;
+const MUTANTS: usize = 30;
 
 /// A text cut into words, numbers, blanks and single signs.
 fn pieces(text: &str) -> Vec<&str> {
@@ -84,38 +85,53 @@ fn texts() -> Vec<(PathBuf, String)> {
     paths.into_iter().map(read).filter(|(_, text)| text.len() < 5000).collect()
 }
 
+/// Compiles the mutants of one text; how many of them are sound.
+fn sound_mutants(k: usize, path: &Path, text: &str, foreign: &[&str]) -> usize {
+    let (own, mut noise, mut sound) = (pieces(text), Noise::new(7 + k as u64), 0);
+    for _ in 0..MUTANTS {
+        let main =
+            Source { name: path.display().to_string(), text: mutant(&own, foreign, &mut noise) };
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let compiled = compile(
+            main.clone(),
+            &ModelOptions::default(),
+            &Directions::All,
+            &mut |path| fs::read_to_string(path).map_err(|error| error.to_string()),
+            &mut sources,
+            &mut diagnostics,
+        );
+        let mistakes = diagnostics.sorted();
+        assert_eq!(compiled.is_err(), !mistakes.is_empty(), "{}", main.text);
+        for mistake in &mistakes {
+            assert!(!mistake.message.is_empty(), "{}", main.text);
+        }
+        let rendered = render::render(&mistakes, &sources, render::Style::Plain);
+        assert_eq!(rendered.is_empty(), mistakes.is_empty(), "{}", main.text);
+        sound += usize::from(compiled.is_ok());
+    }
+    sound
+}
+
 #[test]
 fn mutants_compile_or_are_explained() {
     let texts = texts();
     let foreign: Vec<&str> = texts.iter().flat_map(|(_, text)| pieces(text)).collect();
-    let mut noise = Noise::new(7);
-    let mut sound = 0;
-    for (path, text) in &texts {
-        let own = pieces(text);
-        for _ in 0..MUTANTS {
-            let main = Source {
-                name: path.display().to_string(),
-                text: mutant(&own, &foreign, &mut noise),
-            };
-            let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-            let compiled = compile(
-                main.clone(),
-                &ModelOptions::default(),
-                &Directions::All,
-                &mut |path| fs::read_to_string(path).map_err(|error| error.to_string()),
-                &mut sources,
-                &mut diagnostics,
-            );
-            let mistakes = diagnostics.sorted();
-            assert_eq!(compiled.is_err(), !mistakes.is_empty(), "{}", main.text);
-            for mistake in &mistakes {
-                assert!(!mistake.message.is_empty(), "{}", main.text);
-            }
-            let rendered = render::render(&mistakes, &sources, render::Style::Plain);
-            assert_eq!(rendered.is_empty(), mistakes.is_empty(), "{}", main.text);
-            sound += usize::from(compiled.is_ok());
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut sound = 0;
+        while let Some((k, (path, text))) = {
+            let k = next.fetch_add(1, Ordering::Relaxed);
+            texts.get(k).map(|text| (k, text))
+        } {
+            sound += sound_mutants(k, path, text, &foreign);
         }
-    }
+        sound
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let sound: usize = std::thread::scope(|scope| {
+        let all: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        all.into_iter().map(|one| one.join().expect("no mutant panics")).sum()
+    });
     // Small changes leave some models sound, so that all stages have been reached.
-    assert!(sound > texts.len(), "{sound} of {} texts", MUTANTS * texts.len());
+    assert!(sound > texts.len() / 2, "{sound} of {} texts", MUTANTS * texts.len());
 }

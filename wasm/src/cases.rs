@@ -176,12 +176,9 @@ pub const CASES: &[Case] = &[
         },
     ),
     Case::discovery(
-        "a booster pump that stops, among few effects",
+        "a booster pump that stops, with its effect alone",
         false,
-        Examination {
-            until: 600.0,
-            effects: &["booster_flow_gain", "column_with_momentum", "flow_meter_gain"],
-        },
+        Examination { until: 600.0, effects: &["column_with_momentum"] },
     ),
     Case::discovery(
         "a booster pump that stops",

@@ -148,12 +148,9 @@ impl Guessing<'_> {
         let data = self.data;
         let place = place_of(terms, &found.missing.place)?;
         let site = self.site(terms, place)?;
-        // A term of an equation, or a sensor's error, is compared beside the base model's own parameters: the regression
-        // has what these would put there. What a parameter or an input does is known beside the changed ones.
-        // So is everything where the base model runs away.
-        let is_followed = found.is_followed();
-        let is_beside_the_base =
-            matches!(site.kind, PlaceKind::Equation | PlaceKind::Output) && !is_followed;
+        // A sensor's error is compared beside the base model's own parameters. What a term, a parameter or an input does is
+        // known beside the changed ones. So is everything where the base model runs away.
+        let is_beside_the_base = site.kind == PlaceKind::Output && !found.is_followed();
         let (of_train, of_valid) = if is_beside_the_base {
             self.alone(terms, place)
         } else {
@@ -170,7 +167,8 @@ impl Guessing<'_> {
         let train = traces(data.train, &of_train);
         let held_out = traces(data.valid, &of_valid);
         let is_whole = !train.is_empty() && held_out.len() == data.valid.len();
-        let values = if is_followed { self.values_of(found) } else { self.fitted.values.clone() };
+        let values =
+            if is_beside_the_base { self.fitted.values.clone() } else { self.values_of(found) };
         is_whole.then_some(Followed { site, values, train, held_out })
     }
 

@@ -12,9 +12,12 @@
 //! | `least(x)`, `largest(x)` | the ends of its range |
 //! | `middle(x)` | the middle of its range |
 //! | `middle_of_store(x)` | the same of what is never below zero and has a unit: a level, a mass, an absolute temperature |
+//! | `loss(x, e)` | zero where e is the balance of x, which a loss only takes from; no bound elsewhere |
 //!
 //! in a value, a bound, a nominal or a null, numbers take their place before it is tried. Ranges are those of the
 //! fitted base model and of the recordings. A template that asks for what there is not is not tried there.
+//!
+//! What a template adds to a balance comes into the store, on whichever side of the equation that stands.
 
 use std::collections::BTreeMap;
 
@@ -27,6 +30,7 @@ use dgd_compiler::units::Dimension;
 use dgd_identify::Recording;
 use dgd_screen::usual_spacing;
 
+use super::balance::direction;
 use super::levels::Ranges;
 use super::number::signed;
 
@@ -76,18 +80,46 @@ pub(crate) fn adapted(
                 let place = slots.iter().position(|known| known.name.text == slot)?;
                 Quantity::new(arguments.get(place)?, model, &measure.ranges)
             };
-            let value = |name: &str, argument: Option<&str>| match argument {
-                None if name == "period" => Some(measure.period),
-                None => times.get(name).map(|time| Some(*time)),
-                Some(slot) => Quantity::named(name).map(|of| of(&quantity(slot)?)),
+            let named = |slot: &str| {
+                let Target::Template(slots) = &template.target else { return None };
+                arguments.get(slots.iter().position(|known| known.name.text == slot)?)
+            };
+            let value = |name: &str, slots: &[&str]| match (name, slots) {
+                ("period", []) => Some(measure.period),
+                (_, []) => times.get(name).map(|time| Some(*time)),
+                ("loss", [state, equation]) => {
+                    Some(least_loss(model, named(state)?, named(equation)?))
+                }
+                (_, [slot]) => Quantity::named(name).map(|of| of(&quantity(slot)?)),
+                _ => None,
             };
             let mut effect = template.clone();
+            turn(&mut effect, |slot| direction(model, named(slot)?, |_| true));
             if let Some(()) = settle_all(&mut effect, &value) {
                 all.push(Adapted { effect, arguments });
             }
         }
     }
     all
+}
+
+/// The least coefficient of a loss of a state from a balance.
+fn least_loss(model: &Model, state: &str, equation: &str) -> Option<f64> {
+    let is_state = |i: usize| model.unknowns[i].declared.name == state;
+    Some(direction(model, equation, is_state).map_or(f64::NEG_INFINITY, |_| 0.0))
+}
+
+/// Turns what a template adds to balances that have their store on the right-hand side.
+fn turn(effect: &mut Effect, direction: impl Fn(&str) -> Option<f64>) {
+    for clause in effect.ast.effect.iter_mut().flat_map(|header| &mut header.clauses) {
+        if let ClauseKind::Add { value, equation } = &mut clause.kind
+            && direction(&equation.text) == Some(-1.0)
+        {
+            let span = value.clone();
+            let group = Expr { kind: ExprKind::Group(Box::new(value.clone())), ..span.clone() };
+            *value = Expr { kind: ExprKind::Negate(Box::new(group)), ..span };
+        }
+    }
 }
 
 /// The range of what a template is applied to, in its unit.
@@ -143,17 +175,23 @@ fn settle_all(effect: &mut Effect, meaning: &Meaning<'_>) -> Option<()> {
     for item in &mut effect.ast.items {
         let ItemKind::Parameter { value, attributes, .. } = &mut item.kind else { continue };
         settle(value, meaning)?;
-        for attribute in attributes {
+        for attribute in attributes.iter_mut() {
             match &mut attribute.kind {
                 AttributeKind::Bounds(lower, upper) => {
-                    for bound in lower.iter_mut().chain(upper) {
-                        settle(bound, meaning)?;
+                    for bound in [lower, upper] {
+                        let Some(own) = bound else { continue };
+                        if let Value::Number(f64::NEG_INFINITY, true) = value_of(own, meaning) {
+                            *bound = None;
+                        } else {
+                            settle(own, meaning)?;
+                        }
                     }
                 }
                 AttributeKind::Nominal(size) => settle(size, meaning)?,
                 _ => {}
             }
         }
+        attributes.retain(|one| !matches!(one.kind, AttributeKind::Bounds(None, None)));
     }
     for clause in effect.ast.effect.iter_mut().flat_map(|header| &mut header.clauses) {
         if let ClauseKind::Null { value, .. } = &mut clause.kind {
@@ -163,9 +201,9 @@ fn settle_all(effect: &mut Effect, meaning: &Meaning<'_>) -> Option<()> {
     Some(())
 }
 
-/// Looks up a name in a template, with the argument if it is called: `None` if the name has no meaning here,
+/// Looks up a name in a template, with the arguments if it is called: `None` if the name has no meaning here,
 /// `Some(None)` if it has one but the recordings give no number for it.
-type Meaning<'a> = dyn Fn(&str, Option<&str>) -> Option<Option<f64>> + 'a;
+type Meaning<'a> = dyn Fn(&str, &[&str]) -> Option<Option<f64>> + 'a;
 
 /// Puts a number in the place of an expression that has such names; nothing where one of them has no number.
 fn settle(expr: &mut Expr, meaning: &Meaning<'_>) -> Option<()> {
@@ -198,14 +236,16 @@ fn value_of(expr: &Expr, meaning: &Meaning<'_>) -> Value {
     };
     match &expr.kind {
         ExprKind::Number { value, unit: None, .. } => Value::Number(*value, false),
-        ExprKind::Name(name) => named(meaning(name, None)),
+        ExprKind::Name(name) => named(meaning(name, &[])),
         ExprKind::Group(inner) => value_of(inner, meaning),
-        ExprKind::Call { function, arguments } => match arguments.as_slice() {
-            [Expr { kind: ExprKind::Name(argument), .. }] => {
-                named(meaning(&function.text, Some(argument)))
-            }
-            _ => Value::Other,
-        },
+        ExprKind::Call { function, arguments } => {
+            let names = arguments.iter().map(|argument| match &argument.kind {
+                ExprKind::Name(name) => Some(name.as_str()),
+                _ => None,
+            });
+            let names: Option<Vec<&str>> = names.collect();
+            names.map_or(Value::Other, |names| named(meaning(&function.text, &names)))
+        }
         ExprKind::Product(factors) => {
             let times =
                 |all: Value, (how, factor): &(Factor, Expr)| match (all, value_of(factor, meaning))

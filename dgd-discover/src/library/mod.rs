@@ -4,6 +4,7 @@
 //! arguments. A [`Structure`] is the [`BaseModel`] with some of them in it, compiled.
 
 mod adapted;
+mod balance;
 mod candidates;
 mod levels;
 mod number;

@@ -127,6 +127,8 @@ pub(crate) struct Smoothed {
     pub(crate) std: Vec<f64>,
     /// r − H ẑ of each measurement.
     pub(crate) residuals: Vec<f64>,
+    /// δx at the first sample.
+    pub(crate) start: Vec<f64>,
 }
 
 /// Measurements as a filter sees them.
@@ -345,6 +347,7 @@ impl Chain {
             input: vec![0.0; samples],
             std: vec![0.0; samples],
             residuals: vec![0.0; self.measurements.len()],
+            start: Vec::new(),
         };
         let (mut lambda, mut capital) = (vec![0.0; n], vec![0.0; n * n]);
         let (mut z, mut column, mut product) = (vec![0.0; n], vec![0.0; n], vec![0.0; n * n]);
@@ -358,6 +361,9 @@ impl Chain {
             let p_d = &p[self.at * n..(self.at + 1) * n];
             multiply(&capital, p_d, &mut column);
             smoothed.input[k] = z[self.at];
+            if k == 0 {
+                smoothed.start.extend_from_slice(&z[..self.states]);
+            }
             smoothed.std[k] = (p_d[self.at] - dot(p_d, &column)).max(0.0).sqrt();
 
             for m in (self.begin[k]..self.begin[k + 1]).rev() {

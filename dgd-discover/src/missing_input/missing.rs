@@ -14,6 +14,7 @@ use dgd_execute::{Engine, Loaded};
 use dgd_identify::{Recording, Starts};
 use dgd_runtime::{Inputs, Problem, Solution, System, observe, simulate};
 
+use super::around::Piece;
 use super::deviations::{Deviations, LinearizeError};
 use super::filtered::{Filtered, Followed};
 use super::kalman::{Chain, Walk};
@@ -106,29 +107,29 @@ pub(crate) struct Missing {
 const SAMPLES: usize = 3000;
 /// Samples that each recording keeps.
 const FEWEST: usize = 200;
-/// Places that are fitted again around the trajectory that has what they lack …
+/// Places that are fitted again around the trajectory that has what they lack.
 const AROUND: usize = 6;
-/// … so often.
-const ROUNDS: usize = 2;
 /// Simulations of fits of start values.
 const EVALUATIONS: usize = 40;
+/// Times that an estimate from one recording is made again.
+const AGAIN: usize = 2;
 /// Gains closer than this are a tie: the odds are less than twenty to one.
 pub(crate) const TIE: f64 = 3.0;
 
 /// What is searched for places.
-struct Places<'a> {
-    terms: &'a MissingTerms,
-    data: &'a Data<'a>,
+pub(super) struct Places<'a> {
+    pub(super) terms: &'a MissingTerms,
+    pub(super) data: &'a Data<'a>,
     /// All parameters, SI: of the fit, or the model's own where the fit runs away.
-    p: Vec<f64>,
-    own: Vec<f64>,
+    pub(super) p: Vec<f64>,
+    pub(super) own: Vec<f64>,
     /// Whether the fit runs away, and whether trajectories are those of filters therefore.
-    runs_away: bool,
-    follows: bool,
-    train: Vec<Thinned<'a>>,
-    valid: Vec<Thinned<'a>>,
+    pub(super) runs_away: bool,
+    pub(super) follows: bool,
+    pub(super) train: Vec<Thinned<'a>>,
+    pub(super) valid: Vec<Thinned<'a>>,
     /// Places of the free parameters, with their sizes and positions among the parameters.
-    free: Vec<(usize, f64, usize)>,
+    pub(super) free: Vec<(usize, f64, usize)>,
 }
 
 /// All places of the base model, the most likely first.
@@ -190,12 +191,12 @@ impl<'a> Places<'a> {
         Places { terms, data, p, own, runs_away, follows, train, valid, free }
     }
 
-    fn system(&self) -> &Loaded {
+    pub(super) fn system(&self) -> &Loaded {
         self.terms.system()
     }
 
     /// Inputs of the model and of all places, with d at one of these.
-    fn inputs(&self, thinned: &Thinned<'_>, place: usize, d: &[f64]) -> Option<Inputs> {
+    pub(super) fn inputs(&self, thinned: &Thinned<'_>, place: usize, d: &[f64]) -> Option<Inputs> {
         let Thinned { recording, times, start, .. } = thinned;
         let (p, noise) = (&*self.p, &*self.data.noise);
         let around =
@@ -206,11 +207,12 @@ impl<'a> Places<'a> {
     /// A recording as places see it, around its simulation with nothing missing.
     fn sight(&self, thinned: &Thinned<'_>) -> Result<Sight, LinearizeError> {
         let nothing = vec![0.0; thinned.times.len()];
-        self.sight_around(thinned, 0, &nothing, &self.p).ok_or(LinearizeError::Undetermined)
+        self.sight_around(thinned, &thinned.start, 0, &nothing, &self.p)
+            .ok_or(LinearizeError::Undetermined)
     }
 
     /// The same around the trajectory of a filter, with d at a place.
-    fn sight_filtered(
+    pub(super) fn sight_filtered(
         &self,
         thinned: &Thinned<'_>,
         place: usize,
@@ -224,7 +226,8 @@ impl<'a> Places<'a> {
         let followed =
             Followed { terms, p, inputs, place, d, start, times, measured, noise, options };
         let Filtered { deviations, residuals, trajectory } = followed.filtered()?;
-        Some(Sight { deviations, residuals, counts_from: *counts_from, followed: Some(trajectory) })
+        let (counts_from, start) = (*counts_from, states_at_start(self.system(), &trajectory));
+        Some(Sight { deviations, residuals, counts_from, start, followed: Some(trajectory) })
     }
 
     /// All recordings as places see them, training first. Where the fitted model runs away from one, they are seen around the
@@ -240,15 +243,9 @@ impl<'a> Places<'a> {
             };
             let all = self.train.iter().chain(&self.valid);
             if let Some(mut train) = all.map(followed).collect::<Option<Vec<Sight>>>() {
-                let unknowns = &self.terms.system().signature().unknowns;
                 let all = self.train.iter_mut().chain(&mut self.valid);
                 for (thinned, sight) in all.zip(&train) {
-                    let states = (0..unknowns.len()).filter(|i| unknowns.is_differential(*i));
-                    let first = sight
-                        .followed
-                        .iter()
-                        .flat_map(|followed| states.clone().map(|i| (i, followed.y(0)[i])));
-                    thinned.start = first.collect();
+                    thinned.start.clone_from(&sight.start);
                 }
                 self.p.clone_from(&self.own);
                 self.follows = true;
@@ -261,14 +258,15 @@ impl<'a> Places<'a> {
 
     /// The same around the simulation with d at a place and other parameters: residuals are what the linearised
     /// model would leave without d.
-    fn sight_around(
+    pub(super) fn sight_around(
         &self,
         thinned: &Thinned<'_>,
+        start: &[(usize, f64)],
         place: usize,
         d: &[f64],
         p: &[f64],
     ) -> Option<Sight> {
-        let Thinned { times, start, counts_from, .. } = thinned;
+        let Thinned { times, counts_from, .. } = thinned;
         let inputs = self.inputs(thinned, place, d)?;
         let problem = Problem { system: self.system(), p, inputs: &inputs, start };
         let solution = simulate(&problem, times, &self.data.options).ok()?;
@@ -278,7 +276,8 @@ impl<'a> Places<'a> {
             let chain = Chain::new(&deviations, place, Walk::Random, &residuals, &self.data.noise);
             chain.add_response(d, &mut residuals, deviations.n_outputs);
         }
-        Some(Sight { deviations, residuals, counts_from: *counts_from, followed: None })
+        let (counts_from, start) = (*counts_from, states_at_start(self.system(), &solution));
+        Some(Sight { deviations, residuals, counts_from, start, followed: None })
     }
 
     fn ranked(&mut self, model: &Model) -> Result<Vec<FoundPlace>, LinearizeError> {
@@ -313,48 +312,9 @@ impl<'a> Places<'a> {
         Ok(told.collect())
     }
 
-    /// Fits a place again around the trajectory that has what it lacks, as long as that makes the readings more likely.
-    fn again(&self, found: &mut Found, free: &[(usize, f64)]) {
-        for _ in 0..ROUNDS {
-            let mut p = found.p(&self.p);
-            for ((_, size, position), change) in self.free.iter().zip(&found.fit.changes) {
-                let parameter = &self.system().signature().parameters[*position];
-                p[*position] =
-                    (p[*position] + size * change).clamp(parameter.lower, parameter.upper);
-            }
-            let around = |all: &[Thinned<'_>], estimates: &[Estimated]| -> Option<Vec<Sight>> {
-                let both = all.iter().zip(estimates.iter().map(|estimated| &estimated.d));
-                let around = |(thinned, d): (&Thinned<'_>, &Vec<f64>)| {
-                    if self.follows {
-                        self.sight_filtered(thinned, found.place, d, &p)
-                    } else {
-                        self.sight_around(thinned, found.place, d, &p)
-                    }
-                };
-                both.map(around).collect()
-            };
-            let (Some(train), Some(valid)) =
-                (around(&self.train, &found.train), around(&self.valid, &found.valid))
-            else {
-                return;
-            };
-            let sights = Sights { train: &train, valid: &valid, noise: &self.data.noise, free };
-            let columns = Columns { train: sights.columns(&train), valid: sights.columns(&valid) };
-            let Some(fit) = sights.fit(found.place, &columns) else { return };
-            if fit.likelihood.train <= found.fit.likelihood.train {
-                return;
-            }
-            let better = Found::new(found.place, fit, &sights, &columns);
-            *found = Found { parameters: Some(p), ..better };
-        }
-    }
-
     fn told(&self, model: &Model, found: &Found, gain: f64) -> FoundPlace {
         let place = self.terms.places()[found.place].clone();
-        let mut p = found.p(&self.p);
-        for ((_, size, position), change) in self.free.iter().zip(&found.fit.changes) {
-            p[*position] += size * change;
-        }
+        let p = self.changed(found.p.as_ref().unwrap_or(&self.p), &found.fit);
         let (mut base, mut unit) = (0.0, (place.unit.clone(), 1.0));
         let declared = match place.kind {
             PlaceKind::Parameter => {
@@ -375,17 +335,17 @@ impl<'a> Places<'a> {
             unit = (own.symbol.clone(), own.factor);
         }
         let windows: Vec<Vec<Window>> = (self.train.iter().zip(&found.train))
-            .map(|(thinned, Estimated { d, std, .. })| {
-                standing_out(&thinned.times, d, std, found.fit.intensity)
+            .map(|(thinned, Estimated { piece, std, .. })| {
+                standing_out(&thinned.times, &piece.d, std, found.fit.intensity)
             })
             .collect();
         let traces = |all: &[Thinned<'_>], estimates: &[Estimated]| -> Vec<PlaceTrace> {
             let each = all.iter().zip(estimates);
-            each.map(|(thinned, Estimated { d, std, followed })| PlaceTrace {
+            each.map(|(thinned, Estimated { piece, std, followed })| PlaceTrace {
                 times: thinned.times.clone(),
-                d: d.clone(),
+                d: piece.d.clone(),
                 std: std.clone(),
-                start: thinned.start.clone(),
+                start: piece.start.clone(),
                 resolved: resolved(&found.fit, std),
                 followed: followed.clone(),
             })
@@ -395,7 +355,7 @@ impl<'a> Places<'a> {
             place,
             unit: unit.0,
             times: self.train[0].times.clone(),
-            value: found.train[0].d.iter().map(|d| (base + d) / unit.1).collect(),
+            value: found.train[0].piece.d.iter().map(|d| (base + d) / unit.1).collect(),
             std: found.train[0].std.iter().map(|std| std / unit.1).collect(),
             windows: windows[0].clone(),
             gain,
@@ -418,44 +378,49 @@ fn resolved(fit: &PlaceFit, std: &[f64]) -> f64 {
 }
 
 /// A place with its estimates.
-struct Found {
-    place: usize,
-    fit: PlaceFit,
+pub(super) struct Found {
+    pub(super) place: usize,
+    pub(super) fit: PlaceFit,
     /// Parameters that the trajectory has around which it was fitted, where they are not those of the base model.
-    parameters: Option<Vec<f64>>,
+    pub(super) p: Option<Vec<f64>>,
     /// In each training and validation recording.
-    train: Vec<Estimated>,
-    valid: Vec<Estimated>,
+    pub(super) train: Vec<Estimated>,
+    pub(super) valid: Vec<Estimated>,
 }
 
 /// What a place would have needed in one recording.
-struct Estimated {
-    d: Vec<f64>,
-    /// Its standard deviation.
-    std: Vec<f64>,
+pub(super) struct Estimated {
+    pub(super) piece: Piece,
+    /// Standard deviation of d.
+    pub(super) std: Vec<f64>,
     /// The trajectory, where it is that of a filter.
-    followed: Option<Solution>,
+    pub(super) followed: Option<Solution>,
 }
 
 impl Found {
-    fn new(place: usize, fit: PlaceFit, sights: &Sights<'_>, columns: &Columns) -> Self {
+    pub(super) fn new(place: usize, fit: PlaceFit, sights: &Sights<'_>, columns: &Columns) -> Self {
         let smoothed = |all: &[Sight], columns: &[Vec<Vec<f64>>]| -> Vec<Estimated> {
             let both = all.iter().zip(columns);
             both.map(|(sight, columns)| {
                 let smoothed = sights.smoothed(sight, place, &fit, columns);
-                let followed = sight.followed.clone();
-                Estimated { d: smoothed.input, std: smoothed.std, followed }
+                let moved = sight.start.iter().zip(&smoothed.start);
+                let start = moved.map(|((state, value), change)| (*state, value + change));
+                let piece = Piece { start: start.collect(), d: smoothed.input };
+                Estimated { piece, std: smoothed.std, followed: sight.followed.clone() }
             })
             .collect()
         };
         let train = smoothed(sights.train, &columns.train);
         let valid = smoothed(sights.valid, &columns.valid);
-        Found { place, fit, parameters: None, train, valid }
+        Found { place, fit, p: None, train, valid }
     }
+}
 
-    fn p(&self, base: &[f64]) -> Vec<f64> {
-        self.parameters.clone().unwrap_or_else(|| base.to_vec())
-    }
+/// Start values of the differential unknowns of a trajectory.
+fn states_at_start(system: &Loaded, trajectory: &Solution) -> Starts {
+    let unknowns = &system.signature().unknowns;
+    let states = (0..unknowns.len()).filter(|i| unknowns.is_differential(*i));
+    states.map(|i| (i, trajectory.y(0)[i])).collect()
 }
 
 /// The most likely first.
@@ -493,7 +458,7 @@ pub(crate) fn alone(
         measured: &readings,
         noise: &data.noise,
     };
-    for _ in 0..ROUNDS {
+    for _ in 0..AGAIN {
         match reconstruct(terms, &around, place, &found, &data.options) {
             Ok(Some(again)) if again.intensity > 0.0 => found = again,
             // The estimate goes as far as the linearisation does.

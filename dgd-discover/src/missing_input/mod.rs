@@ -5,6 +5,7 @@
 //! trajectory, [`unknown_input()`] the estimate for one place by a smoother, [`reconstruct()`] the same again
 //! around the trajectory that has it. [`missing_inputs`] does it for all places.
 
+mod around;
 mod deviations;
 mod filtered;
 mod kalman;

@@ -33,6 +33,8 @@ pub(crate) struct Sight {
     pub(crate) residuals: Vec<f64>,
     /// From when readings count, s.
     pub(crate) counts_from: f64,
+    /// Start values of the differential unknowns, SI.
+    pub(crate) start: Vec<(usize, f64)>,
     /// The trajectory, where it is that of a filter.
     pub(crate) followed: Option<Solution>,
 }

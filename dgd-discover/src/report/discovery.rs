@@ -76,7 +76,7 @@ pub struct FoundEffect {
     pub target: String,
     /// Effects that the data cannot tell it from.
     pub alternatives: Vec<Alternative>,
-    /// Other realisations of it that do as well.
+    /// Other realisations of it that were fitted, the best first.
     pub other_forms: Vec<Alternative>,
     /// What would tell it from its alternatives; empty without any.
     pub told_apart_by: Option<String>,

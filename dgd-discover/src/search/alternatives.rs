@@ -31,14 +31,15 @@ pub(crate) struct InItsPlace {
 pub(crate) struct Replacements {
     /// Effects of other names, each once.
     pub others: Vec<InItsPlace>,
-    /// Other forms of the effect itself, each once.
+    /// Other forms of the effect itself, each once, however much they leave.
     pub forms: Vec<Alternative>,
 }
 
 impl Search<'_> {
-    /// What may stand in the place of an effect of a structure, and then predicts validation data nearly as well.
+    /// What may stand in the place of an effect of a structure, and then predicts validation data nearly as well; and
+    /// its other forms.
     pub(crate) fn replacements(&self, whole: StructureId, candidate: usize) -> Replacements {
-        let rest = whole.without(candidate);
+        let (rest, own) = (whole.without(candidate), &self.candidates[candidate]);
         let error = |of: StructureId| {
             let held_out = self.held_out_square(of);
             held_out.or_else(|| self.training_square(of)).map(f64::sqrt)
@@ -54,14 +55,14 @@ impl Search<'_> {
             let described = &self.candidates[other];
             let (name, form) = (described.name(), described.form());
             let alternative = Alternative { name, form, valid_ratio };
-            let is_one = valid_ratio <= self.thresholds.alternative && as_good;
+            let is_form = described.name() == own.name();
+            let is_one = is_form || valid_ratio <= self.thresholds.alternative && as_good;
             is_one.then_some(InItsPlace { alternative, candidate: other, structure })
         };
         let mut all: Vec<InItsPlace> =
             (0..self.candidates.len()).filter_map(in_its_place).collect();
         all.sort_by(|a, b| a.alternative.valid_ratio.total_cmp(&b.alternative.valid_ratio));
 
-        let own = &self.candidates[candidate];
         let (mut said, mut forms_said) = (BTreeSet::new(), BTreeSet::from([own.form()]));
         let mut replacements = Replacements::default();
         for one in all {
@@ -87,12 +88,12 @@ mod tests {
     fn other_effects_and_other_forms_of_the_same_one_are_kept_apart() {
         let names = ["density", "clock/late", "clock/early"];
         let (density, late, early) = (0, 1, 2);
-        // What each leaves, and what is said to do as well as the late clock.
+        // What each leaves, and what is said to do as well as the late clock, or to be a form of it.
         let cases: [([f64; 2], &[&str], &[&str]); 4] = [
             ([1.02, 1.01], &["density"], &["early"]),
-            ([1.02, 2.0], &["density"], &[]),
+            ([1.02, 2.0], &["density"], &["early"]),
             ([2.0, 1.01], &[], &["early"]),
-            ([2.0, 2.0], &[], &[]),
+            ([2.0, 2.0], &[], &["early"]),
         ];
         for ([of_density, of_early], others, forms) in cases {
             with_effects(names, |base, candidates, data| {

@@ -63,7 +63,7 @@ struct Effect<'a> {
     /// As markup.
     condition: Option<String>,
     alternatives: Vec<[String; 2]>,
-    other_forms: Vec<[String; 2]>,
+    other_forms: Option<String>,
     /// As markup.
     told_apart_by: Option<String>,
     evidence: String,
@@ -191,9 +191,7 @@ fn effect(found: &FoundEffect) -> Effect<'_> {
             .iter()
             .map(|other| [other.name.clone(), rounded(other.valid_ratio, 3)])
             .collect(),
-        other_forms: (found.other_forms.iter())
-            .map(|other| [summary::form(other).to_owned(), rounded(other.valid_ratio, 3)])
-            .collect(),
+        other_forms: summary::other_forms(found),
         told_apart_by: found.told_apart_by.as_deref().map(prose),
         evidence: summary::evidence(found),
     }

@@ -173,10 +173,7 @@ fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
         let ratio = rounded(other.valid_ratio, 3);
         rows.push(["or".to_owned(), format!("{} (rms residual × {ratio})", other.name)]);
     }
-    for other in &effect.other_forms {
-        let (form, ratio) = (form(other), rounded(other.valid_ratio, 3));
-        rows.push(["or as".to_owned(), format!("{form} (rms residual × {ratio})")]);
-    }
+    rows.extend(other_forms(effect).map(|forms| ["other forms".to_owned(), forms]));
     if let Some(test) = &effect.told_apart_by {
         rows.push(["told apart by".to_owned(), test.clone()]);
     }
@@ -184,8 +181,22 @@ fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {
     rows
 }
 
+/// Forms that are told of an effect beside the one that is named.
+const FORMS: usize = 3;
+
+/// The other forms of an effect, the best first.
+pub(super) fn other_forms(effect: &FoundEffect) -> Option<String> {
+    let told = |other: &Alternative| {
+        format!("{} (rms residual × {})", form(other), rounded(other.valid_ratio, 3))
+    };
+    let mut all: Vec<String> = effect.other_forms.iter().take(FORMS).map(told).collect();
+    let more = effect.other_forms.len() - all.len();
+    all.extend((more > 0).then(|| format!("{more} more")));
+    (!all.is_empty()).then(|| all.join(", "))
+}
+
 /// What an effect's realisation is called.
-pub(super) fn form(alternative: &Alternative) -> &str {
+fn form(alternative: &Alternative) -> &str {
     alternative.form.as_deref().unwrap_or("its plain form")
 }
 

@@ -1,0 +1,176 @@
+//! The trajectory that has what a place lacks.
+//!
+//! What is linear around the base model's simulation holds near it. So the estimates, of d, of parameters and of
+//! start values, are put into the model, it is simulated, and the place is fitted again around that trajectory, as by
+//! Gauss and Newton with a step that is halved until the simulation comes nearer to the readings.
+//!
+//! Source: Bell, The iterated Kalman smoother as a Gauss–Newton method, SIAM J. Optim. 4 (1994) 626–636.
+
+use dgd_identify::Starts;
+use dgd_runtime::{Problem, System, observe, simulate};
+use dgd_screen::noise::SensorNoise;
+
+use super::missing::{Estimated, Found, Places};
+use super::place_fit::{Columns, PlaceFit, Sight, Sights};
+use super::thinned::Thinned;
+
+/// A place is fitted again at most so often …
+const ROUNDS: usize = 8;
+/// … the first of these shares of the way to it that brings the simulation nearer to the readings …
+const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
+/// … until more than this share of Σ (measured − simulated)²/σ² stays after all of it.
+const SETTLED: f64 = 0.9;
+
+/// Parameters, and what is missing at a place in each recording: a trajectory to linearise around.
+pub(super) struct Reference {
+    p: Vec<f64>,
+    train: Vec<Piece>,
+    valid: Vec<Piece>,
+}
+
+/// The part of one recording in it.
+#[derive(Clone)]
+pub(super) struct Piece {
+    /// Start values, SI.
+    pub(super) start: Starts,
+    pub(super) d: Vec<f64>,
+}
+
+impl Reference {
+    /// As far as a share of the way to another one.
+    fn towards(&self, aim: &Reference, share: f64) -> Reference {
+        let along = |from: f64, to: f64| from + share * (to - from);
+        let pieces = |from: &[Piece], to: &[Piece]| -> Vec<Piece> {
+            let both = from.iter().zip(to);
+            both.map(|(from, to)| Piece {
+                start: (to.start.iter())
+                    .map(|(state, to)| {
+                        let own = from.start.iter().find(|(own, _)| own == state);
+                        (*state, own.map_or(*to, |(_, from)| along(*from, *to)))
+                    })
+                    .collect(),
+                d: from.d.iter().zip(&to.d).map(|(from, to)| along(*from, *to)).collect(),
+            })
+            .collect()
+        };
+        Reference {
+            p: self.p.iter().zip(&aim.p).map(|(from, to)| along(*from, *to)).collect(),
+            train: pieces(&self.train, &aim.train),
+            valid: pieces(&self.valid, &aim.valid),
+        }
+    }
+}
+
+/// Parameters with the changes beside a place, wherever these lead.
+fn moved(p: &[f64], free: &[(usize, f64, usize)], fit: &PlaceFit) -> Vec<f64> {
+    let mut p = p.to_vec();
+    for ((_, size, position), change) in free.iter().zip(&fit.changes) {
+        p[*position] += size * change;
+    }
+    p
+}
+
+impl Places<'_> {
+    /// Fits a place again around the trajectory that has what it lacks. Where that is far from the one before, the
+    /// linear model leads astray: only as much of the way is gone as brings the simulation nearer to the readings.
+    pub(super) fn again(&self, found: &mut Found, free: &[(usize, f64)]) {
+        let mut at = self.reference();
+        let mut misfit = self.misfit(found.place, &at);
+        for _ in 0..ROUNDS {
+            let aim = self.aim(found, &at);
+            let nearer = SHARES.iter().find_map(|share| {
+                let between = at.towards(&aim, *share);
+                let between = Reference { p: self.within_bounds(between.p), ..between };
+                let left = self.misfit(found.place, &between);
+                (self.follows || left < misfit).then_some((between, left, *share))
+            });
+            let Some((next, left, share)) = nearer else { return };
+            let Some(again) = self.fitted_around(found.place, &next, free) else { return };
+            if self.follows && again.fit.likelihood.train <= found.fit.likelihood.train {
+                return;
+            }
+            let has_settled = share == 1.0 && left > SETTLED * misfit;
+            *found = again;
+            (at, misfit) = (next, left);
+            if has_settled {
+                return;
+            }
+        }
+    }
+
+    /// Fits a place around a trajectory.
+    fn fitted_around(&self, place: usize, at: &Reference, free: &[(usize, f64)]) -> Option<Found> {
+        let around = |all: &[Thinned<'_>], pieces: &[Piece]| -> Option<Vec<Sight>> {
+            let around = |(thinned, Piece { start, d }): (&Thinned<'_>, &Piece)| {
+                if self.follows {
+                    self.sight_filtered(thinned, place, d, &at.p)
+                } else {
+                    self.sight_around(thinned, start, place, d, &at.p)
+                }
+            };
+            all.iter().zip(pieces).map(around).collect()
+        };
+        let (train, valid) = (around(&self.train, &at.train)?, around(&self.valid, &at.valid)?);
+        let sights = Sights { train: &train, valid: &valid, noise: &self.data.noise, free };
+        let columns = Columns { train: sights.columns(&train), valid: sights.columns(&valid) };
+        let fit = sights.fit(place, &columns)?;
+        let found = Found::new(place, fit, &sights, &columns);
+        Some(Found { p: Some(at.p.clone()), ..found })
+    }
+
+    /// The trajectory with nothing missing.
+    fn reference(&self) -> Reference {
+        let plain = |all: &[Thinned<'_>]| -> Vec<Piece> {
+            let of = |thinned: &Thinned<'_>| Piece {
+                start: thinned.start.clone(),
+                d: vec![0.0; thinned.times.len()],
+            };
+            all.iter().map(of).collect()
+        };
+        Reference { p: self.p.clone(), train: plain(&self.train), valid: plain(&self.valid) }
+    }
+
+    /// The trajectory that the estimates around another one ask for.
+    fn aim(&self, found: &Found, at: &Reference) -> Reference {
+        let pieces = |estimates: &[Estimated]| -> Vec<Piece> {
+            estimates.iter().map(|estimated| estimated.piece.clone()).collect()
+        };
+        Reference {
+            p: moved(&at.p, &self.free, &found.fit),
+            train: pieces(&found.train),
+            valid: pieces(&found.valid),
+        }
+    }
+
+    /// Parameters with the changes beside a place, within their bounds.
+    pub(super) fn changed(&self, p: &[f64], fit: &PlaceFit) -> Vec<f64> {
+        self.within_bounds(moved(p, &self.free, fit))
+    }
+
+    fn within_bounds(&self, mut p: Vec<f64>) -> Vec<f64> {
+        for (_, _, position) in &self.free {
+            let parameter = &self.system().signature().parameters[*position];
+            p[*position] = p[*position].clamp(parameter.lower, parameter.upper);
+        }
+        p
+    }
+
+    /// Σ (measured − simulated)²/σ² of the training recordings; infinite where one cannot be simulated.
+    fn misfit(&self, place: usize, at: &Reference) -> f64 {
+        let of = |(thinned, Piece { start, d }): (&Thinned<'_>, &Piece)| -> Option<f64> {
+            let inputs = self.inputs(thinned, place, d)?;
+            let problem = Problem { system: self.system(), p: &at.p, inputs: &inputs, start };
+            let solution = simulate(&problem, &thinned.times, &self.data.options).ok()?;
+            let residuals = thinned.residuals(&observe(&problem, &solution));
+            let n_w = self.data.noise.len();
+            let squares = residuals.iter().enumerate().filter_map(|(i, residual)| {
+                let SensorNoise { std, .. } = self.data.noise[i % n_w].as_ref()?;
+                let error = residual / std;
+                (*std > 0.0 && !residual.is_nan()).then_some(error * error)
+            });
+            Some(squares.sum())
+        };
+        let all: Option<f64> = self.train.iter().zip(&at.train).map(of).sum();
+        all.filter(|sum| sum.is_finite()).unwrap_or(f64::INFINITY)
+    }
+}
