@@ -216,7 +216,9 @@ function draw(figure, panel, element, group, tell) {
   if (!map) return;
   const swatch = element.querySelector(".key.scale i");
   swatch.style.background = `linear-gradient(to right, ${scale.join(", ")})`;
-  swatch.nextElementSibling.textContent = `${shown(low, digits)} … ${shown(high, digits)} ${panel.unit}`;
+  // What rounding leaves of nothing is nothing.
+  const end = (value) => shown(Math.abs(value) < 1e-9 * (high - low) ? 0 : value, digits);
+  swatch.nextElementSibling.textContent = `${end(low)} … ${end(high)} ${panel.unit}`;
 }
 
 const nearest = (sorted, value) => {

@@ -159,14 +159,14 @@ fn pair(point: Point) -> String {
 
 /// To a hundredth, without zeros at the end.
 fn number(x: f64) -> String {
-    trimmed(format!("{x:.2}"))
+    trimmed(&format!("{x:.2}"))
 }
 
 fn thousandths(x: f64) -> String {
-    trimmed(format!("{x:.3}"))
+    trimmed(&format!("{x:.3}"))
 }
 
-fn trimmed(text: String) -> String {
+fn trimmed(text: &str) -> String {
     let short = text.trim_end_matches('0').trim_end_matches('.');
     if matches!(short, "-0" | "") { "0".to_owned() } else { short.to_owned() }
 }
