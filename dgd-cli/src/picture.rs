@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use dgd_data::files::write_whole;
-use dgd_plot::{Figure, render_png, render_svg};
+use dgd_plot::{Figure, render_pdf, render_png, render_svg};
 use dgd_work::WorkError;
 
 use crate::command_line::command_line;
@@ -14,6 +14,7 @@ use crate::failure::CommandError;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Picture {
     Svg,
+    Pdf,
     Png,
     Html,
 }
@@ -53,10 +54,11 @@ fn picture(path: &Path) -> Result<Picture, CommandError> {
     let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
     match ending.as_deref() {
         Some("svg") => Ok(Picture::Svg),
+        Some("pdf") => Ok(Picture::Pdf),
         Some("png") => Ok(Picture::Png),
         Some("html" | "htm") => Ok(Picture::Html),
         _ => Err(CommandError::Usage(format!(
-            "`--plot {}`: a picture ends in .svg or .png, a page in .html",
+            "`--plot {}`: a picture ends in .svg, .pdf or .png, a page in .html",
             path.display()
         ))),
     }
@@ -75,12 +77,13 @@ pub(crate) fn save(
 ) -> Result<(), CommandError> {
     let bytes = match drawing {
         Drawing::Page(text) => text.clone().into_bytes(),
-        Drawing::Figure(figure) if picture(path)? == Picture::Svg => {
-            render_svg(figure).into_bytes()
-        }
-        Drawing::Figure(figure) => {
-            render_png(figure).map_err(|error| CommandError::Found(error.to_string()))?
-        }
+        Drawing::Figure(figure) => match picture(path)? {
+            Picture::Svg => render_svg(figure).into_bytes(),
+            Picture::Pdf => render_pdf(figure),
+            Picture::Png | Picture::Html => {
+                render_png(figure).map_err(|error| CommandError::Found(error.to_string()))?
+            }
+        },
     };
     write_whole(path, |out| out.write_all(&bytes))?;
     console.remark(&format!("drew {}", path.display()));

@@ -1,7 +1,7 @@
 (() => {
 "use strict";
 const root = document.documentElement;
-const { columns, figures } = JSON.parse(document.getElementById("data").textContent);
+const { columns, scale, figures } = JSON.parse(document.getElementById("data").textContent);
 const darkness = matchMedia("(prefers-color-scheme: dark)");
 const isDark = () => (root.dataset.theme ? root.dataset.theme === "dark" : darkness.matches);
 const css = (name) => getComputedStyle(root).getPropertyValue(name).trim();
@@ -103,16 +103,19 @@ function draw(figure, panel, element, group, tell) {
   order.forEach((i, k) => { slot[i] = k + 1; });
   const tables = order.map((i) => sorted(columns[panel.series[i].x], columns[panel.series[i].y]));
   const shades = panel.envelopes.map((e) => ({ x: columns[e.x], ys: [columns[e.low], columns[e.high]] }));
-  const data = joined([...tables, ...shades]);
+  const map = panel.map && cells(panel.map);
+  const data = joined([...tables, ...shades, ...(map ? [{ x: map.x, ys: [map.rows[0]] }] : [])]);
   const n = panel.series.length;
-  const [low, high] = panel.series.reduce((seen, s) => range(columns[s.y], seen), [Infinity, -Infinity]);
+  const values = map ? map.rows : panel.series.map((s) => columns[s.y]);
+  const [low, high] = values.reduce((seen, one) => range(one, seen), [Infinity, -Infinity]);
   const digits = decimalsOf((high > low ? high - low : Math.abs(high) || 1) * 1e-4);
   const font = '12px "Segoe UI", Roboto, Arial, "Liberation Sans", sans-serif';
-  const outputs = [...element.querySelectorAll(".key output")];
+  const outputs = [...element.querySelectorAll(".key:not(.scale) output")];
+  const under = element.querySelector(".key.scale output");
 
   const axis = (more) => ({
     stroke: () => css("--muted"), font, labelFont: font,
-    grid: { stroke: () => css("--grid"), width: 1 }, ticks: { stroke: () => css("--grid"), width: 1, size: 5 },
+    grid: { show: !map, stroke: () => css("--grid"), width: 1 }, ticks: { stroke: () => css("--grid"), width: 1, size: 5 },
     values: (_, splits, __, ___, step) => splits.map((v) => (v == null ? "" : shown(v, decimalsOf(step)))), ...more,
   });
   const series = order.map((i) => [panel.series[i], i]).map(([s, i]) => ({
@@ -161,7 +164,13 @@ function draw(figure, panel, element, group, tell) {
     });
     ctx.restore();
   };
+  const at = (k) => `${panel.title.split(" [")[0]} ${map.places[map.row]}: ${shown(map.rows[map.row][k], digits)}${panel.unit && " " + panel.unit}`;
   const read = (plot) => {
+    if (map) {
+      const { idx, left, top } = plot.cursor;
+      if (top >= 0) map.row = nearest(map.places, plot.posToVal(top, "y"));
+      under.textContent = idx == null || left < 0 ? "" : at(idx);
+    }
     outputs.forEach((output, i) => {
       const k = plot.cursor.idxs[slot[i]];
       output.textContent = k == null ? "" : `${shown(data[slot[i]][k], digits)}${panel.unit && " " + panel.unit}`;
@@ -177,7 +186,7 @@ function draw(figure, panel, element, group, tell) {
   const [from, to] = group.at;
   const plot = new uPlot({
     width: place.clientWidth, height: place.clientHeight,
-    scales: { x: { time: false, auto: false, min: from, max: to }, y: { range: (_, l, h) => roomy(l, h) } },
+    scales: { x: { time: false, auto: false, min: from, max: to }, y: { range: (_, l, h) => (map ? map.edges : roomy(l, h)) } },
     legend: { show: false },
     cursor: {
       drag: { x: true, y: false },
@@ -189,20 +198,62 @@ function draw(figure, panel, element, group, tell) {
       axis({ label: figure.x, labelSize: 20, size: 30 }),
       axis({ size: (_, values) => 16 + 7 * Math.max(3, ...(values ?? []).map((v) => v.length)) }),
     ],
-    series: [{}, ...series, ...panel.envelopes.flatMap(() => [edge, edge])],
+    series: [{}, ...series, ...panel.envelopes.flatMap(() => [edge, edge]), ...(map ? [edge] : [])],
     bands,
-    hooks: { drawClear: [shade], draw: [trace], setCursor: [read], setScale: [relink] },
+    hooks: { drawClear: [shade, ...(map ? [map.paint] : [])], draw: [trace], setCursor: [read], setScale: [relink] },
   }, data, place);
   group.plots.push(plot);
   place.querySelector("canvas").setAttribute("aria-hidden", "true");
   new ResizeObserver(() => {
     if (place.clientWidth) plot.setSize({ width: place.clientWidth, height: place.clientHeight });
   }).observe(place);
-  keyboard(place, plot, group, data, (k) => {
+  keyboard(place, plot, group, data, map, (k) => {
+    if (map) { say(`${figure.x} ${shown(data[0][k], 6)}: ${at(k)}`); return; }
     const values = panel.series.map((s, i) => `${s.name} ${shown(data[slot[i]][k], digits)} ${panel.unit}`);
     say(`${figure.x} ${shown(data[0][k], 6)}: ${values.join(", ")}`);
   });
   keys(element, plot, panel, slot);
+  if (!map) return;
+  const swatch = element.querySelector(".key.scale i");
+  swatch.style.background = `linear-gradient(to right, ${scale.join(", ")})`;
+  // What rounding leaves of nothing is nothing.
+  const end = (value) => shown(Math.abs(value) < 1e-9 * (high - low) ? 0 : value, digits);
+  swatch.nextElementSibling.textContent = `${end(low)} … ${end(high)} ${panel.unit}`;
+}
+
+const nearest = (sorted, value) => {
+  let low = 0, high = sorted.length - 1;
+  while (low < high) { const middle = (low + high) >> 1; if (sorted[middle] < value) low = middle + 1; else high = middle; }
+  return low > 0 && value - sorted[low - 1] <= sorted[low] - value ? low - 1 : low;
+};
+
+// A heat map: which row the cursor is on, and what paints the cells, a pixel of the screen for each column.
+function cells({ x, places, rows, low, high }) {
+  const map = { x: columns[x], places: columns[places], rows: rows.map((row) => columns[row]) };
+  const n = map.places.length, half = n > 1 ? 0.5 * (map.places[1] - map.places[0]) : 0.5;
+  map.row = n >> 1;
+  map.edges = [map.places[0] - half, map.places[n - 1] + half];
+  const levels = scale.map((hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16)));
+  const level = (value) => levels[Math.max(0, Math.min(levels.length - 1, Math.floor(((value - low) / (high - low || 1)) * levels.length)))];
+  const canvas = make("canvas");
+  map.paint = (plot) => {
+    const { ctx, bbox } = plot;
+    const width = (canvas.width = Math.max(1, Math.round(bbox.width)));
+    canvas.height = n;
+    const brush = canvas.getContext("2d"), image = brush.createImageData(width, n);
+    for (let column = 0; column < width; column++) {
+      const k = nearest(map.x, plot.posToVal(bbox.left + column + 0.5, "x", true));
+      map.rows.forEach((row, i) => {
+        if (row[k] != null) image.data.set([...level(row[k]), 255], 4 * ((n - 1 - i) * width + column));
+      });
+    }
+    brush.putImageData(image, 0, 0);
+    ctx.save();
+    ctx.imageSmoothingEnabled = false;
+    ctx.drawImage(canvas, bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.restore();
+  };
+  return map;
 }
 
 const depth = (series) => ["dots", "thin", "line"].indexOf(series.style);
@@ -219,7 +270,7 @@ const status = make("div", { className: "unseen" });
 status.setAttribute("role", "status");
 const say = (words) => { status.textContent = words; };
 
-function keyboard(place, plot, group, data, tell) {
+function keyboard(place, plot, group, data, map, tell) {
   place.tabIndex = 0;
   place.setAttribute("role", "application");
   place.setAttribute("aria-label", `${place.parentElement.getAttribute("aria-label")} Arrow keys move the cursor, plus and minus zoom, 0 shows all.`);
@@ -232,14 +283,17 @@ function keyboard(place, plot, group, data, tell) {
       zoom(group, x[k] - half, x[k] + half);
     }
     // uPlot scales when its microtask comes.
-    setTimeout(() => { plot.setCursor({ left: plot.valToPos(x[k], "x"), top: plot.bbox.height / 2 / uPlot.pxRatio }, true, true); tell(k); });
+    const top = () => (map ? plot.valToPos(map.places[map.row], "y") : plot.bbox.height / 2 / uPlot.pxRatio);
+    setTimeout(() => { plot.setCursor({ left: plot.valToPos(x[k], "x"), top: top() }, true, true); tell(k); });
   };
+  const climb = (steps) => { map.row = Math.max(0, Math.min(map.places.length - 1, map.row + steps)); move(0); };
   const under = () => (plot.cursor.idx == null ? null : data[0][plot.cursor.idx]);
   place.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const step = event.shiftKey ? Math.max(10, Math.round(data[0].length / 50)) : 1;
     const action = {
       ArrowLeft: () => move(-step), ArrowRight: () => move(step),
+      ...(map ? { ArrowUp: () => climb(1), ArrowDown: () => climb(-1) } : {}),
       "+": () => scaleBy(group, 0.5, under()), "=": () => scaleBy(group, 0.5, under()),
       "-": () => scaleBy(group, 2, under()), 0: () => showAll(group), Escape: () => showAll(group),
       PageUp: () => pan(group, -0.5), PageDown: () => pan(group, 0.5),
@@ -256,7 +310,7 @@ function keyboard(place, plot, group, data, tell) {
 
 // Names switch their curves on and off.
 function keys(element, plot, panel, slot) {
-  [...element.querySelectorAll(".key:not(.area)")].forEach((key, i) => {
+  [...element.querySelectorAll(".key:not(.area, .scale)")].forEach((key, i) => {
     const series = panel.series[i], swatch = key.querySelector("i"), output = key.querySelector("output");
     swatch.className = series.style;
     const paint = () => { swatch.style.background = ink(series); };
@@ -370,7 +424,7 @@ document.querySelectorAll("table.sortable").forEach(sortable);
 for (const figure of figures) {
   const group = groupOf(figure.link);
   for (const panel of figure.panels) {
-    for (const one of [...panel.series, ...panel.envelopes]) group.full = range(columns[one.x], group.full);
+    for (const one of [...panel.series, ...panel.envelopes, ...(panel.map ? [panel.map] : [])]) group.full = range(columns[one.x], group.full);
     group.hasDots ||= panel.series.some((one) => one.style === "dots");
   }
 }

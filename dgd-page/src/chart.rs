@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text, render_svg};
+use dgd_plot::{
+    Envelope, Figure, HeatMap, Panel, Series, Style, Text, render_svg, scale_of_colours,
+};
 
 use crate::columns::Columns;
 use crate::markup::{Markup, escaped};
@@ -21,6 +23,7 @@ pub enum Link<'a> {
 pub(crate) struct Charts {
     columns: Columns,
     figures: Vec<String>,
+    has_maps: bool,
 }
 
 impl Charts {
@@ -37,9 +40,13 @@ impl Charts {
 
     /// What the script reads: safe inside its element, whatever the names are.
     pub(crate) fn to_json(&self) -> String {
+        let colours = if self.has_maps { scale_of_colours() } else { Vec::new() };
+        let colours: Vec<String> =
+            colours.into_iter().map(|colour| json_string(&hex(colour))).collect();
         format!(
-            "{{\"columns\":{},\n\"figures\":[{}]}}",
+            "{{\"columns\":{},\n\"scale\":[{}],\n\"figures\":[{}]}}",
             self.columns.to_json(),
+            colours.join(","),
             self.figures.join(",\n")
         )
     }
@@ -82,14 +89,30 @@ impl Charts {
         let bands: Vec<String> = (panel.bands.iter())
             .map(|band| format!("[{},{}]", finite(band.from), finite(band.to)))
             .collect();
+        let map = panel.map.as_ref().map(|map| self.map(map));
+        // Of a map, the y axis has places, and the title what is there.
+        let measure = if map.is_some() { &panel.title } else { &panel.y_label };
         format!(
-            "{{\"title\":{},\"unit\":{},\"series\":[{}],\"envelopes\":[{}],\"bands\":[{}]}}",
+            "{{\"title\":{},\"unit\":{},\"series\":[{}],\"envelopes\":[{}],\"bands\":[{}],\"map\":{}}}",
             json_string(&panel.title.to_plain()),
-            json_string(&unit(&panel.y_label)),
+            json_string(&unit(measure)),
             series.join(","),
             envelopes.join(","),
-            bands.join(",")
+            bands.join(","),
+            map.unwrap_or_else(|| "null".to_owned())
         )
+    }
+
+    fn map(&mut self, map: &HeatMap) -> String {
+        self.has_maps = true;
+        let (x, places) = (self.columns.add(&map.x, true), self.columns.add(&map.places, true));
+        let rows: Vec<String> =
+            map.values.iter().map(|row| self.columns.add(row, false).to_string()).collect();
+        let range = range(map.values.iter().flatten());
+        let (low, high) = range.unwrap_or((f64::NAN, f64::NAN));
+        let (low, high) = (finite(low), finite(high));
+        let rows = rows.join(",");
+        format!("{{\"x\":{x},\"places\":{places},\"rows\":[{rows}],\"low\":{low},\"high\":{high}}}")
     }
 
     fn envelope(&mut self, envelope: &Envelope) -> String {
@@ -123,7 +146,8 @@ fn write_figure(
     writeln!(text, "<div class=\"{class}\" hidden>")?;
     for panel in &figure.panels {
         let title = Markup::from(&panel.title);
-        let unit = Markup::from(&panel.y_label);
+        let over = if panel.map.is_some() { Markup::text("over ") } else { Markup::default() };
+        let unit = over.then(&Markup::from(&panel.y_label));
         let told = escaped(&panel_in_words(panel));
         writeln!(text, "<div class=\"panel\" role=\"group\" aria-label=\"{told}\">")?;
         writeln!(text, "<p class=\"title\">{title} <span class=\"unit\">{unit}</span></p>")?;
@@ -138,6 +162,9 @@ fn write_figure(
                 writeln!(text, "<li class=\"key area\"><i></i><span>{name}</span></li>")?;
             }
         }
+        if panel.map.is_some() {
+            writeln!(text, "<li class=\"key scale\"><i></i><span></span> <output></output></li>")?;
+        }
         writeln!(text, "</ul>\n</div>")?;
     }
     writeln!(text, "</div>\n</figure>")
@@ -147,7 +174,9 @@ fn write_figure(
 fn in_words(figure: &Figure) -> String {
     let title = plain(&figure.title);
     let panels: Vec<String> = figure.panels.iter().map(panel_in_words).collect();
-    let all = figure.panels.iter().flat_map(|panel| &panel.series).flat_map(|series| &series.x);
+    let series = figure.panels.iter().flat_map(|panel| &panel.series);
+    let maps = figure.panels.iter().filter_map(|panel| panel.map.as_ref());
+    let all = series.flat_map(|series| &series.x).chain(maps.flat_map(|map| &map.x));
     let over = match range(all) {
         Some((low, high)) => {
             format!("over {} from {} to {}", plain(&figure.x_label), told(low), told(high))
@@ -162,6 +191,14 @@ fn panel_in_words(panel: &Panel) -> String {
     let series: Vec<String> = panel.series.iter().map(series_in_words).collect();
     let subject = format!("{} {}", plain(&panel.title), plain(&panel.y_label));
     let subject = subject.trim();
+    if let Some(map) = &panel.map {
+        let title = plain(&panel.title);
+        let values = match range(map.values.iter().flatten()) {
+            Some((low, high)) => format!("values between {} and {}", told(low), told(high)),
+            None => "no values".to_owned(),
+        };
+        return format!("{title}: a heat map of {} places, {values}.", map.places.len());
+    }
     match series.as_slice() {
         [] => format!("{subject}: no curves."),
         _ => format!("{subject}: {}.", series.join("; ")),
@@ -284,11 +321,34 @@ mod tests {
     }
 
     #[test]
+    fn a_heat_map_has_its_rows_and_its_colours() {
+        let map = HeatMap {
+            x: vec![0.0, 1.0],
+            places: vec![1.0, 2.0],
+            values: vec![vec![3.0, f64::NAN], vec![4.0, 5.0]],
+        };
+        let title = Text::name("p").with_unit("bar");
+        let y_label = Text::plain("cell");
+        let panel = Panel { title, y_label, map: Some(map), ..Panel::default() };
+        let figure = Figure::new(Text::plain("Time").with_unit("s"), vec![panel]);
+        assert_eq!(
+            in_words(&figure),
+            "over Time [s] from 0 to 1. p [bar]: a heat map of 2 places, values between 3 and 5."
+        );
+        let mut charts = Charts::default();
+        let markup = charts.add(&figure, Link::Alone, &Markup::default());
+        assert!(markup.as_str().contains("<span class=\"unit\">over cell</span>"), "{markup}");
+        let json = charts.to_json();
+        assert!(json.contains("\"rows\":[2,3],\"low\":3e0,\"high\":5e0}"), "{json}");
+        assert!(json.contains("\"unit\":\"bar\"") && json.contains("\"scale\":[\"#00204d\""));
+    }
+
+    #[test]
     fn colours_on_dark_stay_apart_and_can_be_seen() {
         let own = figure("x").panels[0].series[0].clone();
         let measured = Series { meaning: Meaning::Measured, ..own.clone() };
         // As many alike as have colours of their own; more are dashed.
-        let series = [vec![own; 6], vec![measured]].concat();
+        let series = [vec![own; 5], vec![measured]].concat();
         let panel = Panel { series, ..Panel::default() };
         let dark: Vec<[u8; 3]> =
             panel.looks().into_iter().map(|look| on_dark(look.colour)).collect();

@@ -29,8 +29,8 @@ pub struct Origin {
     pub version: String,
     /// Seed of everything random.
     pub seed: u64,
-    /// Digest of the model.
-    pub model: Option<String>,
+    /// Digests of the models, each with what it is called where there are several.
+    pub models: Vec<(String, String)>,
     /// The data files with their digests.
     pub data: Vec<(String, Option<String>)>,
 }
@@ -123,7 +123,14 @@ impl Origin {
             row("dgd", Markup::text(&self.version)),
             row("seed", Markup::text(&self.seed.to_string())),
         ];
-        rows.extend(self.model.iter().map(|model| row("model", Markup::code(model))));
+        for (name, digest) in &self.models {
+            let name = if name.is_empty() {
+                Markup::default()
+            } else {
+                Markup::code(name).then(&Markup::text(" "))
+            };
+            rows.push(row("model", name.then(&Markup::code(digest))));
+        }
         for (file, digest) in &self.data {
             let digest = digest.as_ref().map(|one| Markup::text(" ").then(&Markup::code(one)));
             rows.push(row("data", Markup::code(file).then(&digest.unwrap_or_default())));
@@ -164,7 +171,7 @@ mod tests {
         page.finish(&Origin {
             command: "dgd simulate '</script><script>'".to_owned(),
             version: "0.1.0".to_owned(),
-            model: Some(name.clone()),
+            models: vec![(name.clone(), name.clone())],
             data: vec![(name, None)],
             ..Origin::default()
         })

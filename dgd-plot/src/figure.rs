@@ -1,4 +1,4 @@
-//! What a figure is made of: panels, series, bands and envelopes.
+//! What a figure is made of: panels, series, bands, envelopes and heat maps.
 
 use crate::palette::Meaning;
 use crate::text::Text;
@@ -48,6 +48,19 @@ pub struct Panel {
     pub bands: Vec<Band>,
     /// Shaded between two curves, under the series.
     pub envelopes: Vec<Envelope>,
+    /// Cells under all of them; the y axis is then that of their places.
+    pub map: Option<HeatMap>,
+}
+
+/// A quantity over x and over places, as cells coloured by their values.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HeatMap {
+    /// Abscissas, ascending.
+    pub x: Vec<f64>,
+    /// Ordinates, ascending: the middles of the cells.
+    pub places: Vec<f64>,
+    /// For each place the values at `x`; what is not finite has no cell.
+    pub values: Vec<Vec<f64>>,
 }
 
 /// A named sequence of points.

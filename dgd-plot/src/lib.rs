@@ -1,12 +1,13 @@
-//! Figures: panels on a grid that share one axis, as SVG text or PNG bytes.
+//! Figures: panels on a grid that share one axis, as SVG text, PDF or PNG bytes.
 //!
 //! ```text
-//!   Figure ── layout ──► Scene (lines, dots, areas, text in pixels) ──┬── svg ──► String
+//!                                                                     ┌── svg ──► String
+//!   Figure ── layout ──► Scene (lines, dots, areas, text in pixels) ──┼── pdf ──► bytes
 //!             │ ticks, curve, legend                                  └── png ──► bytes
 //! ```
 //!
 //! Everything is placed by the metrics of one embedded font, so nothing overlaps and the PNG is
-//! the same on every machine; the SVG names families of the same widths. Numbers that are not
+//! the same on every machine; SVG and PDF name families of the same widths. Numbers that are not
 //! finite are gaps, two points at one x are drawn as a vertical jump, and a series with more
 //! points than pixels is reduced to what can be seen of it. Equal figures give equal bytes.
 //!
@@ -20,6 +21,7 @@ mod font;
 mod layout;
 mod legend;
 mod palette;
+mod pdf;
 mod png;
 mod scene;
 mod svg;
@@ -27,14 +29,19 @@ mod text;
 mod ticks;
 mod wrap;
 
-pub use figure::{Band, Envelope, Figure, Label, Panel, Series, Style, columns_for};
-pub use palette::{Look, Meaning};
+pub use figure::{Band, Envelope, Figure, HeatMap, Label, Panel, Series, Style, columns_for};
+pub use palette::{Look, Meaning, scale_of_colours};
 pub use png::RasterError;
 pub use text::Text;
 
 /// The figure as an SVG document.
 pub fn render_svg(figure: &Figure) -> String {
     svg::write(&layout::scene(figure))
+}
+
+/// The figure as a PDF document of one page, of the size that the SVG has at 96 pixels to an inch.
+pub fn render_pdf(figure: &Figure) -> Vec<u8> {
+    pdf::write(&layout::scene(figure))
 }
 
 /// The figure as a PNG image with two pixels to each pixel of the SVG.
@@ -80,6 +87,7 @@ mod tests {
         let figure = figure(3, 500);
         assert_eq!(render_svg(&figure), render_svg(&figure.clone()));
         assert_eq!(render_png(&figure), render_png(&figure.clone()));
+        assert_eq!(render_pdf(&figure), render_pdf(&figure.clone()));
     }
 
     #[test]

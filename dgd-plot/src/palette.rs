@@ -18,6 +18,8 @@ pub enum Meaning {
     Measured,
     /// Computed by the model.
     Simulated,
+    /// Measured less computed.
+    Residual,
     /// Computed by a model before it was corrected.
     Before,
     /// Computed by the corrected model.
@@ -38,17 +40,25 @@ const SKY: Colour = Colour(0x56, 0xb4, 0xe9);
 const ORANGE: Colour = Colour(0xe6, 0x9f, 0x00);
 const BLACK: Colour = Colour(0x00, 0x00, 0x00);
 
-/// Of what has a meaning of its own. The first of several is what a model computes, so it is blue
-/// as well.
-static MEANINGS: [(Meaning, Colour); 4] = [
+/// Of what has a meaning of its own. What a model computes, what it leaves over and the first of several are blue.
+static MEANINGS: [(Meaning, Colour); 5] = [
     (Meaning::Measured, BLACK),
     (Meaning::Simulated, BLUE),
+    (Meaning::Residual, BLUE),
     (Meaning::Before, VERMILION),
     (Meaning::After, GREEN),
 ];
 
-/// Of several alike.
-static SEVERAL: [Colour; 6] = [BLUE, VERMILION, GREEN, PURPLE, SKY, ORANGE];
+// Paul Tol's muted colours, which stand beside those above without being taken for one of them.
+//
+// Source: P. Tol, *Colour Schemes* (SRON technical note EPS 09-002, 2021), figure 4.
+const WINE: Colour = Colour(0x88, 0x22, 0x55);
+const OLIVE: Colour = Colour(0x99, 0x99, 0x33);
+const TEAL: Colour = Colour(0x44, 0xaa, 0x99);
+const ROSE: Colour = Colour(0xcc, 0x66, 0x77);
+
+/// Of several alike: none of them stands for anything else.
+static SEVERAL: [Colour; 5] = [BLUE, WINE, OLIVE, TEAL, ROSE];
 
 /// Of inputs.
 static INPUTS: [Colour; 3] = [SKY, ORANGE, PURPLE];
@@ -70,6 +80,40 @@ const SURFACE_TINT: f64 = 0.72;
 
 /// Of a surface that belongs to no line.
 const GREY: Colour = Colour(0x88, 0x88, 0x88);
+
+/// From the lowest to the highest value of a heat map: lighter is more, also for the colour-blind and on paper.
+///
+/// Source: Nuñez, Anderton & Renslow, PLoS ONE 13 (2018) e0199239 (cividis).
+static SCALE: [Colour; 10] = [
+    Colour(0x00, 0x20, 0x4d),
+    Colour(0x00, 0x33, 0x6f),
+    Colour(0x39, 0x48, 0x6b),
+    Colour(0x57, 0x5c, 0x6d),
+    Colour(0x70, 0x71, 0x73),
+    Colour(0x8a, 0x87, 0x79),
+    Colour(0xa6, 0x9d, 0x75),
+    Colour(0xc4, 0xb5, 0x6c),
+    Colour(0xe4, 0xcf, 0x5b),
+    Colour(0xff, 0xea, 0x46),
+];
+
+/// Colours of a heat map.
+pub(crate) const LEVELS: usize = 32;
+
+/// The colour of a level, from 0 to one below [`LEVELS`].
+pub(crate) fn of_level(level: usize) -> Colour {
+    let at = level as f64 / (LEVELS - 1) as f64 * (SCALE.len() - 1) as f64;
+    let before = (at.floor() as usize).min(SCALE.len() - 2);
+    let (Colour(r0, g0, b0), Colour(r1, g1, b1)) = (SCALE[before], SCALE[before + 1]);
+    let part = at - before as f64;
+    let mixed = |a: u8, b: u8| (f64::from(a) + part * (f64::from(b) - f64::from(a))).round() as u8;
+    Colour(mixed(r0, r1), mixed(g0, g1), mixed(b0, b1))
+}
+
+/// Red, green and blue of the levels of heat maps, from the lowest to the highest.
+pub fn scale_of_colours() -> Vec<[u8; 3]> {
+    (0..LEVELS).map(of_level).map(|Colour(red, green, blue)| [red, green, blue]).collect()
+}
 
 /// How each series of a panel is drawn.
 pub(crate) fn pens(panel: &Panel) -> Vec<Pen> {
@@ -159,6 +203,27 @@ mod tests {
         for (i, pen) in pens.iter().enumerate() {
             assert!(pens[..i].iter().all(|other| other.colour != pen.colour), "{:?}", all[i]);
         }
+    }
+
+    #[test]
+    fn several_alike_have_no_colour_that_stands_for_something() {
+        use Meaning::{After, Before, Input, Measured, Simulated, Variant};
+        let meant = [Measured, Before, After, Input(0), Input(1), Input(2)];
+        let several: Vec<Meaning> = (0..SEVERAL.len()).map(Variant).collect();
+        let (meant, several) = (pens(&panel(&meant)), pens(&panel(&several)));
+        assert!(several.iter().all(|one| meant.iter().all(|other| other.colour != one.colour)));
+        // The first is what a model computes.
+        assert_eq!(several[0].colour, pens(&panel(&[Simulated]))[0].colour);
+    }
+
+    #[test]
+    fn a_scale_of_colours_gets_lighter_all_the_way() {
+        let luma =
+            |[r, g, b]: [u8; 3]| 0.299 * f64::from(r) + 0.587 * f64::from(g) + 0.114 * f64::from(b);
+        let all: Vec<f64> = scale_of_colours().into_iter().map(luma).collect();
+        assert_eq!(all.len(), LEVELS);
+        assert!(all.windows(2).all(|pair| pair[1] > pair[0]), "{all:?}");
+        assert_eq!((of_level(0), of_level(LEVELS - 1)), (SCALE[0], SCALE[9]));
     }
 
     #[test]

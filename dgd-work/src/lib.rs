@@ -78,5 +78,5 @@ pub use run::Measured;
 pub use screen::{Screenings, screen};
 pub use sensitivity::{Sensitivities, sensitivity};
 pub use session::{Listener, Remark, Remarks, Session, Silent};
-pub use simulate::{Ensemble, Simulated, Sweep, simulate, simulate_each};
+pub use simulate::{Ensemble, Field, Simulated, Sweep, simulate, simulate_each};
 pub use track::{LineFormat, Tracked, track};

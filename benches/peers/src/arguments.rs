@@ -15,7 +15,7 @@ pub(crate) struct Arguments {
     pub(crate) peers: Vec<String>,
     /// Whether peers that are missing are fetched.
     pub(crate) install: bool,
-    /// Whether the README's table and the whole of the results are written.
+    /// Whether the table of `docs/speed.md` and the whole of the results are written.
     pub(crate) record: bool,
 }
 
@@ -27,7 +27,7 @@ usage: cargo run --release --manifest-path benches/peers/Cargo.toml -- [OPTIONS]
   --cases A,B       only these, e.g. p1a,p5b; `build` is a user's crate
   --peers A,B       only these, e.g. dgd,diffsol
   --install         fetch SciPy, CasADi and SUNDIALS where they are missing, into the target folder
-  --record          write results.md and the table in the repository's README
+  --record          write results.md and the table in docs/speed.md
 ";
 
 impl Arguments {

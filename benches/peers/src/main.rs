@@ -9,7 +9,7 @@
 //!      │           user_crate   a user's crate, built from nothing and once more
 //!   table       times with errors beside them, and what is to be reached
 //!      │
-//!   record      the table in the README, all of it in results.md
+//!   record      the table in docs/speed.md, all of it in results.md
 //! ```
 //!
 //! [`catalogue`] has the problems that are compared.

@@ -3,21 +3,21 @@
 use std::fs;
 use std::path::Path;
 
-/// Lines of the README between which the table stands.
+/// Lines of `docs/speed.md` between which the table stands.
 const BEGIN: &str = "<!-- written by benches/peers -- --record -->\n";
 const END: &str = "<!-- until here -->\n";
 
-/// Writes `table` into the README of the repository, and `all` into `results.md` of this folder.
+/// Writes `table` into `docs/speed.md` of the repository, and `all` into `results.md` of this folder.
 ///
 /// # Errors
 ///
-/// That a file cannot be read or written, or that the README has no place for a table.
+/// That a file cannot be read or written, or that the page has no place for a table.
 pub(crate) fn write(folder: &Path, root: &Path, table: &str, all: &str) -> Result<(), String> {
-    let path = root.join("README.md");
+    let path = root.join("docs").join("speed.md");
     let told = |error: std::io::Error| format!("{}: {error}", path.display());
-    let readme = fs::read_to_string(&path).map_err(told)?;
-    let readme = replaced(&readme, table).ok_or("the README has no place for the table")?;
-    fs::write(&path, readme).map_err(told)?;
+    let page = fs::read_to_string(&path).map_err(told)?;
+    let page = replaced(&page, table).ok_or("docs/speed.md has no place for the table")?;
+    fs::write(&path, page).map_err(told)?;
     let results = folder.join("results.md");
     let before = fs::read_to_string(&results).unwrap_or_default();
     let text = format!(
@@ -36,8 +36,8 @@ fn of_other_programs(results: &str) -> String {
 }
 
 /// The text with another table.
-fn replaced(readme: &str, table: &str) -> Option<String> {
-    let (before, rest) = readme.split_once(BEGIN)?;
+fn replaced(page: &str, table: &str) -> Option<String> {
+    let (before, rest) = page.split_once(BEGIN)?;
     let (_, after) = rest.split_once(END)?;
     Some(format!("{before}{BEGIN}\n{table}\n{END}{after}"))
 }
@@ -48,9 +48,9 @@ mod tests {
 
     #[test]
     fn what_stands_around_the_table_stays() {
-        let readme = format!("a\n{BEGIN}\nold\n{END}b\n");
+        let page = format!("a\n{BEGIN}\nold\n{END}b\n");
         let expected = format!("a\n{BEGIN}\nnew\n{END}b\n");
-        assert_eq!(replaced(&readme, "new"), Some(expected));
+        assert_eq!(replaced(&page, "new"), Some(expected));
     }
 
     #[test]

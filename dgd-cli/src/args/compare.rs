@@ -1,9 +1,9 @@
 //! Arguments of `compare`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use dgd_work::CompareRequest;
+use dgd_work::{CompareRequest, Keep};
 
 use super::{SolveArgs, Sought};
 use crate::command_line::command_line;
@@ -24,6 +24,13 @@ pub(crate) struct CompareArgs {
     pub valid: Vec<PathBuf>,
     #[command(flatten)]
     pub sought: Sought,
+    /// Set a constant, a parameter or a start value, as in `c0=280` or 'F2=1.8e8 [Pa*s^2/m^6]', in every contender that
+    /// has it
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// Continue an earlier run that was ended, with the same input and `-o`; the result is the same
+    #[arg(long)]
+    pub resume: bool,
     /// Take the first contender for a special case of each other one, and test whether they do better than chance
     /// [default: contenders of one model that only have more effects]
     #[arg(long)]
@@ -36,11 +43,13 @@ pub(crate) struct CompareArgs {
 }
 
 impl CompareArgs {
-    /// For those who do the work.
-    pub(crate) fn request(&self) -> CompareRequest {
+    /// For those who do the work; what is finished is kept beside `out`.
+    pub(crate) fn request(&self, out: Option<&Path>) -> CompareRequest {
         let mut request = CompareRequest::new(self.contenders.clone(), self.data.clone());
         request.valid.clone_from(&self.valid);
         request.sought = self.sought.request();
+        request.set.clone_from(&self.set);
+        request.keep = Keep::new(out.map(Path::to_owned), self.resume);
         request.nested = self.nested;
         request.evaluations = self.evaluations;
         request.solve = self.solve.request();

@@ -27,7 +27,7 @@ pub(crate) struct InvertArgs {
     /// Half the width of the window that means are taken over, as `20s` or `2min` [default: the most likely]
     #[arg(long, value_name = "TIME", value_parser = time, allow_hyphen_values = true)]
     pub bandwidth: Option<f64>,
-    /// Unit of what is missing [default: that of the equation in SI]
+    /// Unit of what is missing [default: that of the first quantity of the model which measures the same]
     #[arg(long, value_name = "UNIT")]
     pub unit: Option<String>,
     /// Add the estimate of a smoother with the whole model, as `discover` draws it

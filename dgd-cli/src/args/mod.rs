@@ -456,7 +456,7 @@ pub(crate) struct SolveArgs {
     /// How the model is evaluated; does not affect results
     #[arg(long, value_enum, default_value_t = Engine::Auto)]
     pub engine: Engine,
-    /// Plot the result; a picture, .svg or .png, or a page to open in a browser, .html; repeatable
+    /// Plot the result; a picture, .svg, .pdf or .png, or a page to open in a browser, .html; repeatable
     #[arg(long, value_name = "FILE")]
     pub plot: Vec<PathBuf>,
 }

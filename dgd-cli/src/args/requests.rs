@@ -74,6 +74,7 @@ impl SimulateArgs {
         request.labels.clone_from(&self.label);
         request.marks.clone_from(&self.mark);
         request.noise_seed = self.noise_seed;
+        request.fields = !self.run.solve.plot.is_empty();
         request
     }
 }

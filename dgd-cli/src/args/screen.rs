@@ -37,7 +37,7 @@ pub(crate) struct ScreenArgs {
     /// Fail if a fault is found
     #[arg(long)]
     pub check: bool,
-    /// Plot the columns, with findings shaded; a picture, .svg or .png, or a page of all recordings, .html; repeatable
+    /// Plot the columns, with findings shaded; a picture, .svg, .pdf or .png, or a page of all recordings, .html; repeatable
     #[arg(long, value_name = "FILE")]
     pub plot: Vec<PathBuf>,
 }

@@ -12,7 +12,7 @@ use crate::tail::{Printed, Saved, Shown, finish};
 pub(crate) fn run(args: &CompareArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.solve.plot)?;
     let display = ProgressDisplay::new(console, Interrupt::Stops);
-    let compared = compare(&args.request(), display.session())?;
+    let compared = compare(&args.request(console.out()), display.session())?;
     let plots = &args.solve.plot;
     let shown = Shown {
         json: Some(compared.to_json()),
@@ -24,6 +24,9 @@ pub(crate) fn run(args: &CompareArgs, console: Console<'_>) -> Result<(), Comman
         printed: Printed::Text(compared.to_text()),
         ..Shown::new(Ended::Done)
     };
-    finish(shown, console)?;
+    if let Err(error) = finish(shown, console) {
+        compared.leave();
+        return Err(error);
+    }
     CommandError::of(compared.ended())
 }

@@ -152,6 +152,81 @@ fn variants_and_results_are_contenders_with_text_page_and_picture() {
     assert!(nested.out.contains("`m.dgd` is a special case of `fitted`"), "{}", nested.out);
 }
 
+/// An effect without a value where x is positive, as it always is.
+const BROKEN: &str = "\
+/// The sensor reads a root that is not there.
+effect broken on tank
+kind sensor
+
+parameter b [1] = 1  in 0.5 .. 2
+null b = 1
+
+replace output y by b*y*sqrt(-x)
+";
+
+#[test]
+fn one_that_fails_has_a_row_that_says_why() {
+    let folder = folder(1.1);
+    fs::write(folder.path().join("effects/broken.dgd"), BROKEN).expect("an effect");
+    let contenders = ["m.dgd+broken", "m.dgd", "m.dgd+gain"];
+    let run = compare(&folder, &contenders, &["-o", "out"]);
+    run.refused(3, &["m.dgd+broken", "cannot be simulated"]);
+    let rows: Vec<&str> = run.out.lines().collect();
+    assert!(rows[0].starts_with("A  m.dgd+broken: the model cannot be simulated"), "{}", run.out);
+    assert_eq!(rows[1..3], ["B  m.dgd", "C  m.dgd+gain"]);
+    let row = rows.iter().find(|row| row.starts_with("A ") && row.ends_with("failed"));
+    assert!(row.is_some_and(|row| row.contains('-')), "{}", run.out);
+    assert!(run.out.contains("errors over those of B"), "{}", run.out);
+    assert!(run.out.contains("`m.dgd` is a special case of `m.dgd+gain`"), "{}", run.out);
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).expect(name);
+    let found: Value = serde_json::from_str(&read("out/result.json")).expect("JSON");
+    assert_eq!(found["failed"][0]["name"], "m.dgd+broken");
+    assert!(found["failed"][0]["reason"].as_str().is_some_and(|why| why.contains("simulated")));
+    assert!(read("out/report.html").contains("failed: the model cannot be simulated"));
+    // The others are what they are without it.
+    let alone = compare(&folder, &contenders[1..], &["--format", "json"]).done().json();
+    assert_eq!(found["contenders"], alone["contenders"]);
+    assert_eq!(alone["failed"], Value::Array(Vec::new()));
+    // Where none can be fitted, the first says why.
+    let twice = BROKEN.replace("broken", "worse");
+    fs::write(folder.path().join("effects/worse.dgd"), twice).expect("an effect");
+    compare(&folder, &["m.dgd+broken", "m.dgd+worse"], &[])
+        .refused(3, &["`m.dgd+broken`: the model cannot be simulated"]);
+}
+
+#[test]
+fn values_are_set_in_the_contenders_that_have_them() {
+    let folder = folder(1.1);
+    let fixed = ["--set", "tau=20", "--set", "g=1.1", "--fix", "tau", "--format", "json"];
+    let found = compare(&folder, &["m.dgd", "m.dgd+gain"], &fixed).done().json();
+    let (first, second) = (&found["contenders"][0], &found["contenders"][1]);
+    assert_eq!(first["parameters"], serde_json::json!({}), "nothing but a start value");
+    let gain = &second["parameters"]["g"];
+    assert!((number(&gain["value"]) - 1.1).abs() < 4.0 * number(&gain["std"]), "{gain}");
+    // Only a start value, or that and a gain; and a noise.
+    assert_eq!((number(&first["estimates"]), number(&second["estimates"])), (2.0, 3.0));
+    compare(&folder, &["m.dgd", "m.dgd+gain"], &["--set", "h=2"]).refused(1, &["`h`"]);
+}
+
+#[test]
+fn a_comparison_that_was_ended_goes_on() {
+    let folder = folder(1.1);
+    let contenders = ["m.dgd", "m.dgd+gain"];
+    let run = compare(&folder, &contenders, &["-o", "out", "--evaluations", "2"]);
+    run.refused(3, &["no minimum was reached in", "--resume"]);
+    let journals = [".out.A.dgd-journal", ".out.B.dgd-journal"].map(str::to_owned);
+    let kept = |folder: &TempDir| journals.iter().all(|name| listing(folder).contains(name));
+    assert!(kept(&folder), "{:?}", listing(&folder));
+    let read = || fs::read_to_string(folder.path().join("out/result.json")).expect("a result");
+    let resumed = compare(&folder, &contenders, &["-o", "out", "--resume"]).done();
+    assert!(resumed.err.contains("going on with"), "{}", resumed.err);
+    assert!(journals.iter().all(|name| !listing(&folder).contains(name)), "{:?}", listing(&folder));
+    let resumed = read();
+    compare(&folder, &contenders, &["-o", "out"]).done();
+    assert_eq!(resumed, read());
+    compare(&folder, &contenders, &["--resume"]).refused(2, &["`--resume`", "-o DIR"]);
+}
+
 #[test]
 fn what_cannot_be_compared_is_said() {
     let folder = folder(1.0);

@@ -30,6 +30,7 @@ mod schema;
 mod screen;
 mod starts;
 mod strangers;
+mod told;
 mod track;
 mod unconverged;
 mod verify;

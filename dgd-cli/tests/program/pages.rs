@@ -91,8 +91,68 @@ fn each_command_writes_a_page_that_stands_by_itself() {
     dgd_in(folder.path(), &["screen", "--data", "d.csv", "--plot", "s.html"]).done();
     assert!(read(&folder, "s.html").contains("fnv1a-128:"));
     let refused =
-        dgd_in(folder.path(), &["simulate", "m.dgd", "--data", "d.csv", "--plot", "a.pdf"]);
-    refused.refused(2, &["a.pdf", ".html"]);
+        dgd_in(folder.path(), &["simulate", "m.dgd", "--data", "d.csv", "--plot", "a.gif"]);
+    refused.refused(2, &["a.gif", ".pdf", ".html"]);
+}
+
+#[test]
+fn a_picture_is_svg_pdf_or_png() {
+    let folder = folder();
+    let plots = ["--plot", "a.svg", "--plot", "a.pdf", "--plot", "a.png"];
+    dgd_in(folder.path(), &[&["simulate", "m.dgd", "--data", "d.csv"], &plots[..]].concat()).done();
+    let pdf = fs::read(folder.path().join("a.pdf")).expect("a picture");
+    assert!(pdf.starts_with(b"%PDF-1.4") && pdf.ends_with(b"%%EOF\n"));
+    // The page is as large as the picture, at 96 pixels to an inch and 72 points.
+    let svg = read(&folder, "a.svg");
+    let size = |name: &str| -> f64 {
+        let (_, rest) = svg.split_once(&format!(" {name}=\"")).expect(name);
+        rest.split('"').next().and_then(|n| n.parse().ok()).expect("a number")
+    };
+    let media = format!("/MediaBox [0 0 {} {}]", 0.75 * size("width"), 0.75 * size("height"));
+    assert!(String::from_utf8_lossy(&pdf).contains(&media), "{media}");
+}
+
+const LINE: &str = "\
+model line
+size N = 6
+state T[1..N] [degC] = 20 [degC]
+state q[1..N] [m] = 1
+for i in 1..N {
+  equation heat[i]: der(T[i]) = i*1 [K/s]
+  equation flow[i]: der(q[i]) = -i*q[i]/1 [s]
+}
+output T [degC]
+";
+
+#[test]
+fn an_array_is_a_heat_map_over_place_and_time() {
+    let folder = folder_with(&[("line.dgd", LINE.as_bytes())]);
+    let plots = ["--plot", "l.html", "--plot", "l.svg"];
+    let args = ["simulate", "line.dgd", "--until", "2", "--every", "0.5", "-o", "l.csv"];
+    dgd_in(folder.path(), &[&args[..], &plots].concat()).done();
+    let data = data(&read(&folder, "l.html"));
+    let panels = data["figures"][0]["panels"].as_array().expect("panels");
+    let titles: Vec<&str> = panels.iter().filter_map(|panel| panel["title"].as_str()).collect();
+    assert_eq!(titles, ["q [m]", "T [°C]"], "two maps and nothing else");
+    let column = |place: &Value| -> Vec<f64> {
+        let place = place.as_u64().expect("a place") as usize;
+        let column = data["columns"][place].as_array().expect("a column");
+        column.iter().map(|value| value.as_f64().expect("a number")).collect()
+    };
+    for panel in panels {
+        let map = &panel["map"];
+        assert_eq!(column(&map["places"]), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        for (i, row) in map["rows"].as_array().expect("rows").iter().enumerate() {
+            let n = (i + 1) as f64;
+            for (t, value) in column(&map["x"]).iter().zip(column(row)) {
+                let exact = if panel["title"] == "q [m]" { (-n * t).exp() } else { 20.0 + n * t };
+                assert!((value - exact).abs() < 1e-4, "{panel} {value} {exact}");
+            }
+        }
+    }
+    let svg = read(&folder, "l.svg");
+    // The scale's lowest and highest colour.
+    assert!(svg.contains("#00204d") && svg.contains("#ffea46"), "{svg}");
 }
 
 #[test]

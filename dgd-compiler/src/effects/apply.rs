@@ -9,7 +9,7 @@ use super::declared::Declarations;
 use super::instance::{Change, ChangeKind, Instance};
 use super::open::{Definitions, Opening, Path};
 use super::splice::{DEEPEST, Done, Splice, depth, substitute, too_large};
-use super::{Application, Applied, Blending, units};
+use super::{Application, Applied, Blending, signs, units};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::model::{ModelOptions, resolve};
 use crate::parts::{self, Expanded};
@@ -118,9 +118,11 @@ impl Splicing {
             }
             None => self.take_libraries_in(),
         }
+        let model = self.model;
         for item in &mut self.asts[0].items {
             visit::parts_mut(item, &mut |part| {
                 if let Part::Expr(_, expr) = part {
+                    signs::tidy(expr, &model);
                     parenthesise(expr);
                 }
             });

@@ -21,6 +21,7 @@ mod exclusive;
 mod instance;
 mod open;
 mod read;
+mod signs;
 mod splice;
 mod units;
 mod write;

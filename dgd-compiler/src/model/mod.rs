@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 
 use crate::expr::{ExprId, Graph};
 use crate::source::Span;
-use crate::units::{Dimension, Unit, describe};
+use crate::units::{Dimension, Unit, describe, parse_unit};
 
 pub use crate::syntax::ast::{Bound, Name};
 pub use dgd_signature::{Crossing, Interpolation};
@@ -336,11 +336,7 @@ impl Model {
     /// The coherent SI unit of a dimension, spelt as the model spells it: a torque is in N*m, and not in J,
     /// where an input, an output, an unknown or a parameter is.
     pub fn spelling(&self, dimension: Dimension) -> String {
-        let declared = (self.inputs.iter().map(|input| &input.declared))
-            .chain(self.outputs.iter().map(|output| &output.declared))
-            .chain(self.unknowns.iter().map(|unknown| &unknown.declared))
-            .chain(self.parameters.iter().map(|parameter| &parameter.declared));
-        let mut units = declared.map(|declared| &declared.unit);
+        let mut units = self.declared_units();
         let is_same = |unit: &&Unit| {
             unit.dimension == dimension
                 && unit.factor == 1.0
@@ -348,6 +344,23 @@ impl Model {
                 && unit.datum.is_none()
         };
         units.find(is_same).map_or_else(|| describe(dimension), |unit| unit.symbol.clone())
+    }
+
+    /// The unit that differences of this dimension are best read in: that of the first quantity which measures the same.
+    pub fn familiar(&self, dimension: Dimension) -> Unit {
+        let mut units = self.declared_units().map(Unit::of_differences);
+        let fits = |unit: &Unit| unit.dimension == dimension && unit.offset == 0.0;
+        let named = units.find(fits).or_else(|| parse_unit(&describe(dimension)).ok());
+        named.unwrap_or_else(|| Unit { symbol: describe(dimension), dimension, ..Unit::one() })
+    }
+
+    /// Units of what users read and write: inputs, outputs, unknowns, parameters, in this order.
+    fn declared_units(&self) -> impl Iterator<Item = &Unit> {
+        let declared = (self.inputs.iter().map(|input| &input.declared))
+            .chain(self.outputs.iter().map(|output| &output.declared))
+            .chain(self.unknowns.iter().map(|unknown| &unknown.declared))
+            .chain(self.parameters.iter().map(|parameter| &parameter.declared));
+        declared.map(|declared| &declared.unit)
     }
 
     /// All equations: those that always hold, then those of the modes, block by block.

@@ -132,18 +132,6 @@ fn in_product(symbol: &str) -> String {
     if symbol.contains(['*', '/', '^']) { format!("({symbol})") } else { symbol.to_owned() }
 }
 
-/// The unit that an equation is best read in: that of the first quantity which measures the same.
-pub(crate) fn familiar(dimension: Dimension, model: &Model) -> Unit {
-    let declared = (model.inputs.iter().map(|input| &input.declared))
-        .chain(model.outputs.iter().map(|output| &output.declared))
-        .chain(model.unknowns.iter().map(|unknown| &unknown.declared))
-        .chain(model.parameters.iter().map(|parameter| &parameter.declared));
-    let mut units = declared.map(|declared| declared.unit.of_differences());
-    let fits = |unit: &Unit| unit.dimension == dimension && unit.offset == 0.0;
-    let named = units.find(fits).or_else(|| parse_unit(&describe(dimension)).ok());
-    named.unwrap_or_else(|| Unit { symbol: describe(dimension), dimension, ..Unit::one() })
-}
-
 /// Digits of a coefficient.
 const DIGITS: usize = 4;
 

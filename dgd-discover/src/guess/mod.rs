@@ -37,7 +37,7 @@ use crate::library::{BaseModel, Candidate, StructureId, Values};
 use crate::missing_input::{
     self, FoundPlace, MissingTerms, PlaceKind, PlaceTrace, inputs_with, place_of,
 };
-use formula::{Factor, Shape, familiar, formula};
+use formula::{Factor, Shape, formula};
 use law::{Constants, FittedTerm, law, ranges, text};
 pub use law::{LawParameter, LawRange};
 use regression::{Ranked, Trace, ranked};
@@ -233,7 +233,7 @@ impl Guessing<'_> {
         let model = self.model;
         let place = &terms.places()[place];
         let unit = match place.kind {
-            PlaceKind::Equation => familiar(parse_unit(&place.unit).ok()?.dimension, model),
+            PlaceKind::Equation => model.familiar(parse_unit(&place.unit).ok()?.dimension),
             PlaceKind::Output => {
                 let output = model.outputs.iter().find(|o| o.declared.name == place.name)?;
                 output.declared.unit.of_differences()

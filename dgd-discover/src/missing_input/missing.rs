@@ -10,6 +10,7 @@
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Model;
+use dgd_compiler::units::parse_unit;
 use dgd_execute::{Engine, Loaded};
 use dgd_identify::{Recording, Starts};
 use dgd_runtime::{Inputs, Problem, Solution, System, observe, simulate};
@@ -330,9 +331,13 @@ impl<'a> Places<'a> {
             }
             PlaceKind::Equation => None,
         };
-        if let Some(declared) = declared {
-            let own = declared.unit.of_differences();
-            unit = (own.symbol.clone(), own.factor);
+        // A term of an equation in the unit of a quantity that measures the same.
+        let own = match declared {
+            Some(declared) => Some(declared.unit.of_differences()),
+            None => parse_unit(&place.unit).ok().map(|unit| model.familiar(unit.dimension)),
+        };
+        if let Some(own) = own {
+            unit = (own.symbol, own.factor);
         }
         let windows: Vec<Vec<Window>> = (self.train.iter().zip(&found.train))
             .map(|(thinned, Estimated { piece, std, .. })| {

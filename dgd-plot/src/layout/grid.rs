@@ -63,14 +63,18 @@ impl Columns {
                 (label + tick_widths[c] + TICK_GAP + TICK_LENGTH).ceil()
             })
             .collect();
-        // Of the labels of curves that end at the right edge.
+        // Of the labels of curves that end at the right edge, and of scales of colours.
+        let beside = |panel: &PlacedPanel, font: &Font| {
+            let scale = panel.map.as_ref().map_or(0.0, |map| map.width(font));
+            scale.max(labels::width(panel.panel, font))
+        };
         let right_of_axes: Vec<f64> = (0..grid.columns)
-            .map(|c| widest(&mut in_column(c).map(|panel| labels::width(panel.panel, font))).ceil())
+            .map(|c| widest(&mut in_column(c).map(|panel| beside(panel, font))).ceil())
             .collect();
         // Room for half of the last x tick label right of the axes.
         let gaps = COLUMN_GAP * (grid.columns - 1) as f64;
-        let beside = left_of_axes.iter().chain(&right_of_axes).sum::<f64>();
-        let taken = 2.0 * MARGIN + COLUMN_GAP / 2.0 + gaps + beside;
+        let sides = left_of_axes.iter().chain(&right_of_axes).sum::<f64>();
+        let taken = 2.0 * MARGIN + COLUMN_GAP / 2.0 + gaps + sides;
         let axes_width = ((width - taken) / grid.columns as f64).floor().max(40.0);
 
         let mut lefts = Vec::with_capacity(grid.columns);

@@ -13,6 +13,7 @@
 mod footer;
 mod grid;
 mod labels;
+mod map;
 mod panel;
 mod style;
 
@@ -97,7 +98,8 @@ fn axes_height(width: f64, grid: &Grid) -> f64 {
 /// The common x axis, with as many ticks as their labels leave room for.
 fn x_axis(figure: &Figure, font: &Font, width: f64) -> Axis {
     let series = figure.panels.iter().flat_map(|panel| &panel.series);
-    let (low, high) = range(series.flat_map(|series| &series.x));
+    let maps = figure.panels.iter().filter_map(|panel| panel.map.as_ref());
+    let (low, high) = range(series.flat_map(|series| &series.x).chain(maps.flat_map(|map| &map.x)));
     let mut intervals = (width / X_TICK_DISTANCE) as u32;
     loop {
         let axis = Axis::new(low, high, 0.0, intervals);
@@ -146,6 +148,7 @@ mod tests {
                     low: vec![-size; 2],
                     high: vec![size; 2],
                 }],
+                map: None,
             }
         };
         let panels = (0..panels).map(panel).collect();

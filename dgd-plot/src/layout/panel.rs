@@ -1,6 +1,7 @@
 //! One pair of axes with its curves, its labels and what stands above it.
 
 use super::labels;
+use super::map::PlacedMap;
 use super::style::{
     AXIS, BAND, DESCENT, GRID, HALF_DIGIT, HEADER_GAP, INK, LABEL_GAP, LABEL_SIZE, LINE_HEIGHT,
     MUTED, POINT_BUDGET, TEXT_GAP, TICK_GAP, TICK_LENGTH, TICK_SIZE, TITLE_SIZE, Y_ROOM,
@@ -20,6 +21,7 @@ pub(super) struct PlacedPanel<'a> {
     pub(super) panel: &'a Panel,
     pub(super) y: Axis,
     pub(super) label: Vec<Text>,
+    pub(super) map: Option<PlacedMap<'a>>,
     surfaces: Vec<Mark>,
     curves: Vec<Mark>,
     labels: Vec<Mark>,
@@ -49,9 +51,15 @@ impl<'a> PlacedPanel<'a> {
         });
         let drawn = points.chain(edges).filter(|(x, _)| x.is_finite());
         let (low, high) = range(drawn.map(|(_, y)| y));
+        let map = panel.map.as_ref().map(|map| PlacedMap::new(map, height));
+        let y = match &map {
+            Some(map) => map.places(height),
+            None => Axis::new(low, high, Y_ROOM, (height / Y_TICK_DISTANCE) as u32),
+        };
         PlacedPanel {
             panel,
-            y: Axis::new(low, high, Y_ROOM, (height / Y_TICK_DISTANCE) as u32),
+            y,
+            map,
             label: wrap(&panel.y_label, font, LABEL_SIZE, height),
             surfaces: Vec::new(),
             curves: Vec::new(),
@@ -94,7 +102,7 @@ impl<'a> PlacedPanel<'a> {
             let outlines = envelope::outlines(slices, columns);
             Mark::Surface { outlines, colour: palette::surface(self.panel, shaded.around) }
         };
-        let surfaces = self.panel.envelopes.iter().map(surface).collect();
+        let surfaces: Vec<Mark> = self.panel.envelopes.iter().map(surface).collect();
         // Measured below simulated: both stay visible.
         let is_below = |series: &Series| matches!(series.style, Style::Dots | Style::ThinLine);
         let pens = palette::pens(self.panel);
@@ -109,7 +117,8 @@ impl<'a> PlacedPanel<'a> {
             .flat_map(|(pen, series)| curve(pen, series))
             .collect();
         self.labels = labels::placed(self.panel, &pens, place, font, size);
-        self.surfaces = surfaces;
+        let cells = self.map.as_ref().map(|map| map.cells(x, &self.y, size));
+        self.surfaces = cells.into_iter().flatten().chain(surfaces).collect();
     }
 
     pub(super) fn place_header(&mut self, font: &Font, size: Point, has_legend: bool) {
@@ -163,7 +172,8 @@ impl<'a> PlacedPanel<'a> {
         let x_ticks = x.ticks.iter().map(|tick| (left + tick.fraction * size.0).round());
         let y_place = |fraction: f64| bottom - fraction * size.1;
         let y_ticks = self.y.ticks.iter().map(|tick| y_place(tick.fraction).round());
-        if !self.y.ticks.is_empty() {
+        // Lines across cells would hide some.
+        if !self.y.ticks.is_empty() && self.map.is_none() {
             let verticals = x_ticks.clone().map(|x| vec![(x, top), (x, bottom)]);
             let horizontals = y_ticks.clone().map(|y| vec![(left, y), (right, y)]);
             marks.push(Mark::Lines { lines: verticals.chain(horizontals).collect(), pen: GRID });
@@ -196,6 +206,9 @@ impl<'a> PlacedPanel<'a> {
         }
         marks.extend(self.labels.iter().map(|label| label.shifted(origin)));
         self.draw_header(font, origin, size, marks);
+        if let Some(map) = &self.map {
+            map.draw_scale(origin, size, marks);
+        }
         if self.y.ticks.is_empty() {
             marks.push(Mark::Text {
                 text: Text::plain("no finite values"),

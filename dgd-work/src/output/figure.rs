@@ -17,7 +17,7 @@ pub(crate) struct Line {
     pub name: Text,
     pub times: Vec<f64>,
     pub values: Vec<f64>,
-    /// What it stands for; what is measured is thin.
+    /// What it stands for; what is measured, and what is left over of it, is thin.
     pub meaning: Meaning,
 }
 
@@ -34,7 +34,7 @@ pub(crate) fn panels(subjects: &[Subject]) -> Figure {
                 .map(|line| Series {
                     name: line.name.clone(),
                     style: match line.meaning {
-                        Meaning::Measured => Style::ThinLine,
+                        Meaning::Measured | Meaning::Residual => Style::ThinLine,
                         _ => Style::Line,
                     },
                     meaning: line.meaning,
@@ -61,7 +61,10 @@ pub(crate) fn differences(
     Panel {
         title,
         y_label: Text::default().with_unit(unit),
-        series: vec![Series::new(Text::default(), Style::Dots, times.to_vec(), values)],
+        series: vec![Series {
+            meaning: Meaning::Residual,
+            ..Series::new(Text::default(), Style::Dots, times.to_vec(), values)
+        }],
         envelopes: vec![Envelope {
             name: Text::default(),
             around: Some(0),

@@ -16,7 +16,7 @@ pub(crate) fn origin(provenance: &Provenance, command: &str) -> Origin {
         command: command.to_owned(),
         version: provenance.version.to_owned(),
         seed: provenance.seed,
-        model: provenance.model.clone(),
+        models: provenance.model.iter().map(|digest| (String::new(), digest.clone())).collect(),
         data: provenance.data.iter().map(|one| (one.file.clone(), one.digest.clone())).collect(),
     }
 }

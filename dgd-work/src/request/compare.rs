@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Solve, Sought};
+use super::{Keep, Solve, Sought};
 
 /// Models, variants, effects and results to be compared.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +16,10 @@ pub struct CompareRequest {
     pub valid: Vec<PathBuf>,
     /// What is estimated.
     pub sought: Sought,
+    /// Constants, parameters and start values of those contenders that have them, each as `NAME=VALUE`.
+    pub set: Vec<String>,
+    /// Where finished work is kept.
+    pub keep: Keep,
     /// Whether the first contender is a special case of each other one.
     pub nested: bool,
     /// Most simulations in a search; 200 where there is none.
@@ -34,6 +38,8 @@ impl CompareRequest {
             data,
             valid: Vec::new(),
             sought: Sought::default(),
+            set: Vec::new(),
+            keep: Keep::default(),
             nested: false,
             evaluations: None,
             solve: Solve::default(),

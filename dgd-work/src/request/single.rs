@@ -62,6 +62,8 @@ pub struct SimulateRequest {
     pub marks: Vec<(String, String)>,
     /// Seed of measurement noise that is added to the outputs.
     pub noise_seed: Option<u64>,
+    /// Whether arrays of unknowns are kept, which figures show over place and time.
+    pub fields: bool,
 }
 
 impl SimulateRequest {
@@ -74,6 +76,7 @@ impl SimulateRequest {
             labels: Vec::new(),
             marks: Vec::new(),
             noise_seed: None,
+            fields: false,
         }
     }
 }
@@ -138,7 +141,7 @@ pub struct InvertRequest {
     pub outputs: Vec<String>,
     /// Half the width of the window that means are taken over, s; the most likely where there is none.
     pub bandwidth: Option<f64>,
-    /// Unit of what is missing; that of the equation where there is none.
+    /// Unit of what is missing; where there is none, that of the first quantity of the model which measures the same.
     pub unit: Option<String>,
     /// Whether a smoother's estimate with the whole model stands beside it.
     pub with_estimate: bool,

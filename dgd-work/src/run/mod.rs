@@ -145,16 +145,25 @@ impl Run {
         (0..solution.len()).map(at).collect()
     }
 
+    /// Unknowns in front of those that are elements of arrays.
+    pub(crate) fn single_unknowns(&self) -> usize {
+        let all = self.signature().unknowns.iter().enumerate();
+        all.filter(|(_, x)| !is_element(&x.name)).last().map_or(0, |(last, _)| last + 1)
+    }
+
     /// Runs the model and evaluates its outputs. Of the elements of arrays, which stand behind all other
     /// unknowns, nothing is kept but what outputs make of them.
     pub(crate) fn simulate(&self) -> Result<Reached, WorkError> {
-        let signature = self.signature();
-        let shown = signature.unknowns.iter().enumerate().filter(|(_, x)| !is_element(&x.name));
-        let single = shown.last().map_or(0, |(last, _)| last + 1);
-        self.verify_memory(single, 0)?;
+        self.simulate_with(&[])
+    }
+
+    /// The same, with these elements of arrays behind the single unknowns.
+    pub(crate) fn simulate_with(&self, elements: &[usize]) -> Result<Reached, WorkError> {
+        let single = self.single_unknowns();
+        self.verify_memory(single + elements.len(), 0)?;
         let (problem, times, options) = (self.problem(), &self.times, &self.options);
-        self.finish(if single < signature.unknowns.len() {
-            let chosen: Vec<usize> = (0..single).collect();
+        self.finish(if single < self.signature().unknowns.len() {
+            let chosen: Vec<usize> = (0..single).chain(elements.iter().copied()).collect();
             simulate_observed(&problem, &chosen, times, options)
         } else {
             simulate(&problem, times, options)

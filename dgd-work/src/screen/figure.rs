@@ -1,6 +1,6 @@
 //! The columns of a recording, with what was found shaded.
 
-use dgd_plot::{Band, Figure, Panel, Series, Style, Text};
+use dgd_plot::{Band, Figure, Meaning, Panel, Series, Style, Text};
 use dgd_screen::Weight;
 
 use super::notice::unit_of;
@@ -25,10 +25,14 @@ pub(crate) fn figure(one: &Screened) -> Figure {
                 Band { from: stretch.from - spare, to: stretch.until + spare }
             })
             .collect();
+        let is_alone = group.len() == 1;
         let series: Vec<Series> = columns()
-            .map(|column| {
+            .enumerate()
+            .map(|(place, column)| {
                 let (x, y) = (times.to_vec(), column.values.clone());
-                Series::new(Text::name(&column.name), Style::ThinLine, x, y)
+                let meaning = if is_alone { Meaning::Measured } else { Meaning::Variant(place) };
+                let line = Series::new(Text::name(&column.name), Style::ThinLine, x, y);
+                Series { meaning, ..line }
             })
             .collect();
         let title = match group.as_slice() {
@@ -57,11 +61,13 @@ pub(crate) fn figure(one: &Screened) -> Figure {
 fn differences(one: &Screened, group: &[usize]) -> Option<Panel> {
     let (&first, others) = group.split_first()?;
     let columns = &one.table.columns;
-    let series = others.iter().map(|&other| {
+    // In the colours that they have in the panel above.
+    let series = others.iter().enumerate().map(|(place, &other)| {
         let pairs = columns[other].values.iter().zip(&columns[first].values);
         let apart = pairs.map(|(other, first)| other - first).collect();
         let name = Text::name(&columns[other].name);
-        Series::new(name, Style::ThinLine, one.times().to_vec(), apart)
+        let line = Series::new(name, Style::ThinLine, one.times().to_vec(), apart);
+        Series { meaning: Meaning::Variant(place + 1), ..line }
     });
     let title = match others {
         [] => return None,
@@ -93,7 +99,11 @@ fn marks(one: &Screened, group: &[usize]) -> Option<Series> {
             y.extend_from_slice(&column.values[first..end]);
         }
     }
-    (!x.is_empty()).then(|| Series::new(Text::plain("spikes"), Style::Dots, x, y))
+    let meaning = Meaning::Variant(group.len());
+    if x.is_empty() {
+        return None;
+    }
+    Some(Series { meaning, ..Series::new(Text::plain("spikes"), Style::Dots, x, y) })
 }
 
 /// Columns that measure the same together, the others alone; columns without values not at all.

@@ -1,6 +1,7 @@
 //! Trajectories of states and outputs, of one run or of many.
 
 mod ensemble;
+mod fields;
 mod noise;
 mod over;
 mod page;
@@ -22,6 +23,7 @@ use crate::run::{Measured, Reached, Run};
 use crate::session::Session;
 
 pub use ensemble::{Ensemble, Hold};
+pub use fields::Field;
 pub use over::Sweep;
 
 /// States and outputs over time.
@@ -42,6 +44,8 @@ pub struct Simulated {
     pub stopped: Option<String>,
     /// How outputs are drawn over another quantity, if not over time.
     pub sweep: Option<Sweep>,
+    /// Arrays of unknowns that no output shows, where they were asked for.
+    pub fields: Vec<Field>,
     /// What it was made of.
     pub provenance: Provenance,
 }
@@ -96,7 +100,12 @@ pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simul
     let loaded = load(&request.run.model, &request.run.choices, &Directions::None, session)?;
     let mut run = Run::prepare(&request.run, loaded, session)?;
     let mut sweep = Sweep::of(request, run.signature())?;
-    let Reached { solution, mut observations, stopped } = run.simulate()?;
+    let wanted = if request.fields && sweep.is_none() {
+        fields::Wanted::of(run.signature())
+    } else {
+        fields::Wanted::default()
+    };
+    let Reached { solution, mut observations, stopped } = run.simulate_with(&wanted.elements)?;
     if let Some(seed) = request.noise_seed {
         noise::add(run.signature(), &mut observations, seed);
     }
@@ -116,6 +125,7 @@ pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simul
         method: run.options.method.name,
         solution: SolutionFacts::of(&solution),
         stopped: stopped.map(|error| error.to_string()),
+        fields: wanted.found(&solution, run.single_unknowns()),
         sweep,
         measured: run.measured,
         provenance: run.provenance,
@@ -160,7 +170,12 @@ impl Simulated {
     /// Its figure: over time, or over the quantity that was asked for.
     pub fn figure(&self) -> Figure {
         let over = self.sweep.as_ref().and_then(|sweep| over::figure(sweep, self));
-        over.unwrap_or_else(|| figure::panels(&self.subjects()))
+        over.unwrap_or_else(|| {
+            let arrays = fields::arrays_of(&self.table);
+            let Figure { x_label, mut panels, .. } = figure::panels(&self.subjects(&arrays));
+            panels.extend(fields::panels(&self.fields, &self.table, &arrays));
+            Figure::new(x_label, panels)
+        })
     }
 
     /// Its page, which says what command makes it again.
@@ -173,9 +188,9 @@ impl Simulated {
         self.table.columns.iter().filter(move |column| column.kind == kind)
     }
 
-    /// What the figure shows: the inputs, unit by unit; then each declared state and each output, with what was
-    /// measured of it.
-    fn subjects(&self) -> Vec<Subject> {
+    /// What the figure shows in curves: the inputs, unit by unit; then each declared state and each output, with what
+    /// was measured of it. Elements of `arrays`, which have pictures of their own, are there where they were measured.
+    fn subjects(&self, arrays: &[String]) -> Vec<Subject> {
         let line = |name: Text, column: &NamedColumn, meaning| Line {
             name,
             times: self.table.times.clone(),
@@ -204,6 +219,10 @@ impl Simulated {
             });
         }
         for (i, output) in self.of_kind(Kind::Output).enumerate() {
+            let is_measured = self.measured.outputs.get(i).is_some_and(Option::is_some);
+            if fields::is_of(&output.name, arrays) && !is_measured {
+                continue;
+            }
             let mut lines = vec![line(Text::plain("simulated"), output, Meaning::Simulated)];
             if let Some(Some(samples)) = self.measured.outputs.get(i) {
                 lines.push(Line {

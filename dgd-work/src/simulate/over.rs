@@ -140,8 +140,9 @@ fn verify_pairs(option: &str, names: [&str; 2], signature: &Signature) -> Result
     Err(WorkError::Usage(format!("`{option}`: {problem}")))
 }
 
-/// A panel for each unit of the outputs, over a column of the result. What was measured at a row of
-/// the result is a dot there, over what was measured of that column if it was.
+/// Over a column of the result: a panel for each output that was measured, with what was measured at a row of the
+/// result as a dot there, over what was measured of that column if it was; and one for each unit of the others, in
+/// which an array is one family of curves. No two curves or families have one colour, in whatever panel they are.
 pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
     let name = &sweep.over;
     let table = sweep.fine.as_ref().unwrap_or(&simulated.table);
@@ -156,36 +157,40 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
         .and_then(measured)
         .map_or_else(|| x.clone(), |samples| in_unit(&samples, &abscissa.unit));
     let mut panels = Panels::default();
+    let mut places = 0..;
+    let mut alike = || Meaning::Variant(places.next().unwrap_or_default());
     for (i, output) in outputs().enumerate() {
         if output.name == *name || sweep.hides(&output.name) {
             continue;
         }
-        let series = &mut panels.of(output).series;
-        let labelled = sweep.labels.iter().find(|(curves, _)| base(&output.name) == curves);
-        if let Some((curves, by)) = labelled {
-            // One series for all curves: they are told apart by their labels.
-            let element = &output.name[curves.len()..];
-            let label = outputs().find(|other| other.name == format!("{by}{element}"));
-            append(series, curves, &x, output, label);
+        if let Some(samples) = measured(i) {
+            let values = in_unit(&samples, &output.unit);
+            panels.add_measured(output, &x, &measured_x, values);
             continue;
         }
-        series.push(Series::new(
-            Text::name(&output.name),
-            Style::Line,
-            x.clone(),
-            output.in_unit(),
-        ));
-        if let Some(samples) = measured(i) {
-            let name = Text::plain(&format!("{} measured", output.name));
-            let values = in_unit(&samples, &output.unit);
-            series.push(Series::new(name, Style::Dots, measured_x.clone(), values));
+        let series = &mut panels.of(output).series;
+        let array = base(&output.name);
+        if array != output.name {
+            // One series for all curves: they are told apart by their labels.
+            let element = &output.name[array.len()..];
+            let labelled = sweep.labels.iter().find(|(curves, _)| array == curves);
+            let by = labelled
+                .and_then(|(_, by)| outputs().find(|other| other.name == format!("{by}{element}")));
+            append(series, array, &x, output, by, &mut alike);
+            continue;
         }
+        let line = Series::new(Text::name(&output.name), Style::Line, x.clone(), output.in_unit());
+        series.push(Series { meaning: alike(), ..line });
     }
     for (at, heights) in &sweep.marks {
         let of =
             |name: &str| outputs().filter(|output| base(&output.name) == name).collect::<Vec<_>>();
-        let mut marks =
-            Series { style: Style::Marks, name: Text::name(heights), ..Series::default() };
+        let mut marks = Series {
+            style: Style::Marks,
+            name: Text::name(heights),
+            meaning: alike(),
+            ..Series::default()
+        };
         let mut unit = None;
         for (x, y) in of(at).into_iter().zip(of(heights)) {
             marks.x.extend(x.in_unit());
@@ -199,17 +204,19 @@ pub(super) fn figure(sweep: &Sweep, simulated: &Simulated) -> Option<Figure> {
     Some(Figure::new(Text::name(name).with_unit(&abscissa.unit.symbol), panels.finished()))
 }
 
-/// Adds the curve of an element to the series of its array, behind a gap.
+/// Adds the curve of an element to the series of its array, behind a gap. At its end stands the value of another column,
+/// or the element's index.
 fn append(
     series: &mut Vec<Series>,
     array: &str,
     x: &[f64],
     curve: &NamedColumn,
     label: Option<&NamedColumn>,
+    meaning: &mut impl FnMut() -> Meaning,
 ) {
     let name = Text::name(array);
     let at = series.iter().position(|series| series.name == name).unwrap_or_else(|| {
-        series.push(Series { name, ..Series::default() });
+        series.push(Series { name, meaning: meaning(), ..Series::default() });
         series.len() - 1
     });
     let (all, y) = (&mut series[at], curve.in_unit());
@@ -218,48 +225,69 @@ fn append(
         all.y.push(f64::NAN);
     }
     let end = x.iter().zip(&y).rfind(|(x, y)| x.is_finite() && y.is_finite());
-    if let (Some((x, y)), Some(label)) = (end, label) {
-        let value = label.in_unit().last().copied().unwrap_or(f64::NAN);
-        let value = Text::plain(&rounded(value, DIGITS));
-        let text = match &*label.unit.symbol {
-            "1" => value,
-            symbol => value.then(Text::plain(" ")).then(Text::unit(symbol)),
-        };
+    if let Some((x, y)) = end {
+        let index = || curve.name[array.len()..].trim_matches(['[', ']']);
+        let text = label.map_or_else(|| Text::plain(index()), last_value);
         all.labels.push(Label { x: *x, y: *y, text });
     }
     all.x.extend_from_slice(x);
     all.y.extend(y);
 }
 
-/// Panels by the units of their axes.
+/// The last value of a column, with its unit.
+fn last_value(column: &NamedColumn) -> Text {
+    let value = column.in_unit().last().copied().unwrap_or(f64::NAN);
+    let value = Text::plain(&rounded(value, DIGITS));
+    match &*column.unit.symbol {
+        "1" => value,
+        symbol => value.then(Text::plain(" ")).then(Text::unit(symbol)),
+    }
+}
+
+/// Panels of single outputs, then panels by the units of their axes.
 #[derive(Default)]
-struct Panels(Vec<Panel>);
+struct Panels {
+    measured: Vec<Panel>,
+    by_unit: Vec<Panel>,
+}
 
 impl Panels {
     /// The panel in a column's unit.
     fn of(&mut self, column: &NamedColumn) -> &mut Panel {
         let label = Text::default().with_unit(&column.unit.symbol);
-        let at = self.0.iter().position(|panel| panel.y_label == label).unwrap_or_else(|| {
-            self.0.push(Panel { y_label: label, ..Panel::default() });
-            self.0.len() - 1
+        let all = &mut self.by_unit;
+        let at = all.iter().position(|panel| panel.y_label == label).unwrap_or_else(|| {
+            all.push(Panel { y_label: label, ..Panel::default() });
+            all.len() - 1
         });
-        &mut self.0[at]
+        &mut all[at]
+    }
+
+    /// What the model says of an output, and what was measured of it.
+    fn add_measured(&mut self, column: &NamedColumn, x: &[f64], at: &[f64], samples: Vec<f64>) {
+        let series = |name: &str, style, meaning, x: &[f64], y| Series {
+            meaning,
+            ..Series::new(Text::plain(name), style, x.to_vec(), y)
+        };
+        let simulated = series("simulated", Style::Line, Meaning::Simulated, x, column.in_unit());
+        let measured = series("measured", Style::Dots, Meaning::Measured, at, samples);
+        self.measured.push(Panel {
+            title: Text::name(&column.name),
+            y_label: Text::default().with_unit(&column.unit.symbol),
+            series: vec![simulated, measured],
+            ..Panel::default()
+        });
     }
 
     fn finished(mut self) -> Vec<Panel> {
-        for panel in &mut self.0 {
+        for panel in &mut self.by_unit {
             // A legend names two and more.
-            match panel.series.as_mut_slice() {
-                [only] => panel.title = only.name.clone(),
-                // Of one quantity: what the model says of it, and what was measured.
-                [computed, measured] if measured.style == Style::Dots => {
-                    computed.meaning = Meaning::Simulated;
-                    measured.meaning = Meaning::Measured;
-                }
-                _ => {}
+            if let [only] = panel.series.as_slice() {
+                panel.title = only.name.clone();
             }
         }
-        self.0
+        self.measured.append(&mut self.by_unit);
+        self.measured
     }
 }
 
@@ -321,15 +349,20 @@ mod tests {
             (column("head[1]", "m", [3.0, 2.0, 1.0]), column("speed[1]", "rpm", [1000.0; 3])),
             (column("head[2]", "m", [5.0, 4.0, f64::NAN]), column("speed[2]", "1", [0.5; 3])),
         ];
+        let mut places = 3..;
+        let mut alike = || Meaning::Variant(places.next().unwrap_or_default());
         for (curve, label) in &curves {
-            append(&mut series, "head", &x, curve, Some(label));
+            append(&mut series, "head", &x, curve, Some(label), &mut alike);
         }
         let [all] = series.as_slice() else { unreachable!("one series") };
-        assert_eq!(all.x.len(), 7);
+        assert_eq!((all.x.len(), all.meaning), (7, Meaning::Variant(3)));
         assert!(all.y[3].is_nan());
         let labels: Vec<(f64, f64, String)> =
             all.labels.iter().map(|label| (label.x, label.y, label.text.to_html())).collect();
         let expected = [(2.0, 1.0, "1000 rpm".to_owned()), (1.0, 4.0, "0.5000".to_owned())];
         assert_eq!(labels, expected);
+        append(&mut series, "q", &x, &column("q[7]", "m", [1.0; 3]), None, &mut alike);
+        assert_eq!(series[1].labels[0].text, Text::plain("7"), "its index");
+        assert_eq!(series[1].meaning, Meaning::Variant(4));
     }
 }

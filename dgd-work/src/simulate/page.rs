@@ -95,7 +95,7 @@ fn residuals(simulated: &Simulated, compared: &[Compared<'_>]) -> Option<Figure>
             name: Text::plain("measured − simulated"),
             times: simulated.table.times.clone(),
             values: one.measured.iter().zip(&one.simulated).map(|(y, w)| y - w).collect(),
-            meaning: Meaning::Measured,
+            meaning: Meaning::Residual,
         }],
     };
     let subjects: Vec<Subject> = compared.iter().map(subject).collect();

@@ -188,6 +188,27 @@ fn outputs_and_equations_change() {
     );
 }
 
+#[test]
+fn no_plus_stands_before_a_minus_that_an_effect_brings() {
+    assert_eq!(
+        applied("plant", "add -k*root(h) to level\nadd c - -2*c to total"),
+        ["equation level: A*der(h) = net - k*root(h)", "equation total: der(v) = q_in + c + 2*c"]
+    );
+    assert_eq!(
+        applied("plant", "replace out by -out"),
+        ["let net = q_in + out # what stays", "output loss [m^3/s] = -out"]
+    );
+    // A product that is taken off twice.
+    assert_eq!(
+        applied("plant", "replace out by -2*out\nadd -(-c) to level"),
+        [
+            "let net = q_in + 2*out # what stays",
+            "equation level: A*der(h) = net - (-c)",
+            "output loss [m^3/s] = -2*out"
+        ]
+    );
+}
+
 const POND: &str = "\
 /// A pond.   # weighed
 model pond

@@ -61,9 +61,10 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
     match formula {
         Formula::Symbol(symbol) => write_symbol(text, symbol, write_letters),
         Formula::Dot(symbol) => write_symbol(text, symbol, |text, letters| {
+            // A full stop: fonts without mathematics have the dot above as a faint mark far from its letter.
             text.push_str("<mover accent=\"true\">");
             write_letters(text, letters)?;
-            write!(text, "<mo>˙</mo></mover>")
+            write!(text, "<mo class=\"dot\">.</mo></mover>")
         }),
         Formula::Indexed(of, index) => {
             text.push_str("<msub>");
@@ -224,7 +225,7 @@ mod tests {
         assert_eq!(
             lines,
             [
-                "<math displaystyle=\"true\"><msub><mover accent=\"true\"><mi>h</mi><mo>˙</mo></mover>\
+                "<math displaystyle=\"true\"><msub><mover accent=\"true\"><mi>h</mi><mo class=\"dot\">.</mo></mover>\
               <mrow><mi>r</mi></mrow></msub><mo>=</mo><mfrac><mrow><mrow><mn>2</mn></mrow>\
               <mo lspace=\"0\" rspace=\"0.17em\">\u{2062}</mo>\
               <msub><mi>h</mi><mrow><mi>r</mi></mrow></msub></mrow>\

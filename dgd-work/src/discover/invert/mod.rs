@@ -37,7 +37,7 @@ pub fn invert(request: &InvertRequest, session: Session<'_>) -> Result<Missing, 
     let model = loaded.compiled.model.clone();
     let label = request.equation.as_str();
     let terms = opened(&model, label, request)?;
-    let units = units(&terms, request)?;
+    let units = units(&terms, &model, request)?;
     let run = Run::prepare(&request.run, loaded, session)?;
     let sensors = sensors(&run, &request.outputs)?;
 
@@ -92,7 +92,11 @@ fn opened(model: &Model, label: &str, request: &InvertRequest) -> Result<Missing
 }
 
 /// The unit in which it is shown, and that of SI.
-fn units(terms: &MissingTerms, request: &InvertRequest) -> Result<[Unit; 2], WorkError> {
+fn units(
+    terms: &MissingTerms,
+    model: &Model,
+    request: &InvertRequest,
+) -> Result<[Unit; 2], WorkError> {
     let label = &request.equation;
     let [place] = terms.places() else {
         let units: Vec<&str> = terms.places().iter().map(|place| place.unit.as_str()).collect();
@@ -104,7 +108,12 @@ fn units(terms: &MissingTerms, request: &InvertRequest) -> Result<[Unit; 2], Wor
     let own = parse_unit(&place.unit).ok();
     let si = Unit { symbol: place.unit.clone().into(), factor: 1.0, offset: 0.0 };
     let Some(asked) = &request.unit else {
-        return Ok([si.clone(), si]);
+        let familiar = own.map(|own| model.familiar(own.dimension)).map(|unit| Unit {
+            symbol: unit.symbol.into(),
+            factor: unit.factor,
+            offset: 0.0,
+        });
+        return Ok([familiar.unwrap_or_else(|| si.clone()), si]);
     };
     match parse_unit(asked) {
         Ok(unit) if own.as_ref().is_none_or(|own| own.dimension == unit.dimension) => {

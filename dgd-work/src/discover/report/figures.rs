@@ -73,7 +73,7 @@ pub(super) fn error_panels(trace: &RecordingTrace, correction: Correction) -> Ve
         let series = match correction {
             Correction::None => vec![Series {
                 name: Text::plain("measured − simulated"),
-                ..thin(Meaning::Simulated, &output.after)
+                ..thin(Meaning::Residual, &output.after)
             }],
             Correction::Made => {
                 vec![thin(Meaning::Before, &output.before), thin(Meaning::After, &output.after)]
@@ -95,6 +95,7 @@ pub(super) fn error_panels(trace: &RecordingTrace, correction: Correction) -> Ve
             series,
             bands: bands(&output.windows),
             envelopes: vec![noise],
+            ..Panel::default()
         }
     };
     trace.outputs.iter().map(panel).collect()
@@ -123,6 +124,7 @@ pub(super) fn missing<'a>(traces: impl IntoIterator<Item = &'a MissingInput>) ->
                 low: edge(-REACH),
                 high: edge(REACH),
             }],
+            ..Panel::default()
         }
     };
     pages(&traces.into_iter().map(panel).collect::<Vec<_>>())
@@ -134,7 +136,7 @@ fn series(meaning: Meaning, style: Style, times: &[f64], y: Vec<f64>) -> Series 
         Meaning::Simulated => "simulated",
         Meaning::Before => "before",
         Meaning::After => "after",
-        Meaning::Input(_) | Meaning::Variant(_) | Meaning::OneOfSeveral => "",
+        Meaning::Residual | Meaning::Input(_) | Meaning::Variant(_) | Meaning::OneOfSeveral => "",
     };
     Series { meaning, ..Series::new(Text::plain(name), style, times.to_vec(), y) }
 }

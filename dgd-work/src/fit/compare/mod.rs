@@ -1,13 +1,14 @@
 //! Models, variants, effects and results side by side on the same recordings.
 //!
 //! ```text
-//!   CompareRequest ─ contender ─► model and choices, each fitted alike (fit)
+//!   CompareRequest ─ contender ─► model and choices ─ fitting ─► each fitted alike
 //!                  ─ score ─────► likelihoods on common samples, criteria, ratios ─► Comparison
 //!                                                        text, json, page, one figure
 //! ```
 
 mod contender;
 mod figure;
+mod fitting;
 mod page;
 mod ratio;
 mod score;
@@ -20,16 +21,18 @@ use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
 use crate::error::{Ended, WorkError};
-use crate::fit::{Fitted, fit};
+use crate::fit::Fitted;
 use crate::model::load;
 use crate::output::agreement::Agreement;
 use crate::output::provenance::Provenance;
-use crate::request::{CompareRequest, FitRequest};
+use crate::request::CompareRequest;
 use crate::session::Session;
 use contender::Named;
+use fitting::Fits;
 use score::Common;
 
 pub use contender::model_of;
+pub use fitting::FailedContender;
 pub use ratio::LikelihoodRatio;
 pub use score::Score;
 
@@ -39,8 +42,10 @@ pub const FILES: [&str; 2] = ["report.html", "result.json"];
 /// Contenders, fitted to the same recordings.
 #[non_exhaustive]
 pub struct Comparison {
-    /// In the order of the request.
+    /// Those that were fitted, in the order of the request.
     pub contenders: Vec<Contender>,
+    /// Those that could not be fitted.
+    pub failed: Vec<FailedContender>,
     /// Those of which one is a special case of another.
     pub ratios: Vec<LikelihoodRatio>,
     /// What it was made of; models have their digests with the contenders.
@@ -67,30 +72,27 @@ pub struct Contender {
 ///
 /// # Errors
 ///
-/// [`WorkError`]: a contender is missing or cannot be fitted, or they have no output in common.
+/// [`WorkError`]: a contender is missing or has mistakes, none can be fitted, or they have no output in common. One that
+/// cannot be fitted beside others that can is [`Comparison::failed`].
 pub fn compare(request: &CompareRequest, session: Session<'_>) -> Result<Comparison, WorkError> {
-    let named = contender::all(&request.contenders, session.files)?;
+    fitting::verify(request)?;
+    let mut named = contender::all(&request.contenders, session.files)?;
+    fitting::set(&mut named, &request.set, session)?;
     let outputs = common_outputs(&named, session)?;
-    let mut fits = Vec::with_capacity(named.len());
-    for one in &named {
-        let mut fitting = FitRequest::new(&one.model, request.data.clone());
-        fitting.choices = one.choices.clone();
-        fitting.valid.clone_from(&request.valid);
-        fitting.sought = request.sought.clone();
-        fitting.outputs.clone_from(&outputs);
-        fitting.evaluations = request.evaluations;
-        fitting.solve = request.solve.clone();
-        fits.push(fit(&fitting, session).map_err(|error| of_contender(&one.name, error))?);
-    }
+    let Fits { fitted, failed } = fitting::all(request, &named, &outputs, session)?;
+    let (places, fits): (Vec<usize>, Vec<Fitted>) = fitted.into_iter().unzip();
+    let named: Vec<Named> = places.iter().map(|place| named[*place].clone()).collect();
     let common = Common::of(&fits)?;
     let score = |(k, fitted): (usize, &Fitted)| common.score(k, fitted.estimates.len());
     let scores: Vec<Score> = fits.iter().enumerate().map(score).collect();
-    let ratios = ratio::all(&named, &scores, request.nested);
+    // The first of the fitted ones may not be the first that was named.
+    let is_first_within = request.nested && places.first() == Some(&0);
+    let ratios = ratio::all(&named, &scores, is_first_within);
     let mut provenance = fits[0].provenance.clone();
     provenance.model = None;
-    let contenders = named.into_iter().zip(fits).zip(scores).enumerate();
-    let contenders = contenders.map(|(k, ((named, fitted), score))| Contender {
-        label: label(k),
+    let contenders = places.into_iter().zip(named.into_iter().zip(fits).zip(scores));
+    let contenders = contenders.map(|(place, ((named, fitted), score))| Contender {
+        label: label(place),
         name: named.name.clone(),
         fitted,
         score,
@@ -98,22 +100,12 @@ pub fn compare(request: &CompareRequest, session: Session<'_>) -> Result<Compari
     });
     Ok(Comparison {
         contenders: contenders.collect(),
+        failed,
         ratios,
         provenance,
         common,
         command: request.command.clone(),
     })
-}
-
-/// A mistake, with whose it is; diagnostics have their places.
-fn of_contender(name: &str, error: WorkError) -> WorkError {
-    let told = |words: &str| format!("`{name}`: {words}");
-    match error {
-        WorkError::Diagnosed { .. } => error,
-        WorkError::Found(words) => WorkError::Found(told(&words)),
-        WorkError::Usage(words) => WorkError::Usage(told(&words)),
-        WorkError::Computation(words) => WorkError::Computation(told(&words)),
-    }
 }
 
 /// A, B … Z, then A1 and so on.
@@ -189,6 +181,7 @@ impl Comparison {
         };
         let mut all = json!({
             "contenders": contenders,
+            "failed": self.failed.iter().map(summary::failed_entry).collect::<Vec<_>>(),
             "samples": self.common.samples(),
             "likelihood_ratios": self.ratios.iter().map(ratio).collect::<Vec<_>>(),
             "least": {
@@ -226,16 +219,27 @@ impl Comparison {
         files
     }
 
-    /// How it ended: badly where a contender did not converge.
+    /// How it ended: badly where a contender failed or did not converge. Where it can be gone on from, what all
+    /// contenders have kept is left.
     pub fn ended(&self) -> Ended {
-        for contender in &self.contenders {
-            match contender.fitted.ended(None) {
-                Ended::Stopped(why) => return Ended::Stopped(format!("{}: {why}", contender.name)),
-                Ended::Interrupted(why) => return Ended::Interrupted(why),
-                Ended::Done | Ended::Found(_) => {}
-            }
+        let ends = self.contenders.iter().map(|one| (&one.name, one.fitted.ended(None)));
+        let ended = ends.fold(Ended::Done, |first, (name, ended)| match (first, ended) {
+            (_, Ended::Interrupted(why)) => Ended::Interrupted(why),
+            (Ended::Done, Ended::Stopped(why)) => Ended::Stopped(format!("{name}: {why}")),
+            (first, _) => first,
+        });
+        if ended != Ended::Done {
+            self.leave();
         }
-        Ended::Done
+        match (ended, self.failed.first()) {
+            (Ended::Done, Some(one)) => Ended::Stopped(format!("{}: {}", one.name, one.reason)),
+            (ended, _) => ended,
+        }
+    }
+
+    /// Leaves what the fits have kept, where there is any: the same request, resumed, has their results at once.
+    pub fn leave(&self) {
+        self.contenders.iter().for_each(|one| one.fitted.leave());
     }
 }
 

@@ -2,7 +2,7 @@
 
 use dgd_page::{Cell, Link, Markup, Page, Table, Tone};
 
-use super::{Comparison, figure, summary};
+use super::{Comparison, Contender, figure, summary};
 use crate::output::page::{count, name, number, origin, unit, words};
 
 pub(super) fn write(all: &Comparison) -> String {
@@ -20,7 +20,13 @@ pub(super) fn write(all: &Comparison) -> String {
         let chart = page.chart(&figure::of_recording(all, k), link, &Markup::default());
         page.push_section(&format!("`{}`, {role}", trace.name), &[chart]);
     }
-    page.finish(&origin(&all.provenance, &all.command))
+    let digest = |contender: &Contender| {
+        let digest = contender.fitted.provenance.model.clone()?;
+        Some((contender.name.clone(), digest))
+    };
+    let mut origin = origin(&all.provenance, &all.command);
+    origin.models = all.contenders.iter().filter_map(digest).collect();
+    page.finish(&origin)
 }
 
 fn criteria(all: &Comparison) -> Markup {
@@ -56,9 +62,19 @@ fn criteria(all: &Comparison) -> Markup {
             words(entry["status"].as_str().unwrap_or_default()),
         ]);
     }
-    let note = "Estimates: parameters, start values, and a noise for each output. Errors: geometric mean over the outputs \
-                of root-mean-square errors over those of A.";
-    table.to_markup().then(&Markup::text(note).caption())
+    for one in &all.failed {
+        let missing = || Cell::number("–", None);
+        let mut row = vec![words(&one.label), name(&one.name)];
+        row.extend(std::iter::repeat_with(missing).take(6));
+        row.push(Cell::text(Markup::prose(&format!("failed: {}", one.reason))));
+        table.rows.push(row);
+    }
+    let first = &all.contenders[0].label;
+    let note = format!(
+        "Estimates: parameters, start values, and a noise for each output. Errors: geometric mean over the outputs \
+         of root-mean-square errors over those of {first}."
+    );
+    table.to_markup().then(&Markup::text(&note).caption())
 }
 
 fn outputs(all: &Comparison) -> Markup {

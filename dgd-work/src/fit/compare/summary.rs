@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
 
-use super::Comparison;
+use super::{Comparison, FailedContender};
 use crate::output::agreement::Agreement;
 use crate::output::quantity::Quantity;
 use crate::output::table::{push_table, significant};
@@ -44,6 +44,11 @@ pub(super) fn entry(all: &Comparison, k: usize) -> Value {
         },
         "outputs": outputs,
     })
+}
+
+/// One that could not be fitted, for programs.
+pub(super) fn failed_entry(failed: &FailedContender) -> Value {
+    json!({ "name": failed.name, "reason": failed.reason })
 }
 
 fn told(agreement: Agreement) -> Value {
@@ -131,8 +136,13 @@ pub(super) fn text(all: &Comparison) -> String {
         value.map_or_else(|| "-".to_owned(), |value| significant(value, digits))
     };
     // Writing to a string does not fail.
-    for contender in &all.contenders {
-        let _ = writeln!(text, "{}  {}", contender.label, contender.name);
+    let mut names: Vec<(&String, String)> =
+        all.contenders.iter().map(|one| (&one.label, one.name.clone())).collect();
+    let failed = all.failed.iter();
+    names.extend(failed.map(|one| (&one.label, format!("{}: {}", one.name, one.reason))));
+    names.sort_by_key(|(label, _)| (label.len(), *label));
+    for (label, name) in names {
+        let _ = writeln!(text, "{label}  {name}");
     }
     text.push('\n');
     let head = ["", "estimates", "-2 ln L", "AIC", "BIC", "errors, training", "validation", ""];
@@ -157,8 +167,16 @@ pub(super) fn text(all: &Comparison) -> String {
             status.as_str().filter(|status| *status != "done").unwrap_or_default().to_owned(),
         ]);
     }
+    let dashes = || std::iter::repeat_n("-".to_owned(), 6);
+    for one in &all.failed {
+        let cells = [one.label.clone()].into_iter().chain(dashes());
+        let cells: Vec<String> = cells.chain(["failed".to_owned()]).collect();
+        table.extend(<[String; 8]>::try_from(cells));
+    }
+    table[1..].sort_by_key(|row| (row[0].len(), row[0].clone()));
     push_table(&mut text, &table);
-    text.push_str("AIC and BIC above the least of them; errors over those of A\n\n");
+    let first = &all.contenders[0].label;
+    let _ = writeln!(text, "AIC and BIC above the least of them; errors over those of {first}\n");
     push_outputs(&mut text, all);
     let labels = all.contenders.iter().map(|one| one.label.clone());
     let mut table = vec![

@@ -141,7 +141,7 @@ fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
         errors.push(Subject {
             title: Text::name(&output.name),
             unit: of_differences(&output.unit).symbol.to_string(),
-            lines: vec![line("measured − fitted", residuals, Meaning::Measured)],
+            lines: vec![line("measured − fitted", residuals, Meaning::Residual)],
         });
     }
     let inputs = signature.inputs.iter().zip(&trace.inputs).enumerate();

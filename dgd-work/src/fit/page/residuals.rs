@@ -1,7 +1,7 @@
 //! Figures of the residuals of the training recordings: correlations, against inputs, and how they are distributed.
 
 use dgd_page::{Link, Markup, Page};
-use dgd_plot::{Envelope, Panel, Series, Style, Text};
+use dgd_plot::{Envelope, Meaning, Panel, Series, Style, Text};
 use dgd_runtime::Signature;
 use dgd_screen::normality::{histogram, normal_quantiles};
 
@@ -9,6 +9,9 @@ use super::diagnosis::{Diagnosis, Tested};
 use super::grid;
 use super::traces::Trace;
 use crate::output::quantity::of_differences;
+
+/// The normal law beside residuals.
+const LAW: Meaning = Meaning::Variant(1);
 
 /// Points of a QQ picture.
 const QUANTILES: usize = 400;
@@ -53,7 +56,8 @@ fn lags(title: Text, values: &[f64], first: usize, limit: f64, spacing: f64) -> 
     let x: Vec<f64> = (0..values.len()).map(|k| (k + first) as f64 * spacing).collect();
     let ends: Vec<f64> = x.first().into_iter().chain(x.last()).copied().collect();
     let name = Text::plain("correlation");
-    let series = Series::new(name, Style::Line, x.clone(), values.to_vec());
+    let line = Series::new(name, Style::Line, x.clone(), values.to_vec());
+    let series = Series { meaning: Meaning::Residual, ..line };
     Panel {
         title,
         y_label: Text::default(),
@@ -97,7 +101,10 @@ fn against(page: &mut Page, signature: &Signature, traces: &[Trace], input: usiz
         changes.then(|| Panel {
             title: Text::name(&output.name),
             y_label: Text::default().with_unit(&of_differences(&output.unit).symbol),
-            series: vec![Series::new(Text::plain("residual"), Style::Dots, x, y)],
+            series: vec![Series {
+                meaning: Meaning::Residual,
+                ..Series::new(Text::plain("residual"), Style::Dots, x, y)
+            }],
             ..Panel::default()
         })
     });
@@ -153,11 +160,17 @@ fn histogram_panel(title: Text, scaled: &[f64]) -> Option<Panel> {
         (0..POINTS).map(|k| REACH * (2.0 * k as f64 / (POINTS - 1) as f64 - 1.0)).collect();
     let law = |z: &f64| (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
     let normal = normal_x.iter().map(law).collect();
-    let line = |name: &str, x, y| Series::new(Text::plain(name), Style::Line, x, y);
+    let line = |name: &str, meaning, x, y| Series {
+        meaning,
+        ..Series::new(Text::plain(name), Style::Line, x, y)
+    };
     Some(Panel {
         title,
         y_label: Text::plain("Density"),
-        series: vec![line("residuals", x, y), line("normal", normal_x, normal)],
+        series: vec![
+            line("residuals", Meaning::Residual, x, y),
+            line("normal", LAW, normal_x, normal),
+        ],
         ..Panel::default()
     })
 }
@@ -166,6 +179,8 @@ fn quantile_panel(title: Text, scaled: &[f64]) -> Panel {
     let (x, y): (Vec<f64>, Vec<f64>) = normal_quantiles(scaled, QUANTILES).into_iter().unzip();
     let ends: Vec<f64> = x.first().into_iter().chain(x.last()).copied().collect();
     let dots = Series::new(Text::plain("residuals"), Style::Dots, x, y);
+    let dots = Series { meaning: Meaning::Residual, ..dots };
     let line = Series::new(Text::plain("normal"), Style::Line, ends.clone(), ends);
+    let line = Series { meaning: LAW, ..line };
     Panel { title, y_label: Text::plain("Residual"), series: vec![dots, line], ..Panel::default() }
 }

@@ -1,0 +1,164 @@
+//! Lines of text: pieces of one font each, and outlines of what no font has.
+
+use std::fmt::{self, Write};
+
+use ttf_parser::OutlineBuilder;
+
+use super::encoding::{Code, code};
+use super::{number, pair};
+use crate::font::Font;
+use crate::scene::{Anchor, Direction, Point};
+use crate::text::Text;
+
+/// What the page calls Helvetica and Symbol.
+pub(super) const LATIN: &str = "H";
+pub(super) const SYMBOL: &str = "S";
+
+/// Where a line of text is, and which way it goes.
+pub(super) struct Placed {
+    pub(super) at: Point,
+    pub(super) anchor: Anchor,
+    pub(super) direction: Direction,
+}
+
+impl Placed {
+    /// A point so far along the line and below it, in the scene.
+    fn point(&self, along: f64, below: f64) -> Point {
+        match self.direction {
+            Direction::Rightwards => (self.at.0 + along, self.at.1 + below),
+            Direction::Upwards => (self.at.0 + below, self.at.1 - along),
+        }
+    }
+
+    /// Where the axes of text go: y upwards from the line.
+    fn axes(&self) -> &'static str {
+        match self.direction {
+            Direction::Rightwards => "1 0 0 -1",
+            Direction::Upwards => "0 -1 -1 0",
+        }
+    }
+
+    /// Where those of outlines go: y downwards from the line.
+    fn outline_axes(&self) -> &'static str {
+        match self.direction {
+            Direction::Rightwards => "1 0 0 1",
+            Direction::Upwards => "0 -1 1 0",
+        }
+    }
+}
+
+pub(super) fn write(
+    out: &mut String,
+    text: &Text,
+    size: f64,
+    placed: &Placed,
+    font: &Font,
+) -> fmt::Result {
+    let before = match placed.anchor {
+        Anchor::Start => 0.0,
+        Anchor::Middle => 0.5,
+        Anchor::End => 1.0,
+    };
+    let mut along = -before * font.width(text, size);
+    for run in text.runs() {
+        let em = size * run.script.scale();
+        let below = size * run.script.shift();
+        let mut rest = run.text.as_str();
+        while let Some(first) = rest.chars().next() {
+            let kind = code(first);
+            let is_latin = |c: char| matches!(code(c), Some(Code::Latin(_)));
+            let length = match kind {
+                Some(Code::Latin(_)) => rest.find(|c| !is_latin(c)).unwrap_or(rest.len()),
+                _ => first.len_utf8(),
+            };
+            let (piece, next) = rest.split_at(length);
+            let at = placed.point(along, below);
+            match kind {
+                Some(Code::Latin(_)) => write_latin(out, piece, em, at, placed)?,
+                Some(Code::Symbol(code, width)) => {
+                    // As wide as the embedded font has it, by which all is placed.
+                    let stretch = 100.0 * font.advance(first) / (width / 1000.0);
+                    let (axes, at) = (placed.axes(), pair(at));
+                    write!(out, "BT /{SYMBOL} {} Tf {} Tz ", number(em), number(stretch))?;
+                    writeln!(out, "{axes} {at} Tm <{code:02x}> Tj 100 Tz ET")?;
+                }
+                None => {
+                    let (axes, at) = (placed.outline_axes(), pair(at));
+                    write!(out, "q {axes} {at} cm ")?;
+                    let mut outline = Outline { out: &mut *out, last: (0.0, 0.0) };
+                    font.draw(&Text::plain(piece), em, &mut outline);
+                    writeln!(out, "f Q")?;
+                }
+            }
+            along += piece.chars().map(|c| em * font.advance(c)).sum::<f64>();
+            rest = next;
+        }
+    }
+    Ok(())
+}
+
+fn write_latin(out: &mut String, piece: &str, em: f64, at: Point, placed: &Placed) -> fmt::Result {
+    let (axes, at) = (placed.axes(), pair(at));
+    write!(out, "BT /{LATIN} {} Tf {axes} {at} Tm (", number(em))?;
+    for character in piece.chars() {
+        match code(character) {
+            Some(Code::Latin(byte @ (b'(' | b')' | b'\\'))) => {
+                write!(out, "\\{}", char::from(byte))?;
+            }
+            Some(Code::Latin(byte @ 0x20..=0x7e)) => out.push(char::from(byte)),
+            Some(Code::Latin(byte)) => write!(out, "\\{byte:03o}")?,
+            Some(Code::Symbol(..)) | None => {}
+        }
+    }
+    writeln!(out, ") Tj ET")
+}
+
+/// Takes the outlines of glyphs over into a path.
+struct Outline<'a> {
+    out: &'a mut String,
+    last: (f64, f64),
+}
+
+impl Outline<'_> {
+    /// Points and their operator; the last one is where the pen is then.
+    fn push(&mut self, points: &[(f64, f64)], operator: &str) {
+        for point in points {
+            self.out.push_str(&pair(*point));
+            self.out.push(' ');
+        }
+        self.out.push_str(operator);
+        self.out.push(' ');
+        self.last = points.last().copied().unwrap_or(self.last);
+    }
+}
+
+fn wide(x: f32, y: f32) -> (f64, f64) {
+    (f64::from(x), f64::from(y))
+}
+
+impl OutlineBuilder for Outline<'_> {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.push(&[wide(x, y)], "m");
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.push(&[wide(x, y)], "l");
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        // The same curve as a cubic one: its handles are two thirds of the way to the quadratic's.
+        let (handle, end) = (wide(x1, y1), wide(x, y));
+        let toward = |from: (f64, f64)| {
+            (from.0 + 2.0 / 3.0 * (handle.0 - from.0), from.1 + 2.0 / 3.0 * (handle.1 - from.1))
+        };
+        self.push(&[toward(self.last), toward(end), end], "c");
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        self.push(&[wide(x1, y1), wide(x2, y2), wide(x, y)], "c");
+    }
+
+    fn close(&mut self) {
+        self.out.push_str("h ");
+    }
+}

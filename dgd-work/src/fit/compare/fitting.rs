@@ -1,0 +1,156 @@
+//! All contenders fitted alike, one after the other: one that fails does not end the others.
+
+use dgd_compiler::pipeline::Directions;
+
+use super::contender::Named;
+use super::label;
+use crate::error::WorkError;
+use crate::fit::{Fitted, fit};
+use crate::model::load;
+use crate::request::{CompareRequest, FitRequest, Keep};
+use crate::run::keeping;
+use crate::session::Session;
+
+/// A contender that could not be fitted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct FailedContender {
+    /// A letter, by which tables call it.
+    pub label: String,
+    /// As it was asked for.
+    pub name: String,
+    /// Why there is no fit.
+    pub reason: String,
+}
+
+/// What became of the contenders.
+pub(super) struct Fits {
+    /// Those that were fitted, each with its place among all.
+    pub fitted: Vec<(usize, Fitted)>,
+    pub failed: Vec<FailedContender>,
+}
+
+/// Fits each contender. The error of the first one is that of all where none can be fitted.
+pub(super) fn all(
+    request: &CompareRequest,
+    named: &[Named],
+    outputs: &[String],
+    session: Session<'_>,
+) -> Result<Fits, WorkError> {
+    let mut fits = Fits { fitted: Vec::with_capacity(named.len()), failed: Vec::new() };
+    let mut first_error = None;
+    for (k, one) in named.iter().enumerate() {
+        let failed = |reason| FailedContender { label: label(k), name: one.name.clone(), reason };
+        // Whoever stopped one does not wait for the next.
+        if k > 0 && session.listener.is_stopped() {
+            fits.failed.push(failed("not fitted: stopped by Ctrl-C".to_owned()));
+            continue;
+        }
+        match fit(&request_of(request, one, outputs, k), session) {
+            Ok(fitted) => fits.fitted.push((k, fitted)),
+            Err(error) => {
+                fits.failed.push(failed(reason(&error)));
+                first_error.get_or_insert(of_contender(&one.name, error));
+            }
+        }
+    }
+    match first_error {
+        Some(error) if fits.fitted.is_empty() => Err(error),
+        _ => Ok(fits),
+    }
+}
+
+fn request_of(
+    request: &CompareRequest,
+    one: &Named,
+    outputs: &[String],
+    place: usize,
+) -> FitRequest {
+    let mut fitting = FitRequest::new(&one.model, request.data.clone());
+    fitting.choices = one.choices.clone();
+    fitting.valid.clone_from(&request.valid);
+    fitting.sought = request.sought.clone();
+    fitting.outputs = outputs.to_vec();
+    fitting.keep = kept(&request.keep, place);
+    fitting.evaluations = request.evaluations;
+    fitting.solve = request.solve.clone();
+    fitting
+}
+
+/// Where a contender's finished work is kept: beside the results, by its letter.
+fn kept(keep: &Keep, place: usize) -> Keep {
+    let out = keep.out.as_ref().map(|out| {
+        let mut name = out.file_name().unwrap_or_default().to_owned();
+        name.push(format!(".{}", label(place)));
+        out.with_file_name(name)
+    });
+    Keep::new(out, keep.resume)
+}
+
+/// Why a contender has no fit, in a line.
+fn reason(error: &WorkError) -> String {
+    let first = error.mistakes().into_iter().next();
+    let words = first.map_or_else(|| error.to_string(), |mistake| mistake.message);
+    words.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A mistake, with whose it is; diagnostics have their places.
+fn of_contender(name: &str, error: WorkError) -> WorkError {
+    let told = |words: &str| format!("`{name}`: {words}");
+    match error {
+        WorkError::Diagnosed { .. } => error,
+        WorkError::Found(words) => WorkError::Found(told(&words)),
+        WorkError::Usage(words) => WorkError::Usage(told(&words)),
+        WorkError::Computation(words) => WorkError::Computation(told(&words)),
+    }
+}
+
+/// Gives each contender the settings that it knows. One that no contender knows is the mistake of the first.
+pub(super) fn set(
+    named: &mut [Named],
+    settings: &[String],
+    session: Session<'_>,
+) -> Result<(), WorkError> {
+    for setting in settings {
+        let mut known = Vec::with_capacity(named.len());
+        let mut first_error = None;
+        for (k, one) in named.iter().enumerate() {
+            let mut choices = one.choices.clone();
+            choices.set.push(setting.clone());
+            match load(&one.model, &choices, &Directions::None, session) {
+                Ok(_) => known.push(k),
+                Err(error) => {
+                    // What is wrong without it, is said without it.
+                    load(&one.model, &one.choices, &Directions::None, session)?;
+                    first_error.get_or_insert(error);
+                }
+            }
+        }
+        if let (Some(error), true) = (first_error, known.is_empty()) {
+            return Err(error);
+        }
+        for k in known {
+            named[k].choices.set.push(setting.clone());
+        }
+    }
+    Ok(())
+}
+
+/// Checks that there can be something to go on from.
+pub(super) fn verify(request: &CompareRequest) -> Result<(), WorkError> {
+    keeping::verify(&request.keep)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::*;
+
+    #[test]
+    fn finished_work_of_each_contender_has_a_place_of_its_own() {
+        let keep = Keep::new(Some(PathBuf::from("a/out")), true);
+        assert_eq!(kept(&keep, 1), Keep::new(Some(PathBuf::from("a/out.B")), true));
+        assert_eq!(kept(&Keep::default(), 1), Keep::default());
+    }
+}
