@@ -79,7 +79,9 @@ pub(super) fn actions(params: &CodeActionParams, context: &Context<'_>) -> CodeA
     for diagnostic in analysis.diagnostics.iter().chain(&analysis.others) {
         let span = diagnostic.labels[0].span;
         let range = places::range_of(span, &analysis.sources, context.columns);
-        let touches = range.start <= params.range.end && params.range.start <= range.end;
+        // The cursor may stand anywhere in the lines.
+        let touches =
+            range.start.line <= params.range.end.line && params.range.start.line <= range.end.line;
         if span.source == SourceId(0) && touches && wanted(&CodeActionKind::QUICKFIX) {
             actions.extend(of_mistake(diagnostic, analysis, context));
         }

@@ -264,6 +264,17 @@ fn a_new_name_reaches_every_file_and_leaves_them_sound() {
 }
 
 #[test]
+fn an_effect_knows_its_model_where_only_its_folder_is_open() {
+    let mut editor = Editor::new(&models().join("effects"), "utf-16");
+    let (path, text) = model("effects/pump_wear.dgd");
+    assert_eq!(editor.open(&path, &text), json!([]));
+    let at = editor.at(&path, &text, "replace c0", 8);
+    let declared = editor.ask("textDocument/definition", at);
+    assert_eq!(declared[0]["uri"], address(&models().join("mud_circulation.dgd")), "{declared}");
+    editor.end();
+}
+
+#[test]
 fn a_request_that_crashes_gets_an_error_and_loses_no_document() {
     let mut editor = Editor::new(&models(), "utf-16");
     let (path, text) = model("pendulum.dgd");
