@@ -24,6 +24,14 @@ pub(crate) struct Analysis {
     /// Of expressions, by place.
     pub(crate) dimensions: BTreeMap<Span, Dimension>,
     pub(crate) diagnostics: Vec<Diagnostic>,
+    /// What is wrong with choices that are not the first, once these have been looked at.
+    pub(crate) others: Vec<Diagnostic>,
+}
+
+/// What choices that are not the first have shown.
+pub(crate) struct Others {
+    diagnostics: Vec<Diagnostic>,
+    dimensions: BTreeMap<Span, Dimension>,
 }
 
 /// Looks at the file of a path.
@@ -55,7 +63,7 @@ pub(crate) fn analyse(path: &str, files: &Files) -> Analysis {
         }
     }
     let diagnostics = diagnostics.sorted().into_iter().cloned().collect();
-    Analysis { sources, asts, model, dimensions, diagnostics }
+    Analysis { sources, asts, model, dimensions, diagnostics, others: Vec::new() }
 }
 
 fn take(from: &Diagnostics, to: &mut Diagnostics) {
@@ -92,13 +100,10 @@ fn effect(
 }
 
 impl Analysis {
-    /// What is wrong with choices that are not the first, one at a time; nothing where `goes_on` says that
-    /// something newer waits.
-    pub(crate) fn other_variants(
-        &self,
-        goes_on: &mut dyn FnMut() -> bool,
-    ) -> Option<Vec<Diagnostic>> {
-        let mut own = Diagnostics::default();
+    /// What is wrong with choices that are not the first, one at a time, and dimensions in them; `None` where
+    /// `goes_on` says that something newer waits.
+    pub(crate) fn other_variants(&self, goes_on: &mut dyn FnMut() -> bool) -> Option<Others> {
+        let (mut own, mut dimensions) = (Diagnostics::default(), BTreeMap::new());
         for variant in self.model.iter().flat_map(|model| &model.variants) {
             for (_, choice) in
                 variant.choices.iter().enumerate().filter(|(i, _)| *i != variant.chosen)
@@ -109,10 +114,19 @@ impl Analysis {
                 let name = |text: &str| Name { text: text.to_owned(), span: Span::default() };
                 let variants = vec![(name(&variant.name), name(choice))];
                 let options = ModelOptions { variants, ..ModelOptions::default() };
-                let _: Result<_, Reported> = resolve(&self.asts, &options, &mut own)
+                let noted = Some(&mut dimensions);
+                let _: Result<_, Reported> = resolve_noting(&self.asts, &options, noted, &mut own)
                     .and_then(|model| assemble(&model, &mut own));
             }
         }
-        Some(own.sorted().into_iter().cloned().collect())
+        Some(Others { diagnostics: own.sorted().into_iter().cloned().collect(), dimensions })
+    }
+
+    /// Remembers what other choices have shown.
+    pub(crate) fn add(&mut self, Others { diagnostics, dimensions }: Others) {
+        self.others = diagnostics;
+        for (span, dimension) in dimensions {
+            self.dimensions.entry(span).or_insert(dimension);
+        }
     }
 }

@@ -44,10 +44,13 @@ impl Files {
         };
         self.open.keys().for_each(|path| add(path.clone()));
         let beside = Path::new(first).parent().map(Path::to_path_buf);
-        let folders: Vec<PathBuf> = match self.folders.as_slice() {
+        let mut folders: Vec<PathBuf> = match self.folders.as_slice() {
             [] => beside.into_iter().collect(),
             folders => folders.iter().map(PathBuf::from).collect(),
         };
+        // An effect is for a model above its folder, which may be all that the editor has opened.
+        let effects = Path::new(first).ancestors().find(|folder| folder.ends_with("effects"));
+        folders.extend(effects.and_then(Path::parent).map(Path::to_path_buf));
         for folder in folders {
             collect(&folder, 0, &mut add);
         }

@@ -8,12 +8,12 @@ use std::time::Duration;
 use dgd_compiler::source::Columns;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
-    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, Notification as _,
-    PublishDiagnostics,
+    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, LogMessage,
+    Notification as _, PublishDiagnostics,
 };
 use lsp_types::{
     DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
-    InitializeParams, PositionEncodingKind, PublishDiagnosticsParams,
+    InitializeParams, MessageType, PositionEncodingKind, PublishDiagnosticsParams,
 };
 use serde_json::{Value, json};
 
@@ -35,6 +35,8 @@ struct Server<'a> {
     changed: BTreeSet<String>,
     unfinished: BTreeSet<String>,
     analyses: BTreeMap<String, Analysis>,
+    /// The editor's number of each open text, by which it knows which one diagnostics are about.
+    versions: BTreeMap<String, i32>,
 }
 
 pub(crate) fn run(connection: &Connection) -> Result<(), Failure> {
@@ -52,8 +54,8 @@ pub(crate) fn run(connection: &Connection) -> Result<(), Failure> {
     let folders = folders(&params);
     let files = Files { folders, ..Files::default() };
     let (changed, unfinished) = (BTreeSet::new(), BTreeSet::new());
-    let analyses = BTreeMap::new();
-    Server { connection, files, columns, changed, unfinished, analyses }.serve()
+    let (analyses, versions) = (BTreeMap::new(), BTreeMap::new());
+    Server { connection, files, columns, changed, unfinished, analyses, versions }.serve()
 }
 
 /// UTF-8 where the editor can, else UTF-16, which every editor can.
@@ -102,6 +104,12 @@ impl Server<'_> {
                     if self.connection.handle_shutdown(&request)? {
                         return Ok(());
                     }
+                    if let Some(path) = answer::document(&request.params)
+                        && self.changed.remove(&path)
+                    {
+                        // An answer is about the text as it is now.
+                        self.look_at(&path)?;
+                    }
                     let response = self.answer(request);
                     self.connection.sender.send(response.into())?;
                 }
@@ -116,9 +124,8 @@ impl Server<'_> {
         let answered = catch_unwind(AssertUnwindSafe(|| {
             let path = answer::document(&params);
             if let Some(path) = &path
-                && (self.changed.contains(path) || !self.analyses.contains_key(path))
+                && !self.analyses.contains_key(path)
             {
-                // An answer is about the text as it is now; its diagnostics come when nothing waits.
                 self.analyses.insert(path.clone(), analyse(path, &self.files));
             }
             let analysis = path.as_ref().and_then(|path| self.analyses.get(path));
@@ -142,17 +149,38 @@ impl Server<'_> {
         }
     }
 
+    /// Takes in what the editor tells. What cannot be read or taken in changes nothing: a document that has been
+    /// opened stays open.
     fn take(&mut self, Notification { method, params }: Notification) -> Result<(), Failure> {
-        match method.as_str() {
+        let taken = catch_unwind(AssertUnwindSafe(|| self.understand(&method, params)));
+        match taken {
+            Ok(Ok(Some(closed))) => self.publish(&closed, Vec::new()),
+            Ok(Ok(None)) => Ok(()),
+            Ok(Err(error)) => self.log(&format!("{method} could not be read: {error}")),
+            Err(_) => self.log(&format!("{method} was not taken in: a mistake of dgd itself")),
+        }
+    }
+
+    /// Changes the documents as the editor tells; the path of one that has been closed.
+    fn understand(
+        &mut self,
+        method: &str,
+        params: Value,
+    ) -> Result<Option<String>, serde_json::Error> {
+        #[cfg(test)]
+        assert!(method != "dgd/panic", "as asked");
+        match method {
             DidOpenTextDocument::METHOD => {
                 let params: DidOpenTextDocumentParams = serde_json::from_value(params)?;
                 let path = places::path_of(&params.text_document.uri);
+                self.versions.insert(path.clone(), params.text_document.version);
                 self.files.open.insert(path.clone(), params.text_document.text);
                 self.touch(&path);
             }
             DidChangeTextDocument::METHOD => {
                 let params: DidChangeTextDocumentParams = serde_json::from_value(params)?;
                 let path = places::path_of(&params.text_document.uri);
+                self.versions.insert(path.clone(), params.text_document.version);
                 let text = self.files.open.entry(path.clone()).or_default();
                 for change in params.content_changes {
                     match change.range {
@@ -173,10 +201,19 @@ impl Server<'_> {
                 self.changed.remove(&path);
                 self.unfinished.remove(&path);
                 self.analyses.remove(&path);
-                self.publish(&path, Vec::new())?;
+                self.versions.remove(&path);
+                return Ok(Some(path));
             }
             _ => {}
         }
+        Ok(None)
+    }
+
+    /// A line for the editor's log.
+    fn log(&self, text: &str) -> Result<(), Failure> {
+        let params = json!({ "type": MessageType::WARNING, "message": text });
+        let method = LogMessage::METHOD.to_owned();
+        self.connection.sender.send(Notification { method, params }.into())?;
         Ok(())
     }
 
@@ -189,8 +226,12 @@ impl Server<'_> {
     /// Looks at the first choice of each variant of a document.
     fn look_at(&mut self, path: &str) -> Result<(), Failure> {
         let looked = catch_unwind(AssertUnwindSafe(|| analyse(path, &self.files)));
-        let Ok(analysis) = looked else { return self.publish(path, vec![answer::crashed()]) };
-        let found = answer::diagnostics(&analysis, &[], self.columns);
+        let Ok(analysis) = looked else {
+            // What was known is about an older text.
+            self.analyses.remove(path);
+            return self.publish(path, vec![answer::crashed()]);
+        };
+        let found = answer::diagnostics(&analysis, self.columns);
         self.analyses.insert(path.to_owned(), analysis);
         self.unfinished.insert(path.to_owned());
         self.publish(path, found)
@@ -199,13 +240,14 @@ impl Server<'_> {
     /// Looks at the other variants of a document, unless something newer comes.
     fn finish(&mut self) -> Result<(), Failure> {
         let Some(path) = self.unfinished.pop_first() else { return Ok(()) };
-        let Some(analysis) = self.analyses.get(&path) else { return Ok(()) };
+        let Some(analysis) = self.analyses.get_mut(&path) else { return Ok(()) };
         let receiver = &self.connection.receiver;
         let others =
             catch_unwind(AssertUnwindSafe(|| analysis.other_variants(&mut || receiver.is_empty())));
         match others {
             Ok(Some(others)) => {
-                let found = answer::diagnostics(analysis, &others, self.columns);
+                analysis.add(others);
+                let found = answer::diagnostics(analysis, self.columns);
                 self.publish(&path, found)
             }
             Ok(None) => {
@@ -218,7 +260,8 @@ impl Server<'_> {
 
     fn publish(&self, path: &str, diagnostics: Vec<lsp_types::Diagnostic>) -> Result<(), Failure> {
         let Some(uri) = places::uri_of(path) else { return Ok(()) };
-        let params = PublishDiagnosticsParams { uri, diagnostics, version: None };
+        let version = self.versions.get(path).copied();
+        let params = PublishDiagnosticsParams { uri, diagnostics, version };
         let params: Value = serde_json::to_value(params)?;
         let method = PublishDiagnostics::METHOD.to_owned();
         self.connection.sender.send(Notification { method, params }.into())?;

@@ -1,10 +1,9 @@
 //! Conditions on time, moved after the automata that choose states.
 
-use std::collections::HashMap;
-
 use super::families::Plan;
 use super::index::{Explicit, Selections};
 use super::transfer::Transferred;
+use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
 /// Moves conditions on time after the automata that choose states, now that these are known.
@@ -21,7 +20,7 @@ pub(super) fn renumber(
     }
     let roots: Vec<ExprId> =
         expressions(systems, transferred, plan).map(|expression| *expression).collect();
-    let mut replacement = HashMap::new();
+    let mut replacement = HashMap::default();
     for (id, node) in graph.listed(roots.iter().copied()) {
         if let Node::Symbol(Symbol::Discrete(k)) = node {
             replacement.insert(id, graph.symbol(Symbol::Discrete(k + behind)));

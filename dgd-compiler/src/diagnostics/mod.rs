@@ -1,11 +1,13 @@
 //! What is wrong with a text: where, in the user's words, and what would be right.
 
 pub mod codes;
+pub mod fix;
 pub mod render;
 mod visible;
 
 use crate::source::Span;
 pub use codes::Code;
+pub use fix::{Edit, Fix};
 pub use visible::visible;
 
 /// One mistake, with everything needed to show it.
@@ -19,6 +21,8 @@ pub struct Diagnostic {
     pub labels: Vec<Label>,
     /// What would be accepted, or a likely correction.
     pub help: Option<String>,
+    /// The same as a change of the text; the line that comes out is shown.
+    pub fix: Option<Fix>,
 }
 
 /// A place and what there is to say about it (may be empty).
@@ -34,7 +38,7 @@ impl Diagnostic {
     /// A diagnostic at one place.
     pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
         let label = Label { span, text: String::new() };
-        Diagnostic { code, message: message.into(), labels: vec![label], help: None }
+        Diagnostic { code, message: message.into(), labels: vec![label], help: None, fix: None }
     }
 
     /// Says something at the main place.
@@ -48,6 +52,13 @@ impl Diagnostic {
     #[must_use]
     pub fn label(mut self, span: Span, text: impl Into<String>) -> Self {
         self.labels.push(Label { span, text: text.into() });
+        self
+    }
+
+    /// Says how to write it instead.
+    #[must_use]
+    pub fn fix(mut self, fix: Fix) -> Self {
+        self.fix = Some(fix);
         self
     }
 

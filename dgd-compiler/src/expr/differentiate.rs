@@ -4,10 +4,9 @@
 //! of e gains adjoint(e) · ∂e/∂o. One sweep gives the derivatives to all symbols; its cost and the
 //! size of what it adds are in proportion to the root's own size.
 
-use std::collections::HashMap;
-
 use super::graph::{ExprId, Graph, Node, Symbol};
 use super::intrinsics::Definition;
+use crate::expr::hash::HashMap;
 
 impl Graph {
     /// ∂root/∂symbol for every symbol that `wanted` gives a position, where it is not zero:
@@ -20,7 +19,8 @@ impl Graph {
         let order = self.reachable([root]);
 
         // Only what depends on a wanted symbol gets an adjoint.
-        let mut depends: HashMap<ExprId, bool> = HashMap::with_capacity(order.len());
+        let mut depends: HashMap<ExprId, bool> =
+            HashMap::with_capacity_and_hasher(order.len(), <_>::default());
         for &id in &order {
             let node = self.node(id);
             let does = match node {
@@ -31,7 +31,7 @@ impl Graph {
         }
 
         let one = self.constant(1.0);
-        let mut adjoints: HashMap<ExprId, ExprId> = HashMap::from([(root, one)]);
+        let mut adjoints: HashMap<ExprId, ExprId> = [(root, one)].into_iter().collect();
         let mut found = Vec::new();
         for &id in order.iter().rev() {
             if !depends[&id] {

@@ -1,9 +1,10 @@
 //! Expressions as text: a listing in which what is used twice, named or long has a line of its own.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::graph::{Comparison, ExprId, Graph, Node, Symbol};
+use crate::expr::hash::HashMap;
 
 /// Text longer than this gets a line of its own, so that printing stays linear in the graph.
 const LONGEST_INLINE: usize = 160;
@@ -40,7 +41,7 @@ pub fn listing(
     symbol: &dyn Fn(Symbol) -> String,
 ) -> Listing {
     let order = graph.reachable(roots.iter().copied());
-    let mut uses: HashMap<ExprId, usize> = HashMap::new();
+    let mut uses: HashMap<ExprId, usize> = HashMap::default();
     for id in &order {
         for operand in graph.node(*id).operands() {
             *uses.entry(operand).or_default() += 1;
@@ -48,7 +49,7 @@ pub fn listing(
     }
 
     let mut out = Listing::default();
-    let mut texts: HashMap<ExprId, (String, Tightness)> = HashMap::new();
+    let mut texts: HashMap<ExprId, (String, Tightness)> = HashMap::default();
     for id in order {
         let (text, tightness) = node_text(graph, id, &texts, symbol);
         let leaf = graph.node(id).operands().next().is_none();

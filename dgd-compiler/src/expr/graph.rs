@@ -3,11 +3,10 @@
 //! Because a node can only name nodes that exist, ascending [`ExprId`]s are a topological order:
 //! every pass over a graph is a loop, and no expression is too deep for it.
 
-use std::collections::HashMap;
-
 pub use crate::syntax::ast::Comparison;
 
 use super::intrinsics::IntrinsicId;
+use crate::expr::hash::{HashMap, HashSet};
 
 /// An expression of a [`Graph`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -17,6 +16,11 @@ impl ExprId {
     /// Position in the graph.
     pub fn index(self) -> usize {
         self.0 as usize
+    }
+
+    /// The expression at a position.
+    pub(super) fn at(position: usize) -> Self {
+        Self(u32::try_from(position).expect("fewer than 2^32 expressions"))
     }
 }
 
@@ -207,7 +211,7 @@ impl Graph {
     ///
     /// Takes time in proportion to what it returns, up to sorting.
     pub fn reachable(&self, roots: impl IntoIterator<Item = ExprId>) -> Vec<ExprId> {
-        let mut seen = std::collections::HashSet::new();
+        let mut seen = HashSet::default();
         let mut pending: Vec<ExprId> = roots.into_iter().collect();
         let mut found = Vec::new();
         while let Some(id) = pending.pop() {
@@ -237,7 +241,8 @@ impl Graph {
     /// The value of an expression where every symbol has one.
     pub fn evaluate(&self, root: ExprId, symbol: &dyn Fn(Symbol) -> f64) -> f64 {
         let order = self.reachable([root]);
-        let mut values: HashMap<ExprId, f64> = HashMap::with_capacity(order.len());
+        let mut values: HashMap<ExprId, f64> =
+            HashMap::with_capacity_and_hasher(order.len(), <_>::default());
         for id in order {
             let node = self.node(id);
             let value = match node {

@@ -3,7 +3,10 @@
 pub mod differentiate;
 pub mod display;
 pub mod graph;
+pub mod hash;
 pub mod intrinsics;
 pub mod simplify;
+pub mod tape;
 
 pub use graph::{ExprId, Graph, Node, Past, Symbol};
+pub use tape::Tape;

@@ -4,10 +4,9 @@
 //! identities of real functions. They may change the last bit of a result against the spelling in
 //! the source; every back end runs the simplified form, so all agree.
 
-use std::collections::HashMap;
-
 use super::graph::{Comparison, ExprId, Graph, Node, Symbol, apply};
 use super::intrinsics::{Definition, IntrinsicId};
+use crate::expr::hash::HashMap;
 
 /// Integer powers up to this are products.
 const LARGEST_PRODUCT: f64 = 16.0;
@@ -299,7 +298,8 @@ impl Graph {
         nodes: &[(ExprId, Node)],
         mut leaf: impl FnMut(&mut Graph, Symbol) -> ExprId,
     ) -> HashMap<ExprId, ExprId> {
-        let mut built: HashMap<ExprId, ExprId> = HashMap::with_capacity(nodes.len());
+        let mut built: HashMap<ExprId, ExprId> =
+            HashMap::with_capacity_and_hasher(nodes.len(), <_>::default());
         for &(id, node) in nodes {
             let here = match node {
                 Node::Symbol(symbol) => leaf(self, symbol),
@@ -333,7 +333,7 @@ impl Graph {
         roots: impl IntoIterator<Item = ExprId>,
         replacement: &HashMap<ExprId, ExprId>,
     ) -> HashMap<ExprId, ExprId> {
-        let mut built: HashMap<ExprId, ExprId> = HashMap::new();
+        let mut built: HashMap<ExprId, ExprId> = HashMap::default();
         for (id, node) in self.listed(roots) {
             let here = match replacement.get(&id) {
                 Some(other) => *other,

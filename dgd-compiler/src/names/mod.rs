@@ -192,6 +192,18 @@ impl Names {
         all
     }
 
+    /// All that a file and those that it sees declare: labels of equations and outputs, too.
+    pub fn in_sight_of(&self, source: SourceId) -> Vec<SymbolId> {
+        let others = self.seen.get(&source).into_iter().flatten();
+        let scopes = std::iter::once(&source).chain(others).filter_map(|id| self.scopes.get(id));
+        let mut all = self.readable_in(source);
+        for scope in scopes {
+            all.extend(scope.equations.values().chain(scope.outputs.values()));
+            all.extend(scope.variants.values());
+        }
+        all
+    }
+
     /// What can stand behind a part's name and a point.
     pub fn members_of(&self, source: SourceId, part: &str) -> Vec<SymbolId> {
         let Some(scope) = self.model_of_part(source, part) else { return Vec::new() };

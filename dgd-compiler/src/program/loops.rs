@@ -1,13 +1,14 @@
 //! Functions put into execution order: what is the same for all rows first, then a loop for the
 //! families of each length.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeMap;
 
 use dgd_signature::PastLayout;
 
 use super::lower::operation;
 use super::{Function, FunctionKind, Loop, Operation, Store, ValueId};
 use crate::dae::Dae;
+use crate::expr::hash::{HashMap, HashSet};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
 /// A number of a result, or one for each row of a family.
@@ -32,7 +33,8 @@ pub(super) fn schedule(
     let order = graph.reachable(results.iter().flatten().map(|number| number.value));
     let moving = moving(graph, &order);
 
-    let mut values: HashMap<ExprId, ValueId> = HashMap::with_capacity(order.len());
+    let mut values: HashMap<ExprId, ValueId> =
+        HashMap::with_capacity_and_hasher(order.len(), <_>::default());
     let mut body = Vec::with_capacity(order.len());
     let mut names = Vec::new();
     for id in order.iter().filter(|id| !moving.contains(id)) {
@@ -83,7 +85,7 @@ pub(super) fn schedule(
 
 /// Those expressions that differ from row to row.
 fn moving(graph: &Graph, order: &[ExprId]) -> HashSet<ExprId> {
-    let mut moving = HashSet::new();
+    let mut moving = HashSet::default();
     for &id in order {
         let node = graph.node(id);
         let moves = match node {
@@ -118,7 +120,7 @@ impl Loops<'_> {
         let Loops { graph, dae, past, ref moving, common, begin } = *self;
         let order = graph.reachable(numbers.iter().map(|(_, number)| number.value));
         let mut body = Vec::new();
-        let mut own: HashMap<ExprId, ValueId> = HashMap::new();
+        let mut own: HashMap<ExprId, ValueId> = HashMap::default();
         for id in order.into_iter().filter(|id| moving.contains(id)) {
             let value = |operand: ExprId| {
                 own.get(&operand).or_else(|| common.get(&operand)).copied().unwrap_or_else(|| {

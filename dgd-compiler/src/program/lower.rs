@@ -1,6 +1,6 @@
 //! Dae → Program: derivatives are taken, patterns found, expressions put in execution order.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeMap;
 
 use dgd_signature::arrays::Run;
 use dgd_signature::{Direction, PastLayout, Pattern};
@@ -11,6 +11,7 @@ use super::past::{begin, opened};
 use super::taylor::{Derivatives, NonZero, taylor};
 use super::{Operation, Program, ValueId, describe};
 use crate::dae::{self, Dae};
+use crate::expr::hash::{HashMap, HashSet};
 use crate::expr::{ExprId, Graph, Node, Past, Symbol};
 
 /// Makes a program of a system, with sensitivities to these directions.
@@ -94,8 +95,8 @@ impl<'a> Derivation<'a> {
     /// The roots with a/b as a (1/b) where no unknown reaches b, and no counter of a loop: 1/b does not
     /// wait for the unknowns, and what waits for them multiplies.
     fn by_reciprocals(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
-        let mut moving = HashSet::new();
-        let mut built: HashMap<ExprId, ExprId> = HashMap::new();
+        let mut moving = HashSet::default();
+        let mut built: HashMap<ExprId, ExprId> = HashMap::default();
         for (id, node) in self.graph.listed(roots.iter().copied()) {
             if is_moving(node) || node.operands().any(|operand| moving.contains(&operand)) {
                 moving.insert(id);

@@ -13,13 +13,13 @@
 //! The last is what a delay that is zero does when it changes.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
 
 use dgd_signature::PastLayout;
 
 use super::lower::Derivation;
 use crate::dae::Dae;
 use crate::expr::graph::Comparison;
+use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Past, Symbol};
 
 /// Position in u of the first number of a kind; there is one for each delayed unknown, or, of
@@ -43,7 +43,7 @@ pub(super) fn opened(dae: &Dae) -> Cow<'_, Dae> {
         return Cow::Borrowed(dae);
     }
     let mut dae = dae.clone();
-    let mut replacement = HashMap::new();
+    let mut replacement = HashMap::default();
     let half = dae.graph.constant(0.5);
     for k in 0..u32::try_from(dae.delayed_unknowns.len()).unwrap_or(u32::MAX) {
         let [held, value, present] = [Past::Held, Past::Value, Past::Present]

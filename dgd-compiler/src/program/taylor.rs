@@ -27,13 +27,14 @@
 //! Griewank and Walther, Evaluating Derivatives, 2nd ed. (2008), ch. 13; Jorba and Zou, Experimental
 //! Mathematics 14 (2005) 99–117, §2.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet};
 
 use dgd_signature::{Interpolation, PastLayout};
 
 use super::lower::{Derivation, operation};
 use super::{Operation, ValueId};
 use crate::dae::Dae;
+use crate::expr::hash::{HashMap, HashSet};
 use crate::expr::intrinsics::{Definition, IntrinsicId};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
@@ -303,14 +304,14 @@ impl<'a> Builder<'a> {
             graph,
             names,
             dae,
-            moving: HashSet::new(),
-            lines: HashSet::new(),
-            slopes: HashMap::new(),
+            moving: HashSet::default(),
+            lines: HashSet::default(),
+            slopes: HashMap::default(),
             body: Vec::new(),
-            values: HashMap::new(),
+            values: HashMap::default(),
             recurrences: BTreeMap::new(),
-            quotients: HashMap::new(),
-            parts: HashMap::new(),
+            quotients: HashMap::default(),
+            parts: HashMap::default(),
         }
     }
 
@@ -378,7 +379,8 @@ impl<'a> Builder<'a> {
         if !nodes.iter().any(|(_, node)| rewritten(&self.moving, *node).is_some()) {
             return;
         }
-        let mut built: HashMap<ExprId, ExprId> = HashMap::with_capacity(nodes.len());
+        let mut built: HashMap<ExprId, ExprId> =
+            HashMap::with_capacity_and_hasher(nodes.len(), <_>::default());
         for (id, node) in nodes {
             let here = if let Some((x, y)) = rewritten(&self.moving, node) {
                 let log = self.graph.call1("log", built[&x]);
@@ -669,7 +671,7 @@ impl<'a> Builder<'a> {
     ///
     /// A sum that only one other sum reads becomes part of that sum.
     fn gather(&mut self, results: &[ValueId]) -> Vec<Term> {
-        let mut readers: HashMap<ValueId, usize> = HashMap::new();
+        let mut readers: HashMap<ValueId, usize> = HashMap::default();
         let mut pinned: HashSet<ValueId> = results.iter().copied().collect();
         for recurrence in self.recurrences.values() {
             match recurrence {
@@ -681,7 +683,7 @@ impl<'a> Builder<'a> {
                 Continued::By(recurrence) => pinned.extend(recurrence.operands()),
             }
         }
-        let mut inner: HashMap<ValueId, Vec<Term>> = HashMap::new();
+        let mut inner: HashMap<ValueId, Vec<Term>> = HashMap::default();
         for (value, recurrence) in &self.recurrences {
             if let Continued::Sum(terms) = recurrence
                 && readers.get(value) == Some(&1)

@@ -1,20 +1,18 @@
-//! What can be written at the cursor, and the arguments of a call.
+//! What can be written at the cursor.
+
+use std::path::Path;
 
 use dgd_compiler::expr::intrinsics::INTRINSICS;
 use dgd_compiler::names::{Symbol, SymbolKind};
-use dgd_compiler::source::SourceId;
-use dgd_compiler::syntax::ast::ItemKind;
-use dgd_compiler::syntax::visit;
+use dgd_compiler::source::{SourceId, Sources};
+use dgd_compiler::syntax::ast::{EffectKind, SlotKind};
 use dgd_compiler::units::catalogue::CATALOGUE;
-use lsp_types::{
-    CompletionItem, CompletionItemKind, CompletionParams, ParameterInformation, ParameterLabel,
-    SignatureHelp, SignatureHelpParams, SignatureInformation,
-};
+use lsp_types::{CompletionItem, CompletionItemKind, CompletionParams};
 
 use super::Context;
 
 /// Words that begin an item, and attributes that end one.
-const KEYWORDS: [&str; 18] = [
+const KEYWORDS: [&str; 19] = [
     "model",
     "effect",
     "import",
@@ -30,10 +28,15 @@ const KEYWORDS: [&str; 18] = [
     "output",
     "variant",
     "modes",
+    "for",
     "part",
     "when",
     "saturate",
 ];
+/// Words that begin a clause of an effect.
+const CLAUSES: [&str; 5] = ["kind", "form", "null", "replace", "add"];
+/// Words that begin a line within a `modes` block and behind a `when`.
+const IN_BLOCKS: [&str; 2] = ["start", "reset"];
 const ATTRIBUTES: [&str; 10] = [
     "in",
     "log",
@@ -47,6 +50,20 @@ const ATTRIBUTES: [&str; 10] = [
     "exact",
 ];
 
+/// What belongs at a place of a line.
+enum Wanted {
+    /// Words of the language.
+    Words(Vec<&'static str>),
+    /// What is declared as one of these, in sight of the file.
+    Kinds(&'static [SymbolKind], &'static [&'static str]),
+    /// Models of the project.
+    Models,
+    /// Files that can be imported.
+    Files,
+    /// What an expression can read, functions and attributes.
+    Expression,
+}
+
 pub(super) fn completion(params: &CompletionParams, context: &Context<'_>) -> Vec<CompletionItem> {
     let byte = context.byte(params.text_document_position.position);
     let before = &context.text()[..byte];
@@ -58,26 +75,93 @@ pub(super) fn completion(params: &CompletionParams, context: &Context<'_>) -> Ve
     let word = line
         .rfind(|c| !is_word(c))
         .map_or(line, |at| &line[at + line[at..].chars().next().map_or(1, char::len_utf8)..]);
-    let (names, _) = context.files.names(&context.path);
-    if let Some((part, _)) = word.rsplit_once('.') {
+    let (names, sources) = context.files.names(&context.path);
+    let has_part = word.rsplit_once('.').filter(|_| !line.contains('"'));
+    if let Some((part, _)) = has_part {
         let members = names.members_of(SourceId(0), part);
         return members.into_iter().map(|id| of_symbol(names.symbol(id))).collect();
     }
-    let plain = |kind| move |label: &str| item(label, kind, None);
-    if line.trim() == word {
-        return KEYWORDS.iter().map(|word| plain(CompletionItemKind::KEYWORD)(word)).collect();
+    let is_effect = context.analysis.is_some_and(|analysis| analysis.asts[0].effect.is_some());
+    match wanted(&line[..line.len() - word.len()], is_effect) {
+        Wanted::Words(words) => keywords(&words),
+        Wanted::Kinds(kinds, words) => {
+            let in_sight = names.in_sight_of(SourceId(0)).into_iter().map(|id| names.symbol(id));
+            let found = in_sight.filter(|symbol| kinds.contains(&symbol.kind)).map(of_symbol);
+            found.chain(keywords(words)).collect()
+        }
+        Wanted::Models => {
+            let models = names.symbols().map(|(_, symbol)| symbol);
+            models.filter(|one| one.kind == SymbolKind::Model).map(of_symbol).collect()
+        }
+        Wanted::Files => files(&sources, &context.path),
+        Wanted::Expression => {
+            let readable = names.readable_in(SourceId(0));
+            let own = readable.into_iter().map(|id| of_symbol(names.symbol(id)));
+            own.chain(functions()).chain(attributes()).collect()
+        }
     }
-    if line.trim_start().starts_with("effect ") {
-        let models = names.symbols().map(|(_, symbol)| symbol);
-        return models.filter(|one| one.kind == SymbolKind::Model).map(of_symbol).collect();
+}
+
+/// What belongs behind the beginning of a line.
+fn wanted(line: &str, is_effect: bool) -> Wanted {
+    const READ: &[SymbolKind] = &[
+        SymbolKind::Constant,
+        SymbolKind::Parameter,
+        SymbolKind::Input,
+        SymbolKind::State,
+        SymbolKind::Unknown,
+        SymbolKind::Let,
+        SymbolKind::Function,
+        SymbolKind::Argument,
+        SymbolKind::Part,
+    ];
+    let words: Vec<&str> = line.split_whitespace().collect();
+    match words.as_slice() {
+        [] if is_effect => Wanted::Words([&KEYWORDS[2..], &CLAUSES, &IN_BLOCKS].concat()),
+        [] => Wanted::Words([&KEYWORDS[..], &IN_BLOCKS].concat()),
+        ["effect", .., last] if last.ends_with(':') => {
+            Wanted::Words(SlotKind::ALL.iter().map(|(word, _)| *word).collect())
+        }
+        ["effect", _, "on"] => Wanted::Models,
+        ["effect", _] => Wanted::Words(vec!["on"]),
+        ["part", .., last] if last.ends_with(':') => Wanted::Models,
+        ["import", ..] => Wanted::Files,
+        ["kind"] => Wanted::Words(EffectKind::ALL.iter().map(|(word, _)| *word).collect()),
+        ["null"] => Wanted::Kinds(&[SymbolKind::Parameter], &[]),
+        ["replace"] => Wanted::Kinds(READ, &["output"]),
+        ["replace", "output"] => Wanted::Kinds(&[SymbolKind::Output], &[]),
+        ["replace", .., "in"] | ["add", .., "to"] => {
+            Wanted::Kinds(&[SymbolKind::Equation, SymbolKind::Argument], &[])
+        }
+        ["replace", _] => Wanted::Words(vec!["in", "by"]),
+        ["replace", "output", _] | ["replace", _, "in", _] => Wanted::Words(vec!["by"]),
+        ["when", .., "rises"] => Wanted::Words(vec!["above"]),
+        ["when", .., "falls"] => Wanted::Words(vec!["below"]),
+        _ => Wanted::Expression,
     }
-    let readable = names.readable_in(SourceId(0));
-    let own = readable.into_iter().map(|id| of_symbol(names.symbol(id)));
+}
+
+fn keywords(words: &[&str]) -> Vec<CompletionItem> {
+    words.iter().map(|word| item(word, CompletionItemKind::KEYWORD, None)).collect()
+}
+
+fn functions() -> impl Iterator<Item = CompletionItem> {
+    let others = ["der", "delay"].iter().map(|word| item(word, CompletionItemKind::FUNCTION, None));
     let functions = INTRINSICS.iter().filter(|function| function.name != "^");
-    let functions = functions.map(|f| item(f.name, CompletionItemKind::FUNCTION, Some(f.doc)));
-    let attributes = ATTRIBUTES.iter().map(|word| plain(CompletionItemKind::PROPERTY)(word));
-    let others = ["der", "delay"].iter().map(|word| plain(CompletionItemKind::FUNCTION)(word));
-    own.chain(functions).chain(others).chain(attributes).collect()
+    others.chain(functions.map(|f| item(f.name, CompletionItemKind::FUNCTION, Some(f.doc))))
+}
+
+fn attributes() -> impl Iterator<Item = CompletionItem> {
+    ATTRIBUTES.iter().map(|word| item(word, CompletionItemKind::PROPERTY, None))
+}
+
+/// The other files below the folder of a document, as an `import` names them.
+fn files(sources: &Sources, path: &str) -> Vec<CompletionItem> {
+    let Some(folder) = Path::new(path).parent() else { return Vec::new() };
+    let others = sources.iter().map(|source| Path::new(&source.name));
+    let below = others.filter(|other| *other != Path::new(path));
+    let below = below.filter_map(|other| other.strip_prefix(folder).ok());
+    below.map(|below| item(&below.display().to_string(), CompletionItemKind::FILE, None)).collect()
 }
 
 fn units() -> Vec<CompletionItem> {
@@ -111,77 +195,4 @@ fn of_symbol(symbol: &Symbol) -> CompletionItem {
         | SymbolKind::Index => CompletionItemKind::VARIABLE,
     };
     item(&symbol.name, kind, Some(&format!("{:?}", symbol.kind).to_lowercase()))
-}
-
-/// The function whose parentheses are open at the cursor, and which argument is being written.
-pub(super) fn signature(
-    params: &SignatureHelpParams,
-    context: &Context<'_>,
-) -> Option<SignatureHelp> {
-    let byte = context.byte(params.text_document_position_params.position);
-    let before = &context.text()[..byte];
-    let line = &before[before.rfind('\n').map_or(0, |at| at + 1)..];
-    let (mut closed, mut argument, mut open) = (0, 0, None);
-    for (at, c) in line.char_indices().rev() {
-        match c {
-            ')' => closed += 1,
-            '(' if closed > 0 => closed -= 1,
-            '(' => {
-                open = Some(at);
-                break;
-            }
-            ',' if closed == 0 => argument += 1,
-            _ => {}
-        }
-    }
-    let head = line[..open?].trim_end();
-    let is_word = |c: char| c.is_alphanumeric() || c == '_';
-    let start = head
-        .rfind(|c| !is_word(c))
-        .map_or(0, |at| at + head[at..].chars().next().map_or(1, char::len_utf8));
-    let name = &head[start..];
-    let (arguments, doc) = arguments_of(name, context)?;
-    let parameter = |label: &String| ParameterInformation {
-        label: ParameterLabel::Simple(label.clone()),
-        documentation: None,
-    };
-    Some(SignatureHelp {
-        signatures: vec![SignatureInformation {
-            label: format!("{name}({})", arguments.join(", ")),
-            documentation: Some(lsp_types::Documentation::String(doc)),
-            parameters: Some(arguments.iter().map(parameter).collect()),
-            active_parameter: Some(argument),
-        }],
-        active_signature: Some(0),
-        active_parameter: Some(argument),
-    })
-}
-
-/// The arguments of a function, with their units, and what it is.
-fn arguments_of(name: &str, context: &Context<'_>) -> Option<(Vec<String>, String)> {
-    let analysis = context.analysis?;
-    let mut found = None;
-    for ast in &analysis.asts {
-        visit::items(&ast.items, &mut |item| {
-            let ItemKind::Function { name: own, arguments, .. } = &item.kind else { return };
-            if own.text == name && found.is_none() {
-                let shown = arguments.iter().map(|argument| match &argument.unit {
-                    Some(unit) => format!("{} [{}]", argument.name.text, unit.text),
-                    None => argument.name.text.clone(),
-                });
-                found = Some((shown.collect(), item.doc.join("\n")));
-            }
-        });
-    }
-    let plain = |all: &[&str]| all.iter().map(ToString::to_string).collect();
-    found.or_else(|| match name {
-        "der" => Some((plain(&["state"]), "the derivative to time of a state".to_owned())),
-        "delay" => Some((plain(&["value", "time"]), "what it was so long ago".to_owned())),
-        _ => {
-            let function = INTRINSICS.iter().find(|function| function.name == name)?;
-            let arguments = ["x", "y"];
-            let n = function.definition.arity().min(arguments.len());
-            Some((plain(&arguments[..n]), function.doc.to_owned()))
-        }
-    })
 }

@@ -2,26 +2,23 @@
 
 use std::collections::HashMap;
 
-use dgd_compiler::diagnostics::{Diagnostic, Label};
-use dgd_compiler::source::{Columns, SourceId, Sources};
+use dgd_compiler::diagnostics::{Code, Diagnostic, Edit, Fix, Label};
+use dgd_compiler::source::{Columns, SourceId, Sources, Span};
 use lsp_types::{
     CodeAction, CodeActionKind, CodeActionParams, CodeActionResponse, DiagnosticRelatedInformation,
-    DiagnosticSeverity, NumberOrString, Position, Range, TextEdit, WorkspaceEdit,
+    DiagnosticSeverity, Location, NumberOrString, Position, Range, TextEdit, Uri, WorkspaceEdit,
 };
 
 use super::Context;
+use super::conversions::{Proposal, conversions};
 use crate::analysis::Analysis;
 use crate::places;
 
 /// What is wrong with a document, by the first choice of each variant and by others. What is wrong in an imported
 /// file stands at the top of the document, with its place.
-pub(crate) fn diagnostics(
-    analysis: &Analysis,
-    others: &[Diagnostic],
-    columns: Columns,
-) -> Vec<lsp_types::Diagnostic> {
+pub(crate) fn diagnostics(analysis: &Analysis, columns: Columns) -> Vec<lsp_types::Diagnostic> {
     let own = &analysis.diagnostics;
-    let more = others.iter().filter(|other| !own.contains(other));
+    let more = analysis.others.iter().filter(|other| !own.contains(other));
     own.iter().chain(more).map(|one| shown(one, &analysis.sources, columns)).collect()
 }
 
@@ -71,39 +68,117 @@ fn proposed(help: &str) -> Option<&str> {
     help.strip_prefix("did you mean `")?.strip_suffix("`?")
 }
 
-/// Quick fixes of what is wrong in a range.
+/// Quick fixes of what is wrong in a range, and all safe ones of the document at once.
 pub(super) fn actions(params: &CodeActionParams, context: &Context<'_>) -> CodeActionResponse {
     let Some(analysis) = context.analysis else { return Vec::new() };
+    let wanted = |kind: &CodeActionKind| {
+        let only = params.context.only.as_ref();
+        only.is_none_or(|only| only.iter().any(|one| kind.as_str().starts_with(one.as_str())))
+    };
     let mut actions = Vec::new();
-    for diagnostic in &analysis.diagnostics {
+    for diagnostic in analysis.diagnostics.iter().chain(&analysis.others) {
         let span = diagnostic.labels[0].span;
-        if span.source != SourceId(0) {
-            continue;
-        }
         let range = places::range_of(span, &analysis.sources, context.columns);
-        let touches = range.start <= params.range.end && params.range.start <= range.end;
-        let Some(word) = diagnostic.help.as_deref().and_then(proposed).filter(|_| touches) else {
-            continue;
-        };
-        let text = analysis.sources.text(span);
-        // Of `pump.c`, a help may be about what stands behind the point only.
-        let new = match text.rsplit_once('.') {
-            Some((part, _)) if !word.contains('.') => format!("{part}.{word}"),
-            _ => word.to_owned(),
-        };
-        let edit = TextEdit::new(range, new.clone());
-        let uri = params.text_document.uri.clone();
-        actions.push(
-            CodeAction {
-                title: format!("Write `{new}`"),
-                kind: Some(CodeActionKind::QUICKFIX),
-                diagnostics: Some(vec![shown(diagnostic, &analysis.sources, context.columns)]),
-                edit: Some(WorkspaceEdit::new(HashMap::from([(uri, vec![edit])]))),
-                is_preferred: Some(true),
-                ..Default::default()
-            }
-            .into(),
-        );
+        // The cursor may stand anywhere in the lines.
+        let touches =
+            range.start.line <= params.range.end.line && params.range.start.line <= range.end.line;
+        if span.source == SourceId(0) && touches && wanted(&CodeActionKind::QUICKFIX) {
+            actions.extend(of_mistake(diagnostic, analysis, context));
+        }
     }
-    actions
+    if wanted(&CodeActionKind::SOURCE_FIX_ALL) {
+        actions.extend(all_safe(analysis, context));
+    }
+    actions.into_iter().map(Into::into).collect()
+}
+
+/// What can be written to set one mistake right; what could mean nothing else comes first.
+fn of_mistake(
+    diagnostic: &Diagnostic,
+    analysis: &Analysis,
+    context: &Context<'_>,
+) -> Vec<CodeAction> {
+    let of_compiler = diagnostic.fix.iter().map(|fix| {
+        let title = fix.line(&analysis.sources).map(|line| format!("Write `{line}`"));
+        (title.unwrap_or_else(|| "Correct it".to_owned()), fix.edits.clone(), fix.is_safe())
+    });
+    let guessed = |(title, edits)| (title, edits, false);
+    let word = word(diagnostic, analysis).map(|(title, edits)| (title, edits, true));
+    let label = label(diagnostic, analysis).map(|(title, edits)| (title, edits, true));
+    let others = conversions(diagnostic, analysis).into_iter().map(guessed);
+    let all: Vec<_> = of_compiler.chain(word).chain(label).chain(others).collect();
+    let shown = shown(diagnostic, &analysis.sources, context.columns);
+    all.into_iter()
+        .map(|(title, edits, is_preferred)| CodeAction {
+            title,
+            kind: Some(CodeActionKind::QUICKFIX),
+            diagnostics: Some(vec![shown.clone()]),
+            edit: Some(written(&edits, analysis, context.columns)),
+            is_preferred: Some(is_preferred),
+            ..Default::default()
+        })
+        .collect()
+}
+
+/// The word that a help proposes, in the place of what is marked.
+fn word(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
+    let word = diagnostic.help.as_deref().and_then(proposed)?;
+    let span = diagnostic.labels[0].span;
+    // Of `pump.c`, a help may be about what stands behind the point only.
+    let new = match analysis.sources.text(span).rsplit_once('.') {
+        Some((part, _)) if !word.contains('.') => format!("{part}.{word}"),
+        _ => word.to_owned(),
+    };
+    Some((format!("Write `{new}`"), vec![Edit::replace(span, new)]))
+}
+
+/// A label for an equation that has none.
+fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
+    let place = diagnostic.labels[0].span;
+    let text = &analysis.sources.get(SourceId(0)).text;
+    let at = place.start as usize;
+    let start = text[..at].rfind('\n').map_or(0, |at| at + 1);
+    let line = text[start..].lines().next()?;
+    let indent = line.len() - line.trim_start().len();
+    let formula = line.trim_start().strip_prefix("equation ")?;
+    let code = formula.split(['#', '/']).next().unwrap_or_default();
+    if diagnostic.code != Code::E105 || code.contains(':') || !code.contains('=') {
+        return None;
+    }
+    let of = code.split_once("der(").and_then(|(_, rest)| rest.split(')').next());
+    let is_name = |name: &&str| name.chars().all(|c| c.is_alphanumeric() || c == '_');
+    let first = of.filter(is_name).map_or("balance".to_owned(), |of| format!("der_{of}"));
+    let is_taken = |label: &String| text.contains(&format!("equation {label}"));
+    let further = (2..).map(|n| format!("{first}_{n}"));
+    let label = std::iter::once(first.clone()).chain(further).find(|label| !is_taken(label))?;
+    let behind = u32::try_from(start + indent + "equation ".len()).ok()?;
+    let span = Span { start: behind, end: behind, ..place };
+    Some((format!("Label it `{label}`"), vec![Edit::replace(span, format!("{label}: "))]))
+}
+
+/// All corrections of the document that could mean nothing else.
+fn all_safe(analysis: &Analysis, context: &Context<'_>) -> Option<CodeAction> {
+    let fixes = analysis.diagnostics.iter().filter_map(|one| one.fix.as_ref());
+    let safe: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
+    let text = context.text();
+    let (new, n) = dgd_compiler::diagnostics::fix::written(text, SourceId(0), &safe);
+    let whole = Span { source: SourceId(0), start: 0, end: u32::try_from(text.len()).ok()? };
+    (n > 0).then(|| CodeAction {
+        title: "Write all safe corrections".to_owned(),
+        kind: Some(CodeActionKind::SOURCE_FIX_ALL),
+        edit: Some(written(&[Edit::replace(whole, new)], analysis, context.columns)),
+        ..Default::default()
+    })
+}
+
+/// Changes of texts as the protocol has them.
+#[allow(clippy::mutable_key_type)] // The protocol's own type.
+fn written(edits: &[Edit], analysis: &Analysis, columns: Columns) -> WorkspaceEdit {
+    let mut changes: HashMap<Uri, Vec<TextEdit>> = HashMap::new();
+    for Edit { span, text } in edits {
+        if let Some(Location { uri, range }) = places::location(*span, &analysis.sources, columns) {
+            changes.entry(uri).or_default().push(TextEdit::new(range, text.clone()));
+        }
+    }
+    WorkspaceEdit::new(changes)
 }

@@ -91,7 +91,13 @@ fn of_symbol(id: SymbolId, names: &Names, sources: &Sources, context: &Context<'
         }
     }
     let times = if n_uses == 1 { "once".to_owned() } else { format!("{n_uses} times") };
+    let is_read_elsewhere = matches!(
+        symbol.kind,
+        SymbolKind::Equation | SymbolKind::Output | SymbolKind::Model | SymbolKind::Effect
+    );
     let _ = match files.as_slice() {
+        // Others than the project's files use them, if anybody does.
+        [] if is_read_elsewhere => Ok(()),
         [] => write!(text, "\n\nNot used"),
         files => write!(text, "\n\nUsed {times}, in {}", files.join(", ")),
     };

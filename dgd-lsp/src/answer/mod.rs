@@ -1,9 +1,11 @@
 //! Requests and their answers, a file for each kind.
 
 mod completion;
+mod conversions;
 mod fixes;
 mod hover;
 mod names;
+mod signature;
 mod text;
 
 use dgd_compiler::source::{Columns, SourceId};
@@ -68,7 +70,7 @@ pub(crate) fn capabilities(encoding: PositionEncodingKind) -> ServerCapabilities
             work_done_progress_options: WorkDoneProgressOptions::default(),
         })),
         completion_provider: Some(CompletionOptions {
-            trigger_characters: words(&[".", "["]),
+            trigger_characters: words(&[".", "[", "\"", ":"]),
             ..CompletionOptions::default()
         }),
         signature_help_provider: Some(SignatureHelpOptions {
@@ -107,7 +109,7 @@ pub(crate) fn answer(method: &str, params: Value, context: &Context<'_>) -> Opti
     Some(match method {
         HoverRequest::METHOD => with(params, |params| Ok(hover::hover(&params, context))),
         SignatureHelpRequest::METHOD => {
-            with(params, |params| Ok(completion::signature(&params, context)))
+            with(params, |params| Ok(signature::signature(&params, context)))
         }
         GotoDefinition::METHOD => with(params, |params| Ok(names::definition(&params, context))),
         References::METHOD => with(params, |params| Ok(names::references(&params, context))),

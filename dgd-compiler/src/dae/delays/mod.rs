@@ -10,12 +10,13 @@
 
 mod resolver;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use self::resolver::Resolver;
 use crate::dae::transfer::{Equation, Transferred};
 use crate::dae::{Delay, DelayedInput, DelayedUnknown, Unknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::{Declared, Model};
 use crate::source::Span;

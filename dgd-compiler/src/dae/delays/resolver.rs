@@ -1,10 +1,11 @@
 //! Delays pushed down to names, and the inputs and unknowns that names become when they are late.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::dae::{Delay, DelayedInput, DelayedUnknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::expr::display::listing;
+use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::Model;
 use crate::source::Span;
@@ -51,7 +52,8 @@ impl<'a> Resolver<'a> {
         graph: &mut Graph,
         nodes: &[(ExprId, Node)],
     ) -> Option<HashMap<ExprId, ExprId>> {
-        let mut built: HashMap<ExprId, ExprId> = HashMap::with_capacity(nodes.len());
+        let mut built: HashMap<ExprId, ExprId> =
+            HashMap::with_capacity_and_hasher(nodes.len(), <_>::default());
         for &(id, node) in nodes {
             let here = match node {
                 Node::Symbol(_) => id,

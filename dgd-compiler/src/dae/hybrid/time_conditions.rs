@@ -3,10 +3,9 @@
 //! Both sides of `time > t_on` depend on time linearly, and otherwise on parameters only, so that
 //! left − right = α + β time. It switches at t = −α/β, and a solver can stop there.
 
-use std::collections::HashMap;
-
 use crate::dae::TimeCondition;
 use crate::expr::graph::Comparison;
+use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
 /// An expression α + β time; no β where it does not depend on time.
@@ -24,9 +23,10 @@ pub(in crate::dae) fn time_conditions(
     first: usize,
 ) -> (Vec<TimeCondition>, HashMap<ExprId, ExprId>) {
     let nodes = graph.listed(roots);
-    let mut lines: HashMap<ExprId, Line> = HashMap::with_capacity(nodes.len());
+    let mut lines: HashMap<ExprId, Line> =
+        HashMap::with_capacity_and_hasher(nodes.len(), <_>::default());
     let mut conditions = Vec::new();
-    let mut replacement = HashMap::new();
+    let mut replacement = HashMap::default();
     for (id, node) in nodes {
         if let Node::Compare(comparison, a, b) = node
             && let (Some(&a), Some(&b)) = (lines.get(&a), lines.get(&b))

@@ -4,9 +4,8 @@
 //! value at several points without a pattern has it everywhere (J. T. Schwartz, J. ACM 27 (1980)
 //! 701–717); symbols, and what is not arithmetic, stand for numbers of their own.
 
-use std::collections::HashMap;
-
 use crate::expr::graph::apply;
+use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 
 /// Where the sequences of numbers begin.
@@ -32,7 +31,7 @@ pub(super) fn samples(graph: &Graph, id: ExprId) -> [f64; 3] {
 
 /// The value of an expression at a sample, and what it would be if nothing in it cancelled.
 fn sampled(graph: &Graph, id: ExprId, sample: u64) -> (f64, f64) {
-    let mut values: HashMap<ExprId, (f64, f64)> = HashMap::new();
+    let mut values: HashMap<ExprId, (f64, f64)> = HashMap::default();
     for (part, node) in graph.listed([id]) {
         let value = match node {
             Node::Constant(_)

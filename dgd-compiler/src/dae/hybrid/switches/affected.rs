@@ -150,7 +150,7 @@ mod tests {
         let calls = nodes.filter(
             |(_, node)| matches!(node, Node::Call1(function, _) if function.get().name == "abs"),
         );
-        calls.map(|(id, _)| (id, readers.affected(&[(id, 1.0)].into()).0)).collect()
+        calls.map(|(id, _)| (id, readers.affected(&[(id, 1.0)].into_iter().collect()).0)).collect()
     }
 
     #[test]

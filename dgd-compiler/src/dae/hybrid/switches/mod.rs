@@ -33,7 +33,7 @@ mod surfaces;
 mod unrolled;
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeMap;
 
 use self::affected::Readers;
 use self::surfaces::SurfaceKind;
@@ -43,6 +43,7 @@ use crate::dae::text::symbol_name;
 use crate::dae::{Automaton, AutomatonKind, Dae, Transition, Trigger, Unknown};
 use crate::expr::display::listing;
 use crate::expr::graph::Comparison;
+use crate::expr::hash::{HashMap, HashSet};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::{Crossing, Model};
 use crate::units::Unit;
@@ -120,7 +121,7 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
     let before = dae.automata.len();
     let after = before + surfaces.len();
     let sliding = Sliding::of(dae);
-    let mut sharing: HashSet<ExprId> = HashSet::new();
+    let mut sharing: HashSet<ExprId> = HashSet::default();
     let jumping = surfaces.iter_mut().filter(|surface| surface.passage == Passage::Jump);
     let mut n_shares = 0;
     for (k, surface) in jumping.enumerate() {
@@ -308,8 +309,8 @@ impl<'a> Replacing<'a> {
         roots.extend(dae.names.keys().copied());
         roots.extend(self.surfaces.iter().map(|surface| surface.e));
         let graph = &mut dae.graph;
-        let mut built: HashMap<ExprId, ExprId> = HashMap::new();
-        let mut weights: HashMap<ExprId, Weight> = HashMap::new();
+        let mut built: HashMap<ExprId, ExprId> = HashMap::default();
+        let mut weights: HashMap<ExprId, Weight> = HashMap::default();
         for (id, node) in graph.listed(roots) {
             let here = match node {
                 Node::Symbol(Symbol::Discrete(i)) if i as usize >= self.before => {

@@ -4,13 +4,12 @@
 //! sides, each with its own outer switch. So the inner condition is brought to the front of such
 //! rows: row = if e > 0 then row where e > 0 else row where e < 0.
 
-use std::collections::HashMap;
-
 use super::Readers;
 use super::surfaces::{SurfaceKind, surfaces};
 use crate::dae::Dae;
 use crate::dae::hybrid::smoothness::{Passage, Signs, Sizes, on_side, passage};
 use crate::expr::graph::Comparison;
+use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Node};
 use crate::model::Model;
 

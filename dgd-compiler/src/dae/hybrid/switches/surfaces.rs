@@ -1,10 +1,11 @@
 //! The surfaces on which the switches of the rows change.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use super::Surface;
 use crate::dae::Dae;
-use crate::dae::hybrid::smoothness::{Passage, Signs, Sizes, values_at_random};
+use crate::dae::hybrid::smoothness::{Passage, Sizes, values_at_random};
+use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::{Interpolation, Model};
 
@@ -44,9 +45,10 @@ pub(super) fn surfaces(
         declared.chain(late).map(|interpolation| interpolation == Interpolation::Linear).collect()
     };
     let nodes = dae.graph.listed(roots.iter().copied());
-    let mut moves: HashMap<ExprId, Moves> = HashMap::with_capacity(nodes.len());
+    let mut moves: HashMap<ExprId, Moves> =
+        HashMap::with_capacity_and_hasher(nodes.len(), <_>::default());
     let mut surfaces: Vec<Surface> = Vec::new();
-    let mut known: HashMap<ExprId, usize> = HashMap::new();
+    let mut known: HashMap<ExprId, usize> = HashMap::default();
     for (id, node) in nodes {
         let here = match node {
             Node::Symbol(symbol) => moves_of(symbol, &is_linear),
@@ -75,7 +77,7 @@ pub(super) fn surfaces(
             surfaces[*surface].signs.insert(id, -sign);
         } else {
             known.insert(e, surfaces.len());
-            let signs = Signs::from([(id, sign)]);
+            let signs = [(id, sign)].into_iter().collect();
             let (passage, name) = (Passage::Smooth, String::new());
             let rows = Vec::new();
             surfaces.push(Surface { e, signs, rows, passage, name, z: None, share: None });

@@ -1,0 +1,131 @@
+//! Whether an expression is smooth, has a corner or jumps where a switch changes.
+//!
+//! A switch changes on the surface e = 0. With A and B the expression as it is where e > 0 and where
+//! e < 0, it is smooth if A = B and ∂A/∂v = ∂B/∂v on the surface for a symbol v that e
+//! depends on: along the surface all derivatives agree where values do. Whether a difference is
+//! identically zero is tried at points of the surface drawn with a fixed seed: at a random point, v
+//! is moved until e = 0. The difference there is compared with those off the surface. `q*abs(q)` is
+//! smooth, `abs(q)` has a corner, `sign(q)` jumps.
+
+mod point;
+mod sides;
+
+pub(super) use self::point::Sizes;
+use self::point::{Point, Random};
+use self::sides::Sides;
+use crate::expr::graph::Comparison;
+use crate::expr::hash::HashMap;
+use crate::expr::{ExprId, Graph, Node, Tape};
+
+/// How an expression passes a surface, from best to worst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Passage {
+    /// With the same value and slope.
+    Smooth,
+    /// With the same value and another slope.
+    Corner,
+    /// With another value.
+    Jump,
+}
+
+/// What a node is on the side of a surface where e > 0, if it is a switch of it: 1 or −1.
+pub(super) type Signs = HashMap<ExprId, f64>;
+
+/// The root as it is where e > 0 (side 1) or e < 0 (side −1).
+pub(super) fn on_side(graph: &mut Graph, root: ExprId, signs: &Signs, side: f64) -> ExprId {
+    let mut built: HashMap<ExprId, ExprId> = HashMap::default();
+    for (id, node) in graph.listed([root]) {
+        let sign = signs.get(&id).map(|sign| sign * side);
+        let here = match (node, sign) {
+            (Node::Compare(comparison, ..), Some(sign)) => {
+                graph.constant(f64::from(u8::from(is_greater(comparison) == (sign > 0.0))))
+            }
+            (Node::Call1(function, x), Some(sign)) if function.get().name == "abs" => {
+                let x = built[&x];
+                if sign > 0.0 { x } else { graph.negate(x) }
+            }
+            (Node::Call1(..), Some(sign)) => graph.constant(sign),
+            _ => graph.simplified(node.map(|operand| built[&operand])),
+        };
+        built.insert(id, here);
+    }
+    built[&root]
+}
+
+/// Whether a comparison holds where its left side is the larger one.
+pub(super) fn is_greater(comparison: Comparison) -> bool {
+    matches!(comparison, Comparison::Greater | Comparison::GreaterEqual)
+}
+
+/// How an expression passes where `surface` is zero. The graph is thrown away afterwards.
+///
+/// Another condition may hide a jump at random points, so points are tried until each condition has
+/// been met both ways. A condition that has not is then assumed to hold the other way, unless the
+/// surface itself decides it, as x = 0 decides x < 1.
+pub(super) fn passage(
+    graph: &mut Graph,
+    sizes: &Sizes,
+    root: ExprId,
+    surface: ExprId,
+    signs: &Signs,
+) -> Passage {
+    let sides = [1.0, -1.0].map(|side| on_side(graph, root, signs, side));
+    if sides[0] == sides[1] {
+        return Passage::Smooth;
+    }
+    let mut comparison = Sides::new(graph, sizes, surface);
+    let mut found = comparison.compare(sides, true);
+    let on_surface = comparison.graph.symbols(surface);
+    let unmet: Vec<(ExprId, bool)> = comparison
+        .met
+        .iter()
+        .filter_map(|(id, met)| match met {
+            [true, false] => Some((*id, false)),
+            [false, true] => Some((*id, true)),
+            _ => None,
+        })
+        .filter(|(id, _)| {
+            let symbols = comparison.graph.symbols(*id);
+            symbols.iter().any(|symbol| !on_surface.contains(symbol))
+        })
+        .collect();
+    let each = unmet.iter().map(std::slice::from_ref);
+    for supposed in std::iter::once(&unmet[..]).chain(each).take_while(|s| !s.is_empty()) {
+        let graph = &mut *comparison.graph;
+        let mut truths = HashMap::default();
+        for (id, truth) in supposed {
+            let otherwise = if is_sign(graph.node(*id)) { -1.0 } else { 0.0 };
+            truths.insert(*id, graph.constant(if *truth { 1.0 } else { otherwise }));
+        }
+        let replaced = graph.replace(sides, &truths);
+        let sides = sides.map(|side| replaced[&side]);
+        if sides[0] != sides[1] {
+            found = found.max(comparison.compare(sides, false));
+        }
+        if unmet.len() == 1 {
+            break;
+        }
+    }
+    // What cannot be evaluated anywhere nearby is left to error control.
+    found.unwrap_or(Passage::Corner)
+}
+
+fn is_sign(node: Node) -> bool {
+    matches!(node, Node::Call1(function, _) if function.get().name == "sign")
+}
+
+/// The values of an expression at random points, which are the same for expressions of the same symbols.
+pub(super) fn values_at_random<const N: usize>(
+    graph: &Graph,
+    sizes: &Sizes,
+    root: ExprId,
+) -> [f64; N] {
+    let mut random = Random::default();
+    let tape = Tape::of(graph, [root]);
+    let symbols = tape.symbols();
+    std::array::from_fn(|_| {
+        let point = Point::random(sizes, &symbols, 0.0, &mut random);
+        let [value] = point.evaluate(&tape, &mut Vec::new());
+        value
+    })
+}

@@ -1,0 +1,251 @@
+//! Points of random numbers, as large as symbols are, and how they are moved to where a condition changes.
+
+use crate::dae::Dae;
+use crate::expr::{Symbol, Tape};
+use crate::model::Model;
+
+/// How far beside the thresholds of other conditions points are drawn, in sizes.
+const BESIDE: f64 = 0.3;
+/// Steps of Newton's method to a surface.
+const MOST_NEWTON: usize = 50;
+/// How near and how far changes of a sign are looked for, in the size of the symbol.
+const NEAREST: f64 = 1e-3;
+const MOST_DOUBLINGS: i32 = 40;
+/// Where random numbers begin.
+const SEED: u64 = 0x9E37_79B9_7F4A_7C15;
+
+/// Where a condition changes, e = 0: for each symbol v, e and ∂e/∂v.
+pub(super) struct Threshold {
+    pub(super) slopes: Vec<(Symbol, Tape<2>)>,
+}
+
+/// What sizes symbols have.
+pub(in super::super) struct Sizes {
+    parameters: Vec<f64>,
+    unknowns: Vec<f64>,
+    /// Of declared inputs, then of those that arrive late.
+    inputs: Vec<f64>,
+    /// Of delayed unknowns.
+    late: Vec<f64>,
+    /// For each array, its first element and their size.
+    arrays: Vec<(u32, f64)>,
+    /// For each discrete number, how many values it has.
+    modes: Vec<usize>,
+}
+
+impl Sizes {
+    pub(in super::super) fn of(dae: &Dae, model: &Model) -> Sizes {
+        let parameters: Vec<f64> = dae.parameters.iter().map(|parameter| parameter.value).collect();
+        let at_start = |symbol| match symbol {
+            Symbol::Parameter(i) => parameters[i as usize],
+            Symbol::Constant(i) => model.constants[i as usize].value,
+            Symbol::Time | Symbol::Counter => 0.0,
+            _ => f64::NAN,
+        };
+        let size = |nominal: Option<f64>, start: f64, factor: f64| match nominal {
+            Some(nominal) => nominal,
+            None if start.is_normal() => start.abs(),
+            None => factor,
+        };
+        let unknowns: Vec<f64> = dae
+            .unknowns
+            .iter()
+            .map(|x| size(x.nominal, dae.graph.evaluate(x.start, &at_start), x.unit.factor))
+            .collect();
+        let arrays = model.arrays.iter().map(|array| {
+            let x = &array.unknown;
+            let start = model.graph.evaluate(x.start, &at_start);
+            (array.first, size(x.nominal, start, x.declared.unit.factor))
+        });
+        // A temperature in °C is about 273 K.
+        let input = |i: usize| {
+            let unit = &model.inputs[i].declared.unit;
+            unit.factor.abs().max(unit.offset.abs())
+        };
+        let late_inputs = dae.delayed_inputs.iter().map(|late| late.input);
+        Sizes {
+            inputs: (0..model.inputs.len()).chain(late_inputs).map(input).collect(),
+            late: dae.delayed_unknowns.iter().map(|late| unknowns[late.unknown]).collect(),
+            arrays: arrays.collect(),
+            modes: dae.automata.iter().map(|automaton| automaton.modes.len()).collect(),
+            parameters,
+            unknowns,
+        }
+    }
+
+    /// Of an element of an array.
+    fn of_element(&self, i: u32) -> f64 {
+        let after = self.arrays.partition_point(|(first, _)| *first <= i);
+        after.checked_sub(1).map_or(1.0, |array| self.arrays[array].1)
+    }
+}
+
+/// A point: values of symbols, and their sizes.
+pub(super) struct Point {
+    /// Ascending.
+    symbols: Vec<Symbol>,
+    values: Vec<f64>,
+    sizes: Vec<f64>,
+}
+
+impl Point {
+    /// Values of up to two sizes, or up to `spread` decades more or less. Symbols ascend.
+    pub(super) fn random(of: &Sizes, symbols: &[Symbol], spread: f64, random: &mut Random) -> Self {
+        let (mut values, mut sizes) = (Vec::new(), Vec::new());
+        for symbol in symbols {
+            let mut around_zero = |size: f64| {
+                let decades = if spread == 0.0 { 0.0 } else { spread * random.next() };
+                (size, size * 2.0 * random.next() * 10.0_f64.powf(decades))
+            };
+            let (size, value) = match *symbol {
+                Symbol::Parameter(i) => {
+                    let value = of.parameters[i as usize];
+                    let size = if value == 0.0 { 1.0 } else { value };
+                    (size, size * (1.0 + 0.5 * random.next()))
+                }
+                Symbol::Unknown(i) => around_zero(of.unknowns[i as usize]),
+                Symbol::DelayedUnknown(k) => around_zero(of.late[k as usize]),
+                Symbol::Input(i) => around_zero(of.inputs.get(i as usize).copied().unwrap_or(1.0)),
+                Symbol::Element(i) | Symbol::Swept(i) => around_zero(of.of_element(i)),
+                Symbol::Discrete(i) => {
+                    // Conditions on time are 0 or 1.
+                    let modes = of.modes.get(i as usize).copied().unwrap_or(2) as f64;
+                    (1.0, (0.5 * (random.next() + 1.0) * modes).floor().min(modes - 1.0))
+                }
+                _ => around_zero(1.0),
+            };
+            values.push(value);
+            sizes.push(size);
+        }
+        Self { symbols: symbols.to_vec(), values, sizes }
+    }
+
+    fn at(&self, symbol: Symbol) -> usize {
+        let found = self.symbols.binary_search(&symbol);
+        found.unwrap_or_else(|_| unreachable!("{symbol:?} has a value"))
+    }
+
+    pub(super) fn value(&self, symbol: Symbol) -> f64 {
+        self.values[self.at(symbol)]
+    }
+
+    pub(super) fn set(&mut self, symbol: Symbol, value: f64) {
+        let at = self.at(symbol);
+        self.values[at] = value;
+    }
+
+    pub(super) fn size(&self, symbol: Symbol) -> f64 {
+        let at = self.at(symbol);
+        self.sizes[at].abs().max(self.values[at].abs())
+    }
+
+    /// The values of the roots of a tape; `values` gets those of all on it.
+    pub(super) fn evaluate<const N: usize>(
+        &self,
+        tape: &Tape<N>,
+        values: &mut Vec<f64>,
+    ) -> [f64; N] {
+        tape.evaluate(|symbol| self.value(symbol), values)
+    }
+
+    /// The values of the roots of a tape where only what is at these positions has changed.
+    pub(super) fn evaluate_again<const N: usize>(
+        &self,
+        tape: &Tape<N>,
+        positions: &[usize],
+        values: &mut [f64],
+    ) -> [f64; N] {
+        tape.evaluate_again(positions, |symbol| self.value(symbol), values)
+    }
+
+    /// Moves v to where e = 0, by Newton's method or, where that does not get there, as with `q^3` and
+    /// `exp(-q) - 1e-9`, by halving; the sign of ∂e/∂v there.
+    pub(super) fn move_to_surface(&mut self, v: Symbol, surface: &Tape<2>) -> Option<f64> {
+        let (from, mut room) = (self.value(v), Vec::new());
+        for _ in 0..MOST_NEWTON {
+            let [e, slope] = self.evaluate(surface, &mut room);
+            let step = e / slope;
+            if !step.is_finite() {
+                break;
+            }
+            self.set(v, self.value(v) - step);
+            if step.abs() <= 1e-14 * self.size(v) {
+                return Some(slope.signum());
+            }
+        }
+        self.set(v, from);
+        self.halve_to_surface(v, surface)
+    }
+
+    /// Moves a symbol, other than `kept` if possible, to just beside a threshold.
+    pub(super) fn move_near(&mut self, threshold: &Threshold, kept: Symbol, random: &mut Random) {
+        let other = threshold.slopes.iter().rev().find(|(symbol, _)| *symbol != kept);
+        let Some((v, tape)) = other.or(threshold.slopes.first()) else { return };
+        let from = self.value(*v);
+        if self.move_to_surface(*v, tape).is_some() {
+            let beside = BESIDE * random.next() * self.size(*v);
+            self.set(*v, self.value(*v) + beside);
+        } else {
+            self.set(*v, from);
+        }
+    }
+
+    /// Looks for a change of the sign of e along v, ever further away, and halves to it.
+    fn halve_to_surface(&mut self, v: Symbol, surface: &Tape<2>) -> Option<f64> {
+        let (from, size) = (self.value(v), self.size(v));
+        let mut room = Vec::new();
+        let mut sign_at = |point: &mut Self, value: f64| {
+            point.set(v, value);
+            let [e, _] = point.evaluate(surface, &mut room);
+            (e != 0.0 && !e.is_nan()).then_some(e.signum())
+        };
+        let mut ends = [(from, sign_at(self, from)); 2];
+        for k in 0..MOST_DOUBLINGS {
+            let distance = size * NEAREST * 2.0_f64.powi(k);
+            for (end, side) in ends.iter_mut().zip([-1.0, 1.0]) {
+                let next = (from + side * distance, sign_at(self, from + side * distance));
+                let before = std::mem::replace(end, next);
+                let (Some(a), Some(b)) = (before.1, next.1) else { continue };
+                if a != b {
+                    let (mut low, mut high) = (before.0, next.0);
+                    loop {
+                        let middle = f64::midpoint(low, high);
+                        if middle == low || middle == high {
+                            break;
+                        }
+                        match sign_at(self, middle) {
+                            Some(sign) if sign == a => low = middle,
+                            Some(_) => high = middle,
+                            None => {
+                                (low, high) = (middle, middle);
+                            }
+                        }
+                    }
+                    self.set(v, low);
+                    return Some(side * b);
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Numbers in (−1, 1), the same in every run: SplitMix64 (Steele, Lea, Flood 2014).
+pub(super) struct Random(u64);
+
+impl Default for Random {
+    fn default() -> Self {
+        Self(SEED)
+    }
+}
+
+impl Random {
+    pub(super) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^= z >> 31;
+        (z >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}

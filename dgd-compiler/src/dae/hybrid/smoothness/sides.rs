@@ -1,0 +1,224 @@
+//! Both sides of a surface compared at random points of it.
+
+use std::collections::BTreeMap;
+
+use super::point::{Point, Random, Sizes, Threshold};
+use super::{Passage, is_sign};
+use crate::expr::{ExprId, Graph, Node, Symbol, Tape};
+
+/// Points tried, and how many of them suffice if both sides can be evaluated there.
+const TRIALS: usize = 128;
+const ENOUGH: usize = 6;
+/// How many suffice where conditions or modes may hide a jump. Points near thresholds are tried for
+/// rows of up to [`MOST_NODES`] nodes.
+const MANY: usize = 64;
+const MOST_NODES: usize = 400;
+/// How many suffice even if a condition has been met one way only.
+const MOST: usize = 32;
+/// Other conditions that are followed.
+const MOST_CONDITIONS: usize = 16;
+/// Decades about their sizes that unknowns are drawn from, every other time.
+const WIDE: f64 = 2.0;
+/// How far from the surface the sides are compared, in the size of the symbol.
+const NEAR: f64 = 1e-10;
+/// How far from it the difference is taken that theirs is compared with.
+const FAR: f64 = 1e-3;
+/// A difference that falls to this fraction of its value off the surface counts as zero. Roots fall
+/// slowest: a cube root to 0.005 of what it is at [`FAR`].
+const NONE: f64 = 1e-2;
+/// A difference below this fraction of the sides is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// The comparison of two sides of a surface.
+pub(super) struct Sides<'a> {
+    pub(super) graph: &'a mut Graph,
+    sizes: &'a Sizes,
+    surface: ExprId,
+    /// Whether the sides' conditions have been met where they do not hold, and where they do.
+    pub(super) met: BTreeMap<ExprId, [bool; 2]>,
+}
+
+/// A symbol that is moved to the surface, and what is then evaluated.
+struct Direction {
+    symbol: Symbol,
+    /// e, ∂e/∂v, both sides, and their derivatives to v.
+    all: Tape<6>,
+    /// Where all that reads the symbol is on that tape.
+    moving: Vec<usize>,
+    /// e and ∂e/∂v.
+    surface: Tape<2>,
+    symbols: Vec<Symbol>,
+}
+
+impl<'a> Sides<'a> {
+    pub(super) fn new(graph: &'a mut Graph, sizes: &'a Sizes, surface: ExprId) -> Self {
+        Self { graph, sizes, surface, met: BTreeMap::new() }
+    }
+
+    /// The worst passage met at random points; `None` if the sides can be evaluated at none of them.
+    pub(super) fn compare(&mut self, sides: [ExprId; 2], all: bool) -> Option<Passage> {
+        let candidates: Vec<Symbol> =
+            self.graph.symbols(self.surface).into_iter().filter(|symbol| moves(*symbol)).collect();
+        let mut thresholds = Vec::new();
+        if all {
+            self.list_conditions(sides);
+            if self.graph.reachable(sides).len() <= MOST_NODES {
+                thresholds = self.thresholds();
+            }
+        }
+        // Conditions and modes may hide a jump except where several of them hold together.
+        let is_mode = |symbol: &Symbol| matches!(symbol, Symbol::Discrete(_));
+        let hides = !thresholds.is_empty()
+            || sides.iter().any(|side| self.graph.symbols(*side).iter().any(is_mode));
+        let enough = if hides { MANY } else { ENOUGH };
+        let mut directions: Vec<Option<Direction>> = Vec::new();
+        directions.resize_with(candidates.len(), || None);
+        let mut worst = None;
+        let mut random = Random::default();
+        let mut compared = 0;
+        let mut values = Vec::new();
+        for trial in 0..TRIALS {
+            let all_met = !all || self.met.values().all(|met| *met == [true; 2]);
+            if compared >= enough && (all_met || compared >= MOST) || candidates.is_empty() {
+                break;
+            }
+            let k = trial % candidates.len();
+            let direction =
+                &*directions[k].get_or_insert_with(|| self.direction(sides, candidates[k]));
+            let spread = if trial % 2 == 1 { WIDE } else { 0.0 };
+            let mut point = Point::random(self.sizes, &direction.symbols, spread, &mut random);
+            if trial % 4 > 1 && !thresholds.is_empty() {
+                let which = (0.5 * (random.next() + 1.0) * thresholds.len() as f64) as usize;
+                point.move_near(&thresholds[which], direction.symbol, &mut random);
+            }
+            let Some(found) = passage_at(&mut point, direction, &mut values) else { continue };
+            compared += 1;
+            worst = worst.max(Some(found));
+            if worst == Some(Passage::Jump) {
+                break;
+            }
+            if all && !self.met.is_empty() {
+                point.evaluate_again(&direction.all, &direction.moving, &mut values);
+                note_conditions(&direction.all, &values, &mut self.met);
+            }
+        }
+        worst
+    }
+
+    /// What is evaluated where a symbol is moved to the surface.
+    fn direction(&mut self, [above, below]: [ExprId; 2], symbol: Symbol) -> Direction {
+        let (graph, surface) = (&mut *self.graph, self.surface);
+        let [e_v, above_v, below_v] = [surface, above, below].map(|e| {
+            let gradient = graph.gradient(e, |other| (other == symbol).then_some(0));
+            gradient.first().map_or_else(|| graph.constant(0.0), |(_, slope)| *slope)
+        });
+        let all = Tape::of(graph, [surface, e_v, above, below, above_v, below_v]);
+        let surface = Tape::of(graph, [surface, e_v]);
+        let (symbols, moving) = (all.symbols(), all.readers(symbol));
+        Direction { symbol, all, moving, surface, symbols }
+    }
+
+    /// Where conditions other than the surface's own change: e, and ∂e/∂v for each symbol v that moves.
+    fn thresholds(&mut self) -> Vec<Threshold> {
+        let conditions: Vec<ExprId> = self.met.keys().copied().collect();
+        let mut thresholds = Vec::new();
+        for condition in conditions {
+            let graph = &mut *self.graph;
+            let e = match graph.node(condition) {
+                Node::Compare(_, a, b) => graph.subtract(a, b),
+                Node::Call1(_, x) => x,
+                _ => continue,
+            };
+            if e == self.surface {
+                continue;
+            }
+            let symbols: Vec<Symbol> =
+                graph.symbols(e).into_iter().filter(|symbol| moves(*symbol)).collect();
+            let slopes = symbols.into_iter().filter_map(|v| {
+                let gradient = graph.gradient(e, |symbol| (symbol == v).then_some(0));
+                let (_, slope) = gradient.first()?;
+                Some((v, Tape::of(graph, [e, *slope])))
+            });
+            let slopes: Vec<_> = slopes.collect();
+            if !slopes.is_empty() {
+                thresholds.push(Threshold { slopes });
+            }
+        }
+        thresholds
+    }
+
+    /// Lists the conditions of the sides, where they are few.
+    fn list_conditions(&mut self, sides: [ExprId; 2]) {
+        let graph = &*self.graph;
+        let conditions = graph.listed(sides).into_iter().filter(|(id, node)| {
+            let by_mode = |symbol: &Symbol| matches!(symbol, Symbol::Discrete(_));
+            (matches!(node, Node::Compare(..)) || is_sign(*node))
+                && !graph.symbols(*id).iter().all(by_mode)
+        });
+        self.met = conditions.map(|(id, _)| (id, [false; 2])).take(MOST_CONDITIONS).collect();
+    }
+}
+
+/// Records which conditions hold where expressions have these values.
+fn note_conditions(tape: &Tape<6>, values: &[f64], met: &mut BTreeMap<ExprId, [bool; 2]>) {
+    for (id, met) in met {
+        if let Some(at) = tape.position(*id) {
+            met[usize::from(values[at] > 0.0)] = true;
+        }
+    }
+}
+
+/// How the sides pass the surface at a point, which is left there; nothing where it cannot be moved there, or where
+/// neither can be evaluated.
+///
+/// `values` gets those of all that the sides are made of, beside the surface.
+fn passage_at(point: &mut Point, direction: &Direction, values: &mut Vec<f64>) -> Option<Passage> {
+    let v = direction.symbol;
+    let off = point.evaluate(&direction.all, values);
+    let rising = point.move_to_surface(v, &direction.surface)?;
+    let (at, size) = (point.value(v), point.size(v));
+    let mut moved = |distance: f64| {
+        point.set(v, at + rising * distance * size);
+        point.evaluate_again(&direction.all, &direction.moving, values)
+    };
+    let (beyond, before) = (moved(NEAR), moved(-NEAR));
+    let (far_beyond, far_before) = (moved(FAR), moved(-FAR));
+    point.set(v, at);
+    let differs = |a: usize, b: usize, unbounded: Option<bool>| {
+        // Both sides at one point, where both can be continued to it.
+        let sides = [(beyond[a], beyond[b]), (before[a], before[b]), (beyond[a], before[b])];
+        let finite = sides.into_iter().find(|(a, b)| a.is_finite() && b.is_finite());
+        let Some((a_here, b_here)) = finite else { return unbounded };
+        let elsewhere = [off, far_beyond, far_before]
+            .into_iter()
+            .map(|place| match (place[a] - place[b]).abs() {
+                difference if difference.is_finite() => difference,
+                // Only one side has a value there.
+                _ if place[a].is_finite() => place[a].abs(),
+                _ => place[b].abs(),
+            })
+            .fold(0.0, f64::max);
+        let negligible = NONE * elsewhere + ROUNDING * (a_here.abs() + b_here.abs());
+        Some((a_here - b_here).abs() > negligible)
+    };
+    // A slope that is infinite on one side is not that of the other.
+    match (differs(2, 3, None), differs(4, 5, Some(true))) {
+        (Some(true), _) => Some(Passage::Jump),
+        (Some(false), Some(true)) => Some(Passage::Corner),
+        (Some(false), Some(false)) => Some(Passage::Smooth),
+        (None, _) | (_, None) => None,
+    }
+}
+
+/// Whether a symbol may be moved to a surface.
+fn moves(symbol: Symbol) -> bool {
+    matches!(
+        symbol,
+        Symbol::Unknown(_)
+            | Symbol::Element(_)
+            | Symbol::Swept(_)
+            | Symbol::DelayedUnknown(_)
+            | Symbol::Input(_)
+            | Symbol::Time
+    )
+}

@@ -1,0 +1,174 @@
+//! What sets units right: a number gets the unit of its neighbour, and an expression of another kind is multiplied
+//! or divided by something that the file declares, such as a flow of volume by a density.
+
+use dgd_compiler::diagnostics::{Code, Diagnostic, Edit};
+use dgd_compiler::source::{SourceId, Span};
+use dgd_compiler::syntax::ast::{ItemKind, Unit as WrittenUnit};
+use dgd_compiler::syntax::visit;
+use dgd_compiler::units::{Dimension, describe, parse_unit};
+
+use crate::analysis::Analysis;
+
+/// More proposals than this are none.
+const MOST: usize = 3;
+
+/// Characters of an expression in a title.
+const LONGEST: usize = 30;
+
+/// A proposal: what it is called, and what it changes.
+pub(super) type Proposal = (String, Vec<Edit>);
+
+/// What could be meant where units do not fit.
+pub(super) fn conversions(diagnostic: &Diagnostic, analysis: &Analysis) -> Vec<Proposal> {
+    let [wrong, others @ ..] = diagnostic.labels.as_slice() else { return Vec::new() };
+    let span = wrong.span;
+    let Some(found) = dimension_at(span, analysis) else { return Vec::new() };
+    match (diagnostic.code, others) {
+        (Code::E301 | Code::E302, [other]) => {
+            let Some(wanted) = dimension_at(other.span, analysis) else { return Vec::new() };
+            let numbers = [(span, found, wanted), (other.span, wanted, found)];
+            let number = numbers
+                .iter()
+                .find(|(_, own, _)| *own == Dimension::ONE)
+                .and_then(|(span, _, other)| with_unit(*span, *other, analysis));
+            let scaled = || {
+                let other = scaled(other.span, wanted, found, analysis);
+                [scaled(span, found, wanted, analysis), other].concat()
+            };
+            number.map_or_else(scaled, |one| vec![one])
+        }
+        (Code::E302, []) => {
+            let declared = declared_around(span, analysis);
+            declared.map_or(Vec::new(), |wanted| scaled(span, found, wanted, analysis))
+        }
+        (Code::E304, []) => scaled(span, found, Dimension::ONE, analysis),
+        _ => Vec::new(),
+    }
+}
+
+/// The dimension of what stands at a place; of a sum that of its first term, which all terms have.
+fn dimension_at(span: Span, analysis: &Analysis) -> Option<Dimension> {
+    let first = |(other, _): &(&Span, &Dimension)| {
+        other.source == span.source && other.start == span.start && other.end <= span.end
+    };
+    let all = analysis.dimensions.iter().filter(first);
+    all.max_by_key(|(other, _)| other.end).map(|(_, dimension)| *dimension)
+}
+
+/// A plain number gets a unit.
+fn with_unit(span: Span, wanted: Dimension, analysis: &Analysis) -> Option<Proposal> {
+    let text = analysis.sources.text(span);
+    text.parse::<f64>().ok()?;
+    let unit = spelt(wanted, analysis);
+    Some((format!("Write `{text} [{unit}]`"), vec![Edit::behind(span, format!(" [{unit}]"))]))
+}
+
+/// As the file spells a dimension first, else in base units.
+fn spelt(wanted: Dimension, analysis: &Analysis) -> String {
+    let own = declared(analysis).into_iter().find(|one| one.dimension == wanted && one.is_coherent);
+    own.map_or_else(|| describe(wanted), |one| one.unit.to_owned())
+}
+
+/// Products and quotients of an expression and what is declared, that have the wanted dimension.
+fn scaled(span: Span, found: Dimension, wanted: Dimension, analysis: &Analysis) -> Vec<Proposal> {
+    if span.source != SourceId(0) {
+        return Vec::new();
+    }
+    let (Some(factor), Some(divisor)) = (wanted.over(found), found.over(wanted)) else {
+        return Vec::new();
+    };
+    let mut proposals = Vec::new();
+    for one in declared(analysis) {
+        let (doing, sign) = match one.dimension {
+            dimension if dimension == factor => ("Multiply", '*'),
+            dimension if dimension == divisor => ("Divide", '/'),
+            _ => continue,
+        };
+        let mut edits = vec![Edit::behind(span, format!("{sign}{}", one.name))];
+        let text = analysis.sources.text(span);
+        if !is_factor(text) {
+            edits =
+                vec![Edit::before(span, "("), Edit::behind(span, format!("){sign}{}", one.name))];
+        }
+        proposals.push((format!("{doing} {} by `{}`", quoted(text), one.name), edits));
+    }
+    if proposals.len() > MOST { Vec::new() } else { proposals }
+}
+
+/// An expression in a title, without the middle of a long one.
+fn quoted(text: &str) -> String {
+    let all: Vec<char> = text.chars().filter(|c| *c != '\n').collect();
+    if all.len() <= LONGEST {
+        return format!("`{text}`");
+    }
+    let end = |part: &[char]| part.iter().collect::<String>();
+    format!("`{}…{}`", end(&all[..LONGEST / 2]), end(&all[all.len() - LONGEST / 2..]))
+}
+
+/// Whether a text can be a factor as it is.
+fn is_factor(text: &str) -> bool {
+    let (mut depth, mut is_factor) = (0, true);
+    for c in text.chars() {
+        match c {
+            '(' | '[' => depth += 1,
+            ')' | ']' => depth -= 1,
+            '+' | '-' | '<' | '>' if depth == 0 => is_factor = false,
+            _ => {}
+        }
+    }
+    is_factor && !text.starts_with("if ")
+}
+
+/// A constant or parameter of the document.
+struct Quantity<'a> {
+    name: &'a str,
+    unit: &'a str,
+    dimension: Dimension,
+    /// Whether a number in it is one in SI units.
+    is_coherent: bool,
+}
+
+fn declared(analysis: &Analysis) -> Vec<Quantity<'_>> {
+    let mut all = Vec::new();
+    visit::items(&analysis.asts[0].items, &mut |item| {
+        let (ItemKind::Constant { name, unit: Some(WrittenUnit { text, .. }), .. }
+        | ItemKind::Parameter { name, unit: Some(WrittenUnit { text, .. }), .. }) = &item.kind
+        else {
+            return;
+        };
+        if let Ok(unit) = parse_unit(text)
+            && unit.dimension != Dimension::ONE
+        {
+            let is_coherent = unit.factor == 1.0 && unit.offset == 0.0;
+            all.push(Quantity {
+                name: &name.text,
+                unit: text,
+                dimension: unit.dimension,
+                is_coherent,
+            });
+        }
+    });
+    all
+}
+
+/// The dimension in which the item around a place is declared.
+fn declared_around(place: Span, analysis: &Analysis) -> Option<Dimension> {
+    let mut found = None;
+    visit::items(&analysis.asts[0].items, &mut |item| {
+        let is_around = item.span.source == place.source
+            && item.span.start <= place.start
+            && place.end <= item.span.end;
+        let (ItemKind::Constant { unit, .. }
+        | ItemKind::Parameter { unit, .. }
+        | ItemKind::Unknown { unit, .. }
+        | ItemKind::Output { unit, .. }
+        | ItemKind::Let { unit, .. }) = &item.kind
+        else {
+            return;
+        };
+        if is_around {
+            found = unit.as_ref().and_then(|unit| parse_unit(&unit.text).ok());
+        }
+    });
+    found.map(|unit| unit.dimension)
+}

@@ -1,0 +1,67 @@
+//! How long it takes from a keystroke to its diagnostics.
+
+use std::fs;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use serde_json::json;
+
+use super::{Editor, address, models};
+
+/// How long a keystroke may take.
+const MOST: Duration = Duration::from_millis(20);
+/// How often each is typed; the fastest counts, as other programs only slow it down.
+const TIMES: usize = 9;
+
+/// All files of the repository, in order.
+fn files() -> Vec<PathBuf> {
+    let mut folders = vec![models()];
+    let mut all = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "dgd") {
+                all.push(path);
+            }
+        }
+    }
+    all.sort();
+    all
+}
+
+/// Measures the program as it is released: `.ci/nightly` calls it so, and prints the table.
+#[test]
+#[ignore = "measures: cargo test --release -p dgd-lsp keystroke -- --ignored --nocapture"]
+fn a_keystroke_is_answered_within_20_milliseconds_on_every_model() {
+    let mut editor = Editor::new(&models(), "utf-16");
+    let mut times: Vec<(Duration, String)> = Vec::new();
+    for path in files() {
+        let text = fs::read_to_string(&path).expect("a text");
+        editor.open(&path, &text);
+        let uri = address(&path);
+        let mut fastest = Duration::MAX;
+        for k in 0..TIMES {
+            let begin = Instant::now();
+            let start = json!({ "line": 0, "character": 0 });
+            let change = json!({ "range": { "start": start, "end": start }, "text": "# \n" });
+            editor.change(&uri, k + 2, &json!([change]));
+            editor.wait_for(&uri);
+            fastest = fastest.min(begin.elapsed());
+        }
+        let name = path.strip_prefix(models()).expect("a model").display().to_string();
+        times.push((fastest, name));
+        editor.tell("textDocument/didClose", json!({ "textDocument": { "uri": uri } }));
+        editor.wait_for(&uri);
+    }
+    editor.end();
+    times.sort();
+    times.reverse();
+    println!("milliseconds from a keystroke to its diagnostics");
+    for (time, name) in &times {
+        println!("{:6.2}  {name}", 1e3 * time.as_secs_f64());
+    }
+    let slow: Vec<_> = times.iter().filter(|(time, _)| *time >= MOST).collect();
+    assert!(slow.is_empty(), "longer than {MOST:?}: {slow:?}");
+}

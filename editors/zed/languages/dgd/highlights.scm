@@ -1,0 +1,1 @@
+../../../tree-sitter-dgd/queries/highlights.scm
