@@ -1,0 +1,75 @@
+"""How far a long computation is: bars of tqdm where it is installed, or whatever is called."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Union
+
+#: Nothing: where somebody looks. ``True``, ``False``: yes, no. A function is called with what is counted, how many are
+#: done, how many there will be, and whether that is only the most.
+Progress = Union[Callable[[str, int, int, bool], object], bool, None]
+
+
+class Shown:
+    """Shows progress while it is open."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._bar: Any = None
+        self._what = ""
+        self._call: Callable[[str, int, int, bool], object] | None = None
+        if callable(progress):
+            self._call = progress
+        elif progress or (progress is None and _is_watched()):
+            self._call = self._advance if _tqdm() else None
+
+    @property
+    def call(self) -> Callable[[str, int, int, bool], None] | None:
+        """What the native module calls."""
+        call = self._call
+        if call is None:
+            return None
+
+        def called(what: str, done: int, of: int, is_most: bool) -> None:
+            call(what, done, of, is_most)
+
+        return called
+
+    def __enter__(self) -> Shown:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def _advance(self, what: str, done: int, of: int, is_most: bool) -> None:
+        if self._bar is None or what != self._what or done < self._bar.n:
+            if self._bar is not None:
+                self._bar.close()
+            bar = _tqdm()
+            self._bar = bar(total=of, desc=what + (" (at most)" if is_most else ""), leave=False)
+            self._what = what
+        self._bar.total = of
+        self._bar.n = done
+        self._bar.refresh()
+
+
+def _tqdm() -> Any:
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        return None
+    return tqdm
+
+
+def _is_watched() -> bool:
+    """Whether somebody looks: a notebook, or a terminal."""
+    shell = sys.modules.get("IPython")
+    if shell is not None:
+        instance = shell.get_ipython()
+        if instance is not None and hasattr(instance, "kernel"):
+            return True
+    return bool(sys.stderr is not None and sys.stderr.isatty())
