@@ -73,10 +73,10 @@ class Tracker:
         Raises :class:`DataError` where it cannot be read, which ends the tracker, and :class:`SimulationError` where the
         model could not be evaluated in many rows on end.
         """
-        cells = _cells(row)
+        cells, units = _cells(row)
         text, lines = "", 1
         if self._columns is None:
-            text, lines = self._begin(cells) + "\n", 2
+            text, lines = self._begin(cells, units) + "\n", 2
         assert self._columns is not None
         unknown = [name for name in cells if name not in self._columns]
         if unknown:
@@ -92,14 +92,15 @@ class Tracker:
         warn(new, stacklevel=2)
         return _estimates(answers[-1])
 
-    def _begin(self, cells: Mapping[str, Any]) -> str:
+    def _begin(self, cells: Mapping[str, Any], units: Mapping[str, str]) -> str:
+        """The header of all rows."""
         if "time" not in cells:
             raise UsageError("a row has its `time`, in s or as a stamp")
-        units = self._units if isinstance(self._units, Mapping) else {}
+        asked = self._units if isinstance(self._units, Mapping) else {}
         headers = []
         self._columns = ["time", *(name for name in cells if name != "time")]
         for name in self._columns:
-            unit = units.get(name) or self._header_units.get(name)
+            unit = asked.get(name) or units.get(name)
             if name == "time":
                 unit = None if _is_stamp(cells["time"]) else unit or "s"
             elif unit is None and self._units == "declared":
@@ -108,24 +109,17 @@ class Tracker:
             headers.append('"' + header.replace('"', '""') + '"' if "," in header or '"' in header else header)
         return ",".join(headers)
 
-    @property
-    def _header_units(self) -> dict[str, str]:
-        return self._of_headers
-
-    _of_headers: dict[str, str] = {}
-
     def run(self, data: Any) -> list[Estimates]:
         """Takes all rows of a recording, and ends."""
         raw = _raw(data)
-        self._of_headers = {**raw.units}
-        named = [] if raw.time is None else [("time", raw.time[1], split(raw.time[0])[1])]
-        for header, values in raw.columns:
-            bare, unit = split(header)
-            named.append((bare, values, unit))
-        for name, _, unit in named:
-            if unit is not None:
-                self._of_headers[name] = unit
-        columns = [(name, np.asarray(values)) for name, values, _ in named]
+
+        def header(name: str) -> str:
+            bare, unit = split(name)
+            unit = unit or raw.units.get(bare)
+            return bare if unit is None else f"{bare} [{unit}]"
+
+        named = [*([] if raw.time is None else [raw.time]), *raw.columns]
+        columns = [(header(name), np.asarray(values)) for name, values in named]
         found = [self.update({name: values[k] for name, values in columns}) for k in range(len(columns[0][1]))]
         self.close()
         return found
@@ -144,8 +138,8 @@ class Tracker:
             self.close()
 
 
-def _cells(row: Any) -> dict[str, Any]:
-    """Names, without units, and values of a row."""
+def _cells(row: Any) -> tuple[dict[str, Any], dict[str, str]]:
+    """Values of a row by names without units, and units of those that have one in their name."""
     if hasattr(row, "_asdict"):
         row = row._asdict()
     elif hasattr(row, "to_dict"):
@@ -155,7 +149,13 @@ def _cells(row: Any) -> dict[str, Any]:
         row = values
     if not isinstance(row, Mapping):
         raise UsageError(f"a row is a dictionary or a row of a frame, not {type(row).__name__}")
-    return {split(str(name))[0]: value for name, value in row.items()}
+    cells, units = {}, {}
+    for header, value in row.items():
+        name, unit = split(str(header))
+        cells[name] = value
+        if unit is not None:
+            units[name] = unit
+    return cells, units
 
 
 def _is_stamp(value: Any) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from .. import _dgd
@@ -28,7 +28,7 @@ class Effect:
     params: dict[str, float]
     units: dict[str, str]
     windows: list[tuple[float, float]]
-    result: dict[str, Any]
+    result: dict[str, Any] = field(repr=False)
 
 
 class Discovery:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,14 +23,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Interval:
-    """A confidence interval by profile likelihood: ``lower`` and ``upper`` in ``unit``, NaN where there is no end."""
+    """The 95 % confidence interval of an estimate by profile likelihood.
+
+    ``lower`` and ``upper`` are in ``unit``, NaN where the likelihood does not fall far enough. ``deviance`` is how much
+    the least sum of squares rises where the estimate is held at each of ``values``; it is ``threshold`` at the ends.
+    """
 
     name: str
     unit: str
     lower: float
     upper: float
-    result: dict[str, Any]
-    figure: dict[str, Any] | None = None
+    values: NDArray[np.float64] = field(repr=False)
+    deviance: NDArray[np.float64] = field(repr=False)
+    threshold: float = field(repr=False)
+    result: dict[str, Any] = field(repr=False)
+    figure: dict[str, Any] | None = field(default=None, repr=False)
 
     def plot(self) -> Any:
         """The likelihood along the estimate, by `matplotlib`."""
@@ -117,23 +124,14 @@ class Fit:
     def _profiles(self) -> dict[str, Interval]:
         figures = {name: figure for name, figure in self._native.figures() if name is not None}
         found = {}
-        for name, entry in self._intervals().items():
-            lower, upper = _float(entry.get("lower")), _float(entry.get("upper"))
-            found[name] = Interval(name, self._unit(name), lower, upper, entry, figures.get(name))
+        entries: dict[str, dict[str, Any]] = self.result.get("profiles") or {}
+        for name, entry in entries.items():
+            lower, upper = (_float(end) for end in entry["interval"])
+            values, deviance = (np.array([_float(x) for x in entry[key]]) for key in ("values", "deviance"))
+            found[name] = Interval(
+                name, entry["unit"], lower, upper, values, deviance, entry["threshold"], entry, figures.get(name)
+            )
         return found
-
-    def _intervals(self) -> dict[str, dict[str, Any]]:
-        profiles = self.result.get("profiles") or {}
-        if isinstance(profiles, list):
-            return {entry["name"]: entry for entry in profiles}
-        return dict(profiles)
-
-    def _unit(self, name: str) -> str:
-        if name in self.units:
-            return self.units[name]
-        bare = name.split("(")[0]
-        state = self.model.states.get(bare)
-        return state.unit if state else ""
 
     def _matrix(self, key: str) -> NDArray[np.float64]:
         rows = self.result.get(key) or [[None] * len(self.names)] * len(self.names)
