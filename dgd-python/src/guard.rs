@@ -4,7 +4,6 @@ use std::any::Any;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread;
 use std::time::Duration;
 
 use dgd_work::WorkError;
@@ -13,12 +12,10 @@ use pyo3::prelude::*;
 
 use crate::errors::{self, Task};
 use crate::observer::Observer;
+use crate::workers;
 
 /// How often a caller who waits looks for signals, and is told how far the work is.
 const BETWEEN: Duration = Duration::from_millis(50);
-
-/// The stack of a thread that works; what is deep is limited far below.
-const STACK: usize = 16 << 20;
 
 /// Where the last panic was, and what it said.
 static PANIC: Mutex<Option<String>> = Mutex::new(None);
@@ -90,7 +87,7 @@ pub(crate) fn supervised<T: Send + 'static>(
 ) -> PyResult<T> {
     let (send, mut receive) = mpsc::sync_channel(1);
     let own = Arc::clone(observer);
-    let spawned = thread::Builder::new().stack_size(STACK).spawn(move || {
+    let spawned = workers::spawn(move || {
         // Where nobody waits any more, nobody is told.
         let _ = send.send(caught(|| work(&own)));
     });

@@ -14,6 +14,7 @@ mod options;
 mod points;
 mod results;
 mod tracker;
+mod workers;
 
 use pyo3::prelude::*;
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import html
 import threading
 from collections.abc import Callable
 from datetime import datetime, timedelta, timezone
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -168,8 +170,11 @@ def test_a_model_is_shared_between_threads(circulation: Columns) -> None:
         assert one is not None and np.array_equal(one, other)
 
 
-def test_a_page_has_the_line_that_makes_it_again(circulation: Columns) -> None:
+def test_a_page_has_the_line_that_makes_it_again(circulation: Columns, tmp_path: Path) -> None:
     m = dgd.load(MODEL, variant={"flow": "static"})
     page = m.simulate(circulation, params={"c0": 280}, until=60.0).report()
-    assert "variant={&#x27;flow&#x27;" in page.html or "variant={'flow'" in page.html or "flow" in page.html
-    assert ".simulate(" in page.html and "<iframe" in page._repr_html_()
+    line = f"dgd.load({MODEL!r}, variant={{'flow': 'static'}}).simulate('data', params={{'c0': 280}}, until=60.0)"
+    assert line in html.unescape(page.html)
+    assert page._repr_html_().startswith("<iframe")
+    page.save(tmp_path / "run.html")
+    assert (tmp_path / "run.html").read_text() == page.html
