@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use dgd_data::{Columns, InMemory};
-use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
+
+use crate::numbers::Numbers;
 
 /// Columns of numbers; `name [unit]` is a header, NaN a missing value.
 #[pyclass(frozen, module = "dgd._dgd")]
@@ -16,10 +17,8 @@ pub(crate) struct Table {
 #[pymethods]
 impl Table {
     #[new]
-    fn new(columns: Vec<(String, PyReadonlyArray1<'_, f64>)>) -> Self {
-        let own = |(header, values): (String, PyReadonlyArray1<'_, f64>)| {
-            (header, values.as_array().to_vec())
-        };
+    fn new(columns: Vec<(String, Numbers)>) -> Self {
+        let own = |(header, values): (String, Numbers)| (header, values.0);
         Table { columns: Columns { all: columns.into_iter().map(own).collect() } }
     }
 

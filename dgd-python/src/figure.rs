@@ -1,9 +1,10 @@
 //! Figures as dictionaries: what is drawn and in which colours, for whoever draws.
 
 use dgd_plot::{Figure, Panel, Style};
-use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+
+use crate::numbers::Numbers;
 
 /// A colour as `#rrggbb`.
 fn colour([red, green, blue]: [u8; 3]) -> String {
@@ -45,8 +46,8 @@ fn panel<'py>(py: Python<'py>, panel: &Panel) -> PyResult<Bound<'py, PyDict>> {
         one.set_item("style", style(series.style))?;
         one.set_item("colour", colour(look.colour))?;
         one.set_item("dashes", look.dashes.to_vec())?;
-        one.set_item("x", series.x.clone().into_pyarray(py))?;
-        one.set_item("y", series.y.clone().into_pyarray(py))?;
+        one.set_item("x", Numbers(series.x.clone()))?;
+        one.set_item("y", Numbers(series.y.clone()))?;
         many.append(one)?;
     }
     all.set_item("series", many)?;
@@ -55,9 +56,9 @@ fn panel<'py>(py: Python<'py>, panel: &Panel) -> PyResult<Bound<'py, PyDict>> {
         let one = PyDict::new(py);
         one.set_item("name", envelope.name.to_plain())?;
         one.set_item("colour", colour(surface))?;
-        one.set_item("x", envelope.x.clone().into_pyarray(py))?;
-        one.set_item("low", envelope.low.clone().into_pyarray(py))?;
-        one.set_item("high", envelope.high.clone().into_pyarray(py))?;
+        one.set_item("x", Numbers(envelope.x.clone()))?;
+        one.set_item("low", Numbers(envelope.low.clone()))?;
+        one.set_item("high", Numbers(envelope.high.clone()))?;
         many.append(one)?;
     }
     all.set_item("envelopes", many)?;

@@ -9,6 +9,7 @@ mod errors;
 mod figure;
 mod guard;
 mod model;
+mod numbers;
 mod observer;
 mod options;
 mod points;

@@ -4,16 +4,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use dgd_runtime::Signature;
 use dgd_work::{At, WorkError};
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use crate::errors::Task;
 use crate::guard::guarded;
+use crate::numbers::Numbers;
 
-/// A list of numbers from Python.
-type Numbers<'py> = PyReadonlyArray1<'py, f64>;
-/// A list of numbers for Python.
-type Array<'py> = Bound<'py, PyArray1<f64>>;
 /// Names and units.
 type Names = Vec<(String, String)>;
 
@@ -21,10 +17,6 @@ type Names = Vec<(String, String)>;
 #[pyclass(frozen, module = "dgd._dgd")]
 pub(crate) struct Equations {
     inner: Mutex<dgd_work::Equations>,
-}
-
-fn slice(numbers: &Numbers<'_>) -> Vec<f64> {
-    numbers.as_array().to_vec()
 }
 
 impl Equations {
@@ -41,19 +33,16 @@ impl Equations {
     }
 
     /// Evaluates something at a point.
-    fn at<'py>(
+    fn at(
         &self,
-        py: Python<'py>,
+        py: Python<'_>,
         t: f64,
-        y: &Numbers<'_>,
-        u: Option<&Numbers<'_>>,
-        p: Option<&Numbers<'_>>,
+        [y, u, p]: [Option<Numbers>; 3],
         evaluate: fn(&dgd_work::Equations, At<'_>) -> Result<Vec<f64>, WorkError>,
-    ) -> PyResult<Array<'py>> {
-        let (y, u, p) = (slice(y), u.map(slice), p.map(slice));
-        let at = At { t, y: &y, u: u.as_deref(), p: p.as_deref() };
-        let found = guarded(py, Task::Simulate, || evaluate(&self.inner(), at))?;
-        Ok(found.into_pyarray(py))
+    ) -> PyResult<Numbers> {
+        let [y, u, p] = [&y, &u, &p].map(|numbers| numbers.as_ref().map(|one| one.0.as_slice()));
+        let at = At { t, y: y.unwrap_or_default(), u, p };
+        guarded(py, Task::Simulate, || evaluate(&self.inner(), at)).map(Numbers)
     }
 }
 
@@ -95,78 +84,74 @@ impl Equations {
     }
 
     #[getter]
-    fn times<'py>(&self, py: Python<'py>) -> Array<'py> {
-        self.inner().times().to_vec().into_pyarray(py)
+    fn times(&self) -> Numbers {
+        Numbers(self.inner().times().to_vec())
     }
 
     #[getter]
-    fn mass<'py>(&self, py: Python<'py>) -> Array<'py> {
-        self.inner().mass().to_vec().into_pyarray(py)
+    fn mass(&self) -> Numbers {
+        Numbers(self.inner().mass().to_vec())
     }
 
     #[getter]
-    fn parameter_values<'py>(&self, py: Python<'py>) -> Array<'py> {
-        self.inner().parameters().into_pyarray(py)
+    fn parameter_values(&self) -> Numbers {
+        Numbers(self.inner().parameters())
     }
 
-    fn start<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        Ok(guarded(py, Task::Simulate, || self.inner().start())?.into_pyarray(py))
+    fn start(&self, py: Python<'_>) -> PyResult<Numbers> {
+        guarded(py, Task::Simulate, || self.inner().start()).map(Numbers)
     }
 
-    fn inputs_at<'py>(&self, py: Python<'py>, t: f64) -> PyResult<Array<'py>> {
-        Ok(guarded(py, Task::Simulate, || self.inner().inputs(t))?.into_pyarray(py))
-    }
-
-    #[pyo3(signature = (t, y, u=None, p=None))]
-    #[allow(clippy::needless_pass_by_value)]
-    fn rhs<'py>(
-        &self,
-        py: Python<'py>,
-        t: f64,
-        y: Numbers<'py>,
-        u: Option<Numbers<'py>>,
-        p: Option<Numbers<'py>>,
-    ) -> PyResult<Array<'py>> {
-        self.at(py, t, &y, u.as_ref(), p.as_ref(), dgd_work::Equations::rhs)
+    fn inputs_at(&self, py: Python<'_>, t: f64) -> PyResult<Numbers> {
+        guarded(py, Task::Simulate, || self.inner().inputs(t)).map(Numbers)
     }
 
     #[pyo3(signature = (t, y, u=None, p=None))]
-    #[allow(clippy::needless_pass_by_value)]
-    fn jacobian<'py>(
+    fn rhs(
         &self,
-        py: Python<'py>,
+        py: Python<'_>,
         t: f64,
-        y: Numbers<'py>,
-        u: Option<Numbers<'py>>,
-        p: Option<Numbers<'py>>,
-    ) -> PyResult<Array<'py>> {
-        self.at(py, t, &y, u.as_ref(), p.as_ref(), dgd_work::Equations::jacobian)
+        y: Numbers,
+        u: Option<Numbers>,
+        p: Option<Numbers>,
+    ) -> PyResult<Numbers> {
+        self.at(py, t, [Some(y), u, p], dgd_work::Equations::rhs)
     }
 
     #[pyo3(signature = (t, y, u=None, p=None))]
-    #[allow(clippy::needless_pass_by_value)]
-    fn parameter_jacobian<'py>(
+    fn jacobian(
         &self,
-        py: Python<'py>,
+        py: Python<'_>,
         t: f64,
-        y: Numbers<'py>,
-        u: Option<Numbers<'py>>,
-        p: Option<Numbers<'py>>,
-    ) -> PyResult<Array<'py>> {
-        self.at(py, t, &y, u.as_ref(), p.as_ref(), dgd_work::Equations::parameter_jacobian)
+        y: Numbers,
+        u: Option<Numbers>,
+        p: Option<Numbers>,
+    ) -> PyResult<Numbers> {
+        self.at(py, t, [Some(y), u, p], dgd_work::Equations::jacobian)
     }
 
     #[pyo3(signature = (t, y, u=None, p=None))]
-    #[allow(clippy::needless_pass_by_value)]
-    fn outputs_at<'py>(
+    fn parameter_jacobian(
         &self,
-        py: Python<'py>,
+        py: Python<'_>,
         t: f64,
-        y: Numbers<'py>,
-        u: Option<Numbers<'py>>,
-        p: Option<Numbers<'py>>,
-    ) -> PyResult<Array<'py>> {
-        self.at(py, t, &y, u.as_ref(), p.as_ref(), dgd_work::Equations::outputs)
+        y: Numbers,
+        u: Option<Numbers>,
+        p: Option<Numbers>,
+    ) -> PyResult<Numbers> {
+        self.at(py, t, [Some(y), u, p], dgd_work::Equations::parameter_jacobian)
+    }
+
+    #[pyo3(signature = (t, y, u=None, p=None))]
+    fn outputs_at(
+        &self,
+        py: Python<'_>,
+        t: f64,
+        y: Numbers,
+        u: Option<Numbers>,
+        p: Option<Numbers>,
+    ) -> PyResult<Numbers> {
+        self.at(py, t, [Some(y), u, p], dgd_work::Equations::outputs)
     }
 }
 
@@ -188,13 +173,12 @@ impl Objective {
     fn evaluated<T: Send>(
         &self,
         py: Python<'_>,
-        theta: &Numbers<'_>,
+        theta: &Numbers,
         evaluate: fn(&dgd_work::Objective, &[f64]) -> Result<T, WorkError>,
     ) -> PyResult<T> {
-        let theta = slice(theta);
         let ended = py.detach(|| {
             let inner = self.inner.lock().unwrap_or_else(PoisonError::into_inner);
-            crate::guard::caught(|| evaluate(&inner, &theta))
+            crate::guard::caught(|| evaluate(&inner, &theta.0))
         });
         crate::guard::ended(py, Task::Fit, ended)
     }
@@ -212,19 +196,14 @@ impl Objective {
     }
 
     #[allow(clippy::needless_pass_by_value)]
-    fn residuals<'py>(&self, py: Python<'py>, theta: Numbers<'py>) -> PyResult<Array<'py>> {
-        let found = self.evaluated(py, &theta, dgd_work::Objective::residuals)?;
-        Ok(found.into_pyarray(py))
+    fn residuals(&self, py: Python<'_>, theta: Numbers) -> PyResult<Numbers> {
+        self.evaluated(py, &theta, dgd_work::Objective::residuals).map(Numbers)
     }
 
     /// Residuals, and derivatives row by row.
     #[allow(clippy::needless_pass_by_value)]
-    fn linearised<'py>(
-        &self,
-        py: Python<'py>,
-        theta: Numbers<'py>,
-    ) -> PyResult<(Array<'py>, Array<'py>)> {
+    fn linearised(&self, py: Python<'_>, theta: Numbers) -> PyResult<(Numbers, Numbers)> {
         let (residuals, rows) = self.evaluated(py, &theta, dgd_work::Objective::linearised)?;
-        Ok((residuals.into_pyarray(py), rows.into_pyarray(py)))
+        Ok((Numbers(residuals), Numbers(rows)))
     }
 }

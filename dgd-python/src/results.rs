@@ -5,26 +5,26 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use dgd_data::files::{Files, write_folder};
 use dgd_work::{Kind, TimeTable, WorkError};
-use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors::Task;
 use crate::figure;
 use crate::guard::guarded;
+use crate::numbers::Numbers;
 
 /// Name, unit, kind and values of a column.
-type Column<'py> = (String, String, &'static str, Bound<'py, PyArray1<f64>>);
+type Column = (String, String, &'static str, Numbers);
 
-fn columns<'py>(py: Python<'py>, table: &TimeTable) -> Vec<Column<'py>> {
+fn columns(table: &TimeTable) -> Vec<Column> {
     let one = |column: &dgd_work::NamedColumn| {
         let kind = match column.kind {
             Kind::Input => "input",
-            Kind::Unknown => "unknown",
+            Kind::Unknown => "state",
             Kind::Output => "output",
             Kind::Derivative => "derivative",
         };
-        let values = column.in_unit().into_pyarray(py);
+        let values = Numbers(column.in_unit());
         (column.name.clone(), column.unit.symbol.to_string(), kind, values)
     };
     table.columns.iter().map(one).collect()
@@ -51,13 +51,13 @@ pub(crate) struct Simulated {
 #[pymethods]
 impl Simulated {
     #[getter]
-    fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.inner.table.times.clone().into_pyarray(py)
+    fn time(&self) -> Numbers {
+        Numbers(self.inner.table.times.clone())
     }
 
     #[getter]
-    fn columns<'py>(&self, py: Python<'py>) -> Vec<Column<'py>> {
-        columns(py, &self.inner.table)
+    fn columns(&self) -> Vec<Column> {
+        columns(&self.inner.table)
     }
 
     #[getter]
@@ -99,21 +99,21 @@ pub(crate) struct Sensitivities {
 #[pymethods]
 impl Sensitivities {
     #[getter]
-    fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.inner.table.times.clone().into_pyarray(py)
+    fn time(&self) -> Numbers {
+        Numbers(self.inner.table.times.clone())
     }
 
     /// The derivatives: of the first thing to all, of the second, ….
     #[getter]
-    fn columns<'py>(&self, py: Python<'py>) -> Vec<Column<'py>> {
-        columns(py, &self.inner.table)
+    fn columns(&self) -> Vec<Column> {
+        columns(&self.inner.table)
     }
 
     /// What was differentiated: its own values.
     #[getter]
-    fn trajectories<'py>(&self, py: Python<'py>) -> Vec<Column<'py>> {
+    fn trajectories(&self) -> Vec<Column> {
         let columns_of = self.inner.trajectories.clone();
-        columns(py, &TimeTable { times: Vec::new(), columns: columns_of })
+        columns(&TimeTable { times: Vec::new(), columns: columns_of })
     }
 
     #[getter]

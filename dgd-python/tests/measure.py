@@ -2,7 +2,7 @@
 
 python tests/measure.py WHEEL RUST_CALL
 
-WHEEL is the wheel, RUST_CALL the program of examples/rust_call.rs.
+WHEEL is the wheel, RUST_CALL the program of dgd-work/examples/rust_call.rs.
 """
 
 from __future__ import annotations

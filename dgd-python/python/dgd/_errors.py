@@ -103,7 +103,7 @@ def pythonic(words: str) -> str:
     return _PLACE.sub(lambda found: f"({_argument(found[1])})", words)
 
 
-def warn(remarks: Iterable[str], stacklevel: int = 3) -> None:
+def warn(remarks: Iterable[str], stacklevel: int = 2) -> None:
     """Warns of all that was remarked; one of the same words only once."""
     for words in dict.fromkeys(remarks):
         words = pythonic(words).removeprefix("note: ")

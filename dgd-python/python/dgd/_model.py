@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import _dgd
+from ._data.bytes import Array, array, packed
 from ._data.columns import Prepared
 from ._data.incoming import apart, recording, recordings
 from ._errors import DgdWarning, SimulationError, UsageError, warn
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from ._options import RunOptions
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -447,16 +445,17 @@ class Model:
         ``inputs`` has a number for each input. For inputs that change over time, use :meth:`problem`.
         """
         equations = self._equations(inputs)
-        return equations.rhs(t, _vector(y), _by_name(equations.inputs, inputs, None), self._parameters(equations, params))
+        u, p = _by_name(equations.inputs, inputs, None), self._parameters(equations, params)
+        return array(equations.rhs(t, packed(y), u, p))
 
     def jacobian(
         self, t: float, y: Any, inputs: Mapping[str, float] | None = None, params: Mapping[str, float] | None = None
     ) -> Array:
         """df/dy, a row for each equation."""
         equations = self._equations(inputs)
-        p, n = self._parameters(equations, params), len(equations.unknowns)
-        flat = equations.jacobian(t, _vector(y), _by_name(equations.inputs, inputs, None), p)
-        return flat.reshape(n, n)
+        u, p = _by_name(equations.inputs, inputs, None), self._parameters(equations, params)
+        n = len(equations.unknowns)
+        return array(equations.jacobian(t, packed(y), u, p)).reshape(n, n)
 
     @property
     def unknowns(self) -> dict[str, str]:
@@ -525,8 +524,8 @@ class Model:
             raise UsageError("the model has inputs: `inputs={" + ", ".join(f'"{name}": …' for name in self.inputs) + "}`")
         return self._plain
 
-    def _parameters(self, equations: _dgd.Equations, params: Mapping[str, float] | None) -> Array | None:
-        return _by_name(equations.parameters, params, equations.parameter_values) if params else None
+    def _parameters(self, equations: _dgd.Equations, params: Mapping[str, float] | None) -> bytes | None:
+        return _by_name(equations.parameters, params, array(equations.parameter_values)) if params else None
 
     def _call(self, what: str, given: Prepared | list[Prepared] | None, **options: Any) -> str:
         """The line of Python that makes a result again, for its page."""
@@ -620,24 +619,18 @@ def _stopped(why: str, reached: Simulation | Sensitivity) -> SimulationError:
     return error
 
 
-def _vector(values: Any) -> Array:
-    return np.ascontiguousarray(np.atleast_1d(values), dtype=np.float64)
-
-
-def _by_name(
-    known: list[tuple[str, str]], given: Mapping[str, float] | None, standard: Array | None
-) -> Array | None:
+def _by_name(known: list[tuple[str, str]], asked: Mapping[str, float] | None, standard: Array | None) -> bytes | None:
     """Numbers by name in the order of what is known; of those that are not given the standard."""
-    if not known or given is None:
+    if not known or asked is None:
         return None
     order = [name for name, _ in known]
-    for name in given:
+    for name in asked:
         if name not in order:
             raise UsageError(f"there is no `{name}`; there is `" + "`, `".join(order) + "`")
-    missing = [name for name in order if name not in given]
+    missing = [name for name in order if name not in asked]
     if missing and standard is None:
         raise UsageError("there is no value of `" + "`, `".join(missing) + "`")
     values = np.zeros(len(order)) if standard is None else standard.copy()
-    for name, value in given.items():
+    for name, value in asked.items():
         values[order.index(name)] = float(value)
-    return values
+    return packed(values)

@@ -5,15 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import _dgd
-
-Array = NDArray[np.float64]
-
-
-def _vector(values: Any) -> Array:
-    return np.ascontiguousarray(np.atleast_1d(values), dtype=np.float64)
+from ._data.bytes import Array, array, packed
 
 
 class Problem:
@@ -33,37 +27,38 @@ class Problem:
         #: Units of y.
         self.units: dict[str, str] = dict(native.unknowns)
         #: The diagonal of M.
-        self.mass: Array = native.mass
+        self.mass: Array = array(native.mass)
         #: Times of the recording, s since its first sample.
-        self.times: Array = native.times
+        self.times: Array = array(native.times)
         #: First and last of them.
         self.span: tuple[float, float] = (float(self.times[0]), float(self.times[-1]))
 
     @property
     def y0(self) -> Array:
         """Unknowns at the first time, which fulfil the algebraic equations."""
-        return self._native.start()
+        return array(self._native.start())
 
     def rhs(self, t: float, y: Any) -> Array:
         """f, in the units of y over s."""
-        return self._native.rhs(t, _vector(y))
+        return array(self._native.rhs(t, packed(y)))
 
     def jacobian(self, t: float, y: Any) -> Array:
         """df/dy, a row for each equation."""
         n = len(self.names)
-        return self._native.jacobian(t, _vector(y)).reshape(n, n)
+        return array(self._native.jacobian(t, packed(y))).reshape(n, n)
 
     def parameter_jacobian(self, t: float, y: Any) -> Array:
         """df/dp, a row for each equation and a column for each parameter of the model."""
-        return self._native.parameter_jacobian(t, _vector(y)).reshape(len(self.names), -1)
+        return array(self._native.parameter_jacobian(t, packed(y))).reshape(len(self.names), -1)
 
     def inputs(self, t: float) -> dict[str, float]:
         """Inputs at a time."""
-        return dict(zip((name for name, _ in self._native.inputs), self._native.inputs_at(t).tolist(), strict=True))
+        values = array(self._native.inputs_at(t)).tolist()
+        return dict(zip((name for name, _ in self._native.inputs), values, strict=True))
 
     def outputs(self, t: float, y: Any) -> dict[str, float]:
         """Outputs at a time and place."""
-        values = self._native.outputs_at(t, _vector(y)).tolist()
+        values = array(self._native.outputs_at(t, packed(y))).tolist()
         return dict(zip((name for name, _ in self._native.outputs), values, strict=True))
 
     def __repr__(self) -> str:
@@ -99,12 +94,12 @@ class Objective:
 
     def residuals(self, x: Any) -> Array:
         """The residuals."""
-        return self._native.residuals(_vector(x))
+        return array(self._native.residuals(packed(x)))
 
     def jacobian(self, x: Any) -> Array:
         """Their derivatives, a column for each of ``names``."""
-        _, rows = self._native.linearised(_vector(x))
-        return rows.reshape(-1, len(self.names))
+        _, rows = self._native.linearised(packed(x))
+        return array(rows).reshape(-1, len(self.names))
 
     def __call__(self, x: Any) -> float:
         """Half the sum of squares of the residuals."""
@@ -113,7 +108,7 @@ class Objective:
 
     def gradient(self, x: Any) -> Array:
         """Its gradient."""
-        residuals, rows = self._native.linearised(_vector(x))
+        residuals, rows = map(array, self._native.linearised(packed(x)))
         gradient: Array = rows.reshape(-1, len(self.names)).T @ residuals
         return gradient
 

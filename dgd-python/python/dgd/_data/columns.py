@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from .. import _dgd
 from .._errors import DataError, UsageError
-
-Array = NDArray[np.float64]
+from .bytes import Array, packed
 
 # As in a data file: a space stands before the unit, so that `p[1]` is an element.
 _HEADER = re.compile(r"^(.*\S)\s+\[([^\[\]]*)\]\s*$")
@@ -76,7 +75,8 @@ def prepare(
     if len(set(lengths.values())) > 1:
         said = ", ".join(f"`{header}` {length}" for header, length in lengths.items())
         raise DataError(f"the columns of `{name}` differ in length: {said}")
-    return Prepared((raw.name or name, _dgd.Table(columns)), origin, raw.name or name)
+    table = _dgd.Table([(header, packed(numbers)) for header, numbers in columns])
+    return Prepared((raw.name or name, table), origin, raw.name or name)
 
 
 def _units(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .columns import Array
+from .bytes import Array
 
 
 @dataclass(frozen=True)

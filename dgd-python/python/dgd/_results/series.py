@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _dgd
+from .._data.bytes import array
 from .._data.columns import Raw
 from .._data.outgoing import Column, Series
 from .._show.plot import draw
@@ -16,8 +17,8 @@ from .._show.report import Report
 from .._show.table import summary_of_series
 
 
-def _columns(native: list[tuple[str, str, str, Any]]) -> list[Column]:
-    return [Column(name, unit, kind, values) for name, unit, kind, values in native]
+def _columns(native: list[tuple[str, str, str, bytearray]]) -> list[Column]:
+    return [Column(name, unit, kind, array(values)) for name, unit, kind, values in native]
 
 
 class Simulation(Series):
@@ -29,7 +30,7 @@ class Simulation(Series):
     """
 
     def __init__(self, native: _dgd.Simulated, origin: np.datetime64 | None, name: str, call: str) -> None:
-        super().__init__(native.time, _columns(native.columns), origin, name)
+        super().__init__(array(native.time), _columns(native.columns), origin, name)
         self._native = native
         self._call = call
         details: dict[str, Any] = json.loads(native.details)
@@ -85,7 +86,7 @@ class Sensitivity:
         self.to: list[str] = [_to(column.name, self.of[0]) for column in columns[:each]]
         #: Whether each derivative was multiplied by its parameter.
         self.scaled = scaled
-        self.time = native.time
+        self.time = array(native.time)
         self.name = name
         shape = (len(self.time), len(self.of), len(self.to))
         stacked = np.stack([c.values for c in columns], axis=1) if columns else np.zeros(shape)

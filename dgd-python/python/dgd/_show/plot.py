@@ -7,6 +7,8 @@ from functools import cache
 from io import BytesIO
 from typing import Any
 
+from .._data.bytes import array
+
 # Pixels of dgd's pictures at their natural size, in points of matplotlib.
 _POINTS = 0.75
 _WIDTHS = {"line": 1.6, "thin": 0.8}
@@ -31,7 +33,7 @@ def _tinted(colour: str) -> tuple[float, float, float]:
 def _drawing() -> Any:
     from matplotlib.figure import Figure
 
-    class Drawing(Figure):  # type: ignore[misc]
+    class Drawing(Figure):
         """A figure that a notebook shows, with or without pyplot; ``savefig(path)`` writes it."""
 
         def _repr_png_(self) -> bytes:
@@ -73,9 +75,9 @@ def _panel(axes: Any, panel: dict[str, Any]) -> None:
         axes.axvspan(begin, end, color="#f0f0f0", zorder=0)
     for envelope in panel["envelopes"]:
         axes.fill_between(
-            envelope["x"],
-            envelope["low"],
-            envelope["high"],
+            array(envelope["x"]),
+            array(envelope["low"]),
+            array(envelope["high"]),
             color=envelope["colour"],
             label=_label(envelope["name"]),
             linewidth=0,
@@ -93,8 +95,9 @@ def _label(name: str) -> str | None:
 
 
 def _series(axes: Any, series: dict[str, Any]) -> None:
-    n = min(len(series["x"]), len(series["y"]))
-    x, y, style = series["x"][:n], series["y"][:n], series["style"]
+    x, y, style = array(series["x"]), array(series["y"]), series["style"]
+    n = min(len(x), len(y))
+    x, y = x[:n], y[:n]
     if style in _SIZES:
         colour = _tinted(series["colour"]) if style == "dots" else series["colour"]
         size = _SIZES[style] * _POINTS

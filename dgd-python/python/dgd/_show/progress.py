@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
 from types import TracebackType
 from typing import Any, Union
 
 #: Nothing: where somebody looks. ``True``, ``False``: yes, no. A function is called with what is counted, how many are
 #: done, how many there will be, and whether that is only the most.
 Progress = Union[Callable[[str, int, int, bool], object], bool, None]
+
+
+# Seconds after which a bar appears.
+_DELAY = 0.5
 
 
 class Shown:
@@ -49,20 +55,19 @@ class Shown:
         if self._bar is None or what != self._what or done < self._bar.n:
             if self._bar is not None:
                 self._bar.close()
-            bar = _tqdm()
-            self._bar = bar(total=of, desc=what + (" (at most)" if is_most else ""), leave=False)
+            words = what + (" (at most)" if is_most else "")
+            # What takes no time needs no bar.
+            self._bar = _tqdm()(total=of, desc=words, leave=False, delay=_DELAY, miniters=1, mininterval=0)
             self._what = what
         self._bar.total = of
-        self._bar.n = done
-        self._bar.refresh()
+        self._bar.update(done - self._bar.n)
 
 
 def _tqdm() -> Any:
-    try:
-        from tqdm.auto import tqdm
-    except ImportError:
+    if find_spec("tqdm") is None:
         return None
-    return tqdm
+    # Without widgets a notebook gets bars of text.
+    return import_module("tqdm.auto" if find_spec("ipywidgets") else "tqdm").tqdm
 
 
 def _is_watched() -> bool:

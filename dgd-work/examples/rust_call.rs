@@ -1,7 +1,7 @@
 //! What a simulation takes without Python: `dgd_work::simulate` of a model and a recording, by a file and by columns in
-//! memory, in ms; the least of many. `measure.py` compares its own call with it.
+//! memory, in ms; the least of many. `dgd-python/tests/measure.py` compares its own call with it.
 //!
-//! `cargo run --release --package dgd-python --example rust_call -- MODEL DATA`
+//! `cargo run --release --package dgd-work --example rust_call -- MODEL DATA`
 
 use std::path::PathBuf;
 use std::time::Instant;
