@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import os
 import threading
 from collections.abc import Callable
 from datetime import datetime, timedelta, timezone
@@ -168,6 +169,23 @@ def test_a_model_is_shared_between_threads(circulation: Columns) -> None:
         thread.join()
     for one, other in zip(found, expected, strict=True):
         assert one is not None and np.array_equal(one, other)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_a_model_goes_on_in_a_process_that_was_forked(circulation: Columns) -> None:
+    m = dgd.load(MODEL)
+    expected = m.simulate(circulation, until=60.0)["p_r"]
+    child = os.fork()
+    if child == 0:
+        # Whatever happens, the tests do not go on here.
+        code = 1
+        try:
+            code = 0 if np.array_equal(m.simulate(circulation, until=60.0)["p_r"], expected) else 2
+        finally:
+            os._exit(code)
+    _, status = os.waitpid(child, 0)
+    assert os.waitstatus_to_exitcode(status) == 0
 
 
 def test_a_page_has_the_line_that_makes_it_again(circulation: Columns, tmp_path: Path) -> None:
