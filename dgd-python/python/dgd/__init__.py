@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from ._dgd import __version__
 
 if TYPE_CHECKING:
+    from ._declared import Quantity
     from ._errors import (
         DataError,
         DgdError,
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
         SimulationError,
         UsageError,
     )
-    from ._model import Model, Quantity, load, parse
+    from ._model import Model, load, parse
     from ._points import Objective, Problem
     from ._results.discovery import Discovery, Effect
     from ._results.fit import Fit, Interval
@@ -50,7 +51,7 @@ _PLACES = {
     "SimulationError": "_errors",
     "UsageError": "_errors",
     "Model": "_model",
-    "Quantity": "_model",
+    "Quantity": "_declared",
     "load": "_model",
     "parse": "_model",
     "Objective": "_points",
