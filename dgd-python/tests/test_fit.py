@@ -192,6 +192,14 @@ def test_a_discovery_is_the_commands(command: Callable[..., str], tmp_path: Path
     assert "booster_u_tubing" in repr(d) and "booster_u_tubing" in str(d) and "<table>" in d._repr_html_()
 
 
+def test_words_name_arguments_and_not_options_of_the_command() -> None:
+    train = columns(DATA / "booster_stop.train.csv")
+    m = dgd.load(MODEL)
+    with pytest.warns(dgd.DgdWarning, match="when the time of `budget` had passed"):
+        d = m.discover([train], budget=0.1)
+    assert d.cut_short and "`valid`" in str(d) and "`--" not in str(d) + "".join(d.reservations)
+
+
 def test_ctrl_c_ends_a_discovery_with_the_best_so_far() -> None:
     train = columns(DATA / "booster_stop.train.csv")
     m = dgd.load(MODEL)

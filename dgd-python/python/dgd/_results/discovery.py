@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from .. import _dgd
+from .._errors import pythonic
 from .._show.plot import draw
 from .._show.report import Report
 from .._show.table import number, table
@@ -50,7 +51,7 @@ class Discovery:
         #: Whether the search ended before it had tried everything.
         self.cut_short: bool = native.is_cut_short
         #: Why the recordings may not say what they are asked.
-        self.reservations: list[str] = native.reservations
+        self.reservations: list[str] = [pythonic(words) for words in native.reservations]
         self.provenance: dict[str, Any] = self.result["provenance"]
         self.remarks: list[str] = native.remarks
         self._make = model
@@ -82,7 +83,7 @@ class Discovery:
         self._native.save(os.fspath(folder))
 
     def __str__(self) -> str:
-        return self._native.text
+        return pythonic(self._native.text)
 
     def __repr__(self) -> str:
         names = ", ".join(effect.name for effect in self.effects)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _dgd
-from .._errors import UsageError
+from .._errors import UsageError, pythonic
 from .._show.plot import draw
 from .._show.report import Report
 from .._show.table import number, table
@@ -75,7 +75,7 @@ class Fit:
         #: The fitted model, with the start values of the first recording.
         self.model: Model = model(native.model_text(folder))
         #: Why the estimates are not what they should be; nothing where the fit came to its end.
-        self.left_out: list[str] = native.left_out
+        self.left_out: list[str] = [pythonic(words) for words in native.left_out]
         #: Whether the fit ended in a minimum.
         self.converged: bool = bool(self.result.get("converged", not self.left_out))
         self.provenance: dict[str, Any] = self.result["provenance"]
@@ -153,7 +153,7 @@ class Fit:
         self._native.save(os.fspath(folder))
 
     def __str__(self) -> str:
-        return self._native.text
+        return pythonic(self._native.text)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} = {number(value, 6)} {self.units[name]}" for name, value in self.params.items())
