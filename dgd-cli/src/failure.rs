@@ -1,7 +1,6 @@
 //! How a command ends when it does not succeed.
 
 use std::fmt;
-use std::process::ExitCode;
 
 use dgd_compiler::diagnostics::{Diagnostic, Diagnostics};
 use dgd_compiler::source::Sources;
@@ -63,13 +62,13 @@ impl CommandError {
     }
 
     /// The exit code promised for it.
-    pub(crate) fn exit_code(&self) -> ExitCode {
-        ExitCode::from(match self {
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
             CommandError::Diagnosed { .. } | CommandError::Found(_) | CommandError::Shown(_) => 1,
             CommandError::Usage(_) => 2,
             CommandError::Computation(_) | CommandError::Stopped(_) => 3,
             CommandError::Interrupted(_) => INTERRUPTED,
-        })
+        }
     }
 }
 

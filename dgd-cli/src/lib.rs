@@ -14,6 +14,7 @@ mod table_file;
 mod tail;
 mod targets;
 
+use std::ffi::{OsStr, OsString};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -29,16 +30,23 @@ use targets::Targets;
 /// Exit codes: 0 done, 1 the model or data has errors or a check found something, 2 wrong usage,
 /// 3 the computation failed, 70 dgd itself has a mistake, 130 it was stopped by Ctrl-C.
 pub fn run() -> ExitCode {
+    ExitCode::from(run_words(std::env::args_os().skip(1).collect()))
+}
+
+/// Runs a command line that another program was given, such as an interpreter of a script: the words behind `dgd`. A
+/// process runs one. The exit code is that of [`run`]; wrong usage and Ctrl-C end the process.
+pub fn run_words(words: Vec<OsString>) -> u8 {
+    command_line::set(words);
     match crash::caught(run_once) {
         Ok(code) => code,
         Err(crash) => {
             console::complain(&format!("error: {}", visible(&crash.to_string())));
-            ExitCode::from(crash::CRASHED)
+            crash::CRASHED
         }
     }
 }
 
-fn run_once() -> ExitCode {
+fn run_once() -> u8 {
     let cli = parsed();
     // A computation that can be stopped on its way minds Ctrl-C by itself.
     if !matches!(cli.command, Command::Fit(_) | Command::Discover(_) | Command::Compare(_)) {
@@ -48,7 +56,7 @@ fn run_once() -> ExitCode {
     let result = Targets::verified(&cli.command, &cli.global)
         .and_then(|targets| perform(&cli.command, console.writing(&targets)));
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(error) => {
             let console =
                 if matches!(cli.command, Command::Track(_)) { console.in_lines() } else { console };
@@ -67,9 +75,11 @@ fn wants_json(words: impl Iterator<Item = String>) -> bool {
 
 /// The command line. Wrong usage ends the process here, with 2.
 fn parsed() -> Cli {
-    Cli::try_parse().unwrap_or_else(|error| {
+    let words = std::iter::once(OsStr::new("dgd")).chain(command_line::words());
+    Cli::try_parse_from(words).unwrap_or_else(|error| {
         let text = error.to_string();
-        if error.use_stderr() && wants_json(std::env::args()) {
+        let words = command_line::words().map(|word| word.to_string_lossy().into_owned());
+        if error.use_stderr() && wants_json(words) {
             let message = text.strip_prefix("error: ").unwrap_or(&text).trim();
             // Where the reader went away, the exit code still says it.
             let _ = console::print(&format!("{}\n", serde_json::json!({ "error": message })));

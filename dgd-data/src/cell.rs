@@ -23,6 +23,13 @@ pub fn push_number(text: &mut String, value: f64) {
     };
 }
 
+/// A number as a cell of its own.
+pub(crate) fn shown(value: f64) -> String {
+    let mut text = String::new();
+    push_number(&mut text, value);
+    text
+}
+
 /// The number in a cell; NaN where a value is missing, `None` where there is something else.
 pub(crate) fn number(cell: &[u8]) -> Option<f64> {
     if cell.is_empty() || cell.eq_ignore_ascii_case(b"na") {

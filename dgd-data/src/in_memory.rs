@@ -1,31 +1,62 @@
-//! Texts that were never in a file: what a browser, an editor or a program made.
+//! Texts and tables that were never in a file: what a browser, an editor or a program made.
 
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
+use crate::columns::Columns;
 use crate::open::{Entry, FileSystem, verify_import};
 
 /// Files that exist only here, by their paths, which are compared after `.` and `..` were resolved.
 #[derive(Debug, Clone, Default)]
 pub struct InMemory {
-    all: BTreeMap<PathBuf, Arc<[u8]>>,
+    all: BTreeMap<PathBuf, Contents>,
+}
+
+/// What a file has.
+#[derive(Debug, Clone)]
+enum Contents {
+    Bytes(Arc<[u8]>),
+    Columns(Arc<Columns>),
 }
 
 impl InMemory {
     /// The same with one file more, in place of one that has this path.
     #[must_use]
     pub fn with(mut self, path: impl AsRef<Path>, contents: impl Into<Vec<u8>>) -> Self {
-        self.all.insert(plain(path.as_ref()), contents.into().into());
+        self.all.insert(plain(path.as_ref()), Contents::Bytes(contents.into().into()));
         self
+    }
+
+    /// The same with one table more, in place of one that has this path.
+    #[must_use]
+    pub fn with_columns(mut self, path: impl AsRef<Path>, columns: Columns) -> Self {
+        self.all.insert(plain(path.as_ref()), Contents::Columns(Arc::new(columns)));
+        self
+    }
+
+    /// The same with the files of another one, which replace its own of the same paths.
+    #[must_use]
+    pub fn and(mut self, others: InMemory) -> Self {
+        self.all.extend(others.all);
+        self
+    }
+
+    /// Paths and texts, in order of path; tables are left out.
+    pub fn texts(&self) -> impl Iterator<Item = (&Path, &[u8])> {
+        self.all.iter().filter_map(|(path, contents)| match contents {
+            Contents::Bytes(bytes) => Some((path.as_path(), &**bytes)),
+            Contents::Columns(_) => None,
+        })
     }
 }
 
 impl FileSystem for InMemory {
     fn open(&self, path: &Path) -> Result<Box<dyn Read>, String> {
         match self.all.get(&plain(path)) {
-            Some(contents) => Ok(Box::new(Cursor::new(Arc::clone(contents)))),
+            Some(Contents::Bytes(bytes)) => Ok(Box::new(Cursor::new(Arc::clone(bytes)))),
+            Some(Contents::Columns(columns)) => Ok(Box::new(Cursor::new(columns.to_csv()))),
             None if self.is_folder(path) => Err("it is a folder".to_owned()),
             None => Err("there is no such file".to_owned()),
         }
@@ -55,6 +86,57 @@ impl FileSystem for InMemory {
 
     fn is_folder(&self, path: &Path) -> bool {
         !self.entries(path).is_empty()
+    }
+
+    fn columns(&self, path: &Path) -> Option<Arc<Columns>> {
+        match self.all.get(&plain(path))? {
+            Contents::Columns(columns) => Some(Arc::clone(columns)),
+            Contents::Bytes(_) => None,
+        }
+    }
+}
+
+/// Files of two places: what is not above is looked for below.
+///
+/// A folder that is above hides the one below: what was taken from there once stays as it was.
+#[derive(Debug, Clone, Copy)]
+pub struct Layers<'a> {
+    /// What is looked at first.
+    pub above: &'a dyn FileSystem,
+    /// What is looked at then.
+    pub below: &'a dyn FileSystem,
+}
+
+impl Layers<'_> {
+    fn of_file(&self, path: &Path) -> &dyn FileSystem {
+        if self.above.is_file(path) { self.above } else { self.below }
+    }
+}
+
+impl FileSystem for Layers<'_> {
+    fn open(&self, path: &Path) -> Result<Box<dyn Read>, String> {
+        self.of_file(path).open(path)
+    }
+
+    fn open_import(&self, path: &Path) -> Result<Box<dyn Read>, String> {
+        self.of_file(path).open_import(path)
+    }
+
+    fn entries(&self, folder: &Path) -> Vec<Entry> {
+        let layer = if self.above.is_folder(folder) { self.above } else { self.below };
+        layer.entries(folder)
+    }
+
+    fn is_file(&self, path: &Path) -> bool {
+        self.above.is_file(path) || self.below.is_file(path)
+    }
+
+    fn is_folder(&self, path: &Path) -> bool {
+        self.above.is_folder(path) || self.below.is_folder(path)
+    }
+
+    fn columns(&self, path: &Path) -> Option<Arc<Columns>> {
+        self.of_file(path).columns(path)
     }
 }
 
@@ -93,5 +175,25 @@ mod tests {
         let expected = vec![entry("models/effects/b.dgd", false), entry("models/effects/c", true)];
         assert_eq!(files.entries(Path::new("models/effects")), expected);
         assert!(files.is_folder(Path::new("")) && !files.is_folder(Path::new("model")));
+    }
+
+    #[test]
+    fn a_layer_above_hides_files_and_folders_below() {
+        let above = InMemory::default().with("m.dgd", "new").with("effects/a.dgd", "");
+        let below = InMemory::default()
+            .with("m.dgd", "old")
+            .with("effects/b.dgd", "")
+            .with("lib/c.dgd", "c")
+            .with_columns("data", Columns::default());
+        let files = Layers { above: &above, below: &below };
+        let read = |path: &str| read_text(&files, Path::new(path));
+        assert_eq!(read("m.dgd").as_deref(), Ok("new"));
+        assert_eq!(read("lib/c.dgd").as_deref(), Ok("c"));
+        assert!(read("effects/a.dgd").is_ok() && read("none").is_err());
+        let only_above = vec![Entry { path: "effects/a.dgd".into(), is_folder: false }];
+        assert_eq!(files.entries(Path::new("effects")), only_above);
+        assert!(files.is_folder(Path::new("lib")) && !files.is_folder(Path::new("x")));
+        assert!(files.columns(Path::new("data")).is_some());
+        assert!(files.columns(Path::new("m.dgd")).is_none());
     }
 }

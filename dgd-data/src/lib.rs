@@ -3,6 +3,7 @@
 //! ```text
 //!   CSV, CSV in gzip, Parquet ─► read ─► Table ─► select ─► columns in SI units, as a model declares them
 //!                       a pipe ─► stream ─► one row after the other
+//!      a program's columns ─► columns ─► Table
 //!   columns in SI units ─► write ─► files ─► CSV, CSV in gzip, Parquet
 //! ```
 //!
@@ -16,6 +17,7 @@
 //! when a model asks for it ([`select`]), because a recording has columns that nobody asks for.
 
 pub mod cell;
+mod columns;
 mod csv;
 mod encoding;
 pub mod files;
@@ -30,8 +32,9 @@ mod table;
 mod tests;
 pub mod write;
 
+pub use columns::Columns;
 pub use csv::rename::Rename;
-pub use in_memory::InMemory;
+pub use in_memory::{InMemory, Layers};
 pub use open::{Disk, FileSystem};
 pub use parquet::catches_panics;
 pub use read::{Reading, cannot_read, digest, read, read_from};

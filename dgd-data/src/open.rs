@@ -4,7 +4,9 @@ use std::fmt::Debug;
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use crate::columns::Columns;
 use crate::encoding::not_text;
 
 /// Bytes of the largest model, library or effect.
@@ -34,6 +36,11 @@ pub trait FileSystem: Debug + Sync {
 
     /// Whether there is a folder.
     fn is_folder(&self, path: &Path) -> bool;
+
+    /// A table that is held as columns; opened, it is their text.
+    fn columns(&self, _path: &Path) -> Option<Arc<Columns>> {
+        None
+    }
 }
 
 /// What lies in a folder.

@@ -10,6 +10,7 @@ use dgd_identify::journal::Digest;
 
 use crate::csv::header::Header;
 use crate::csv::kept::Kept;
+use crate::csv::numbers;
 use crate::csv::records::Records;
 use crate::csv::rename::Rename;
 use crate::csv::rows::Rows;
@@ -60,6 +61,10 @@ impl<'a> Reading<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Table, Reported> {
         let name = path.display().to_string();
+        if let Some(columns) = files.columns(path) {
+            let Reading { order, renames, .. } = self;
+            return numbers::read(&columns, &name, order, renames, sources, diagnostics);
+        }
         match files.open(path) {
             Ok(file) => read_with(self, &name, file, sources, diagnostics),
             Err(why) => Err(diagnostics.error(unreadable(&name, "", sources, &why))),

@@ -82,6 +82,8 @@ pub struct Location {
     pub span: Span,
     /// The line, from 1, where the text there is not kept.
     pub line: Option<usize>,
+    /// The row, from 0, of what never was a text.
+    pub row: Option<usize>,
 }
 
 /// Characters of a cell that are quoted in a message.
@@ -154,6 +156,11 @@ impl Cells {
 }
 
 impl Location {
+    /// A row, from 0, of the column with this header.
+    pub(crate) fn row(header: Span, row: usize) -> Location {
+        Location { span: header, line: None, row: Some(row) }
+    }
+
     /// A diagnostic at this place.
     pub(crate) fn diagnostic(self, code: Code, message: impl Into<String>) -> Diagnostic {
         Diagnostic::new(code, self.span, message).here(self.text(""))
@@ -161,9 +168,10 @@ impl Location {
 
     /// A text for a label here.
     pub(crate) fn text(self, text: &str) -> String {
-        match self.line {
-            Some(line) if text.is_empty() => format!("line {line}"),
-            Some(line) => format!("line {line}: {text}"),
+        let line = self.line.map(|line| format!("line {line}"));
+        match line.or_else(|| Some(format!("row {}", self.row?))) {
+            Some(place) if text.is_empty() => place,
+            Some(place) => format!("{place}: {text}"),
             None => text.to_owned(),
         }
     }

@@ -313,7 +313,7 @@ fn without_a_name(
     let mut all: Vec<Unexplained> = (missing.ranked.iter().take(TOLD).enumerate())
         .map(|(rank, found)| {
             let condition = circumstances.condition(&missing_input::windows(found));
-            let followed = if data.budget.is_over() { None } else { followed(found) };
+            let followed = if data.is_over() { None } else { followed(found) };
             let together = followed.as_ref().map_or_else(Vec::new, Followed::together);
             let looked_at = followed.filter(|_| rank < GUESSED);
             let guess = looked_at.and_then(|followed| guessing.guess(&followed));
@@ -376,7 +376,7 @@ fn report(
         given_up: given_up(search),
         power: if verdict == Verdict::Sufficient { power(search, &screens[0]) } else { Vec::new() },
         lonely: Vec::new(),
-        is_cut_short: data.budget.is_spent(),
+        is_cut_short: data.is_spent(),
         verdict,
         reason: reason(search, *outcome, &before, &after, &data),
         p_value: searched.p_value,

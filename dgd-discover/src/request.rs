@@ -39,7 +39,8 @@ pub struct Request<'a> {
     /// Keeps fits and screens, so that a run that was ended goes on where it was. The result does not
     /// depend on it.
     pub journal: &'a dyn Journal,
-    /// Is told how far it is. A discovery is not stopped by it: half a search has no answer.
+    /// Is told how far it is. Where it says to stop, the search ends as if its time had passed: between fits, with
+    /// the best so far.
     pub watch: &'a dyn Watch,
 }
 

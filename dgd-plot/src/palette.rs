@@ -141,6 +141,15 @@ pub struct Look {
 }
 
 impl Panel {
+    /// Red, green and blue of each envelope.
+    pub fn surfaces(&self) -> Vec<[u8; 3]> {
+        let colour = |around| {
+            let Colour(red, green, blue) = surface(self, around);
+            [red, green, blue]
+        };
+        self.envelopes.iter().map(|envelope| colour(envelope.around)).collect()
+    }
+
     /// The look of each series.
     pub fn looks(&self) -> Vec<Look> {
         let mut alike = 0..;

@@ -5,10 +5,12 @@
 //!   SimulateRequest ─ simulate ─► Simulated      states and outputs over time
 //!                     simulate_each ► Ensemble   the same for many sets of parameters
 //!   SensitivityRequest ─ sensitivity ─► Sensitivities
+//!   RunRequest      ─ equations ─► Equations     right-hand sides and Jacobians at single points
 //!   LinearizeRequest ─ linearize ─► Linearised   A, B, C, D, poles
 //!   InvertRequest   ─ invert ───► Missing        what an equation lacks, from what was measured
 //!   ScreenRequest   ─ screen ───► Screenings     what is wrong with recordings
 //!   FitRequest      ─ fit ──────► Fitted         parameters and start values from recordings
+//!                     objective ─► Objective     what a fit makes small, for optimisers elsewhere
 //!   CompareRequest  ─ compare ──► Comparison     fits of several models side by side
 //!   TrackRequest    ─ track ────► Tracked        the same row by row, as data comes in
 //!   DiscoverRequest ─ discover ─► Discovered     what a model lacks
@@ -62,6 +64,7 @@ pub use discover::invert::{self, Missing, Twin, invert};
 pub use discover::{Adopted, Discovered, adopt, discover};
 pub use error::{Class, Ended, Mistake, Spot, WorkError, meant};
 pub use fit::compare::{self, Comparison, compare};
+pub use fit::objective::{Objective, objective};
 pub use fit::{FitFigure, Fitted, fit};
 pub use linearize::{Linearised, linearize};
 pub use model::effects::load_folder;
@@ -75,6 +78,7 @@ pub use request::{
     SimulateRequest, Solve, Sought, Start, TrackRequest, Tracker,
 };
 pub use run::Measured;
+pub use run::equations::{At, Equations, equations};
 pub use screen::{Screenings, screen};
 pub use sensitivity::{Sensitivities, sensitivity};
 pub use session::{Listener, Remark, Remarks, Session, Silent};

@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use dgd_data::{Disk, FileSystem, InMemory};
+use dgd_data::{Columns, Disk, FileSystem, InMemory, Layers};
+use dgd_identify::{Progress, Watch};
 use serde_json::Value;
 
 use crate::{
-    CheckRequest, DiscoverRequest, FitRequest, LinearizeAt, LinearizeRequest, RunRequest,
-    ScreenRequest, SensitivityRequest, Session, Silent, SimulateRequest, check, discover, fit,
-    linearize, screen, sensitivity, simulate,
+    CheckRequest, DiscoverRequest, FitRequest, LinearizeAt, LinearizeRequest, Listener, Remark,
+    RunRequest, ScreenRequest, SensitivityRequest, Session, Silent, SimulateRequest, check,
+    discover, fit, linearize, screen, sensitivity, simulate,
 };
 
 const MODEL: &str = "\
@@ -147,6 +148,68 @@ fn what_is_hidden_in_texts_is_named() {
     let corrected = texts.clone().with("rig/corrected.dgd", found.discovery.corrected.as_bytes());
     let session = session.with_files(&corrected);
     assert!(check(&CheckRequest::new("rig/corrected.dgd"), session).is_ok());
+}
+
+/// Stops a search as soon as it has begun.
+#[derive(Debug)]
+struct Impatient;
+
+impl Watch for Impatient {
+    fn advanced(&self, _progress: Progress) {}
+
+    fn is_stopped(&self) -> bool {
+        true
+    }
+}
+
+impl Listener for Impatient {
+    fn remark(&self, _remark: Remark<'_>) {}
+}
+
+#[test]
+fn a_search_that_is_stopped_has_a_result_that_says_so() {
+    let texts = recordings();
+    let mut request = DiscoverRequest::new("rig/tank.dgd", vec!["rig/monday.csv".into()]);
+    request.valid = vec!["rig/tuesday.csv".into()];
+    let session = Session::new(&Impatient).with_files(&texts);
+    let found = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
+    assert!(found.discovery.is_cut_short && found.discovery.effects.is_empty());
+    assert!(found.reservations.iter().any(|words| words.starts_with("the search was stopped")));
+    let json = found.to_json().to_string();
+    assert!(!json.contains("--budget") && found.page().is_ok(), "{json}");
+}
+
+/// The columns of a CSV text.
+fn columns(csv: &[u8]) -> Columns {
+    let text = String::from_utf8_lossy(csv).into_owned();
+    let mut lines = text.lines();
+    let headers = lines.next().unwrap_or_default().split(',');
+    let mut all: Vec<(String, Vec<f64>)> =
+        headers.map(|header| (header.to_owned(), Vec::new())).collect();
+    for line in lines {
+        for (cell, (_, values)) in line.split(',').zip(&mut all) {
+            values.push(cell.parse().unwrap_or(f64::NAN));
+        }
+    }
+    Columns { all }
+}
+
+#[test]
+fn columns_give_what_their_text_gives() {
+    let monday = recorded(1);
+    let as_text = files().with("rig/monday.csv", monday.clone());
+    let as_columns = files().with_columns("rig/monday.csv", columns(&monday));
+    let texts_and_columns = Layers { above: &as_columns, below: &as_text };
+    let results = worked(&as_text, "").into_iter().zip(worked(&texts_and_columns, ""));
+    for (k, (mut text, mut columns)) in results.enumerate() {
+        // Digests are those of what was read.
+        for value in [&mut text, &mut columns] {
+            if let Some(data) = value.pointer_mut("/provenance/data") {
+                *data = Value::Null;
+            }
+        }
+        assert!(text == columns, "piece of work {k}");
+    }
 }
 
 #[test]

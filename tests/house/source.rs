@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 /// The crates of the workspace, each of which uses only those before it. Tests may use any.
-pub(crate) const CRATES: [&str; 15] = [
+pub(crate) const CRATES: [&str; 16] = [
     "dgd-signature",
     "dgd-compiler",
     "dgd-macros",
@@ -20,6 +20,7 @@ pub(crate) const CRATES: [&str; 15] = [
     "dgd-work",
     "dgd-lsp",
     "dgd-cli",
+    "dgd-python",
     "dgd",
 ];
 

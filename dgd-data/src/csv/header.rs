@@ -37,6 +37,12 @@ pub(crate) struct Renamed {
 }
 
 impl Header {
+    /// Of cells in one line, in order.
+    pub(crate) fn new(cells: Vec<Cell>) -> Header {
+        let end = cells.last().map_or(0, |cell| cell.place.end);
+        Header { place: 0..end, cells, open_quote: false }
+    }
+
     pub(crate) fn of(record: &Record<'_>) -> Header {
         let cells = (0..record.len()).map(|cell| Cell {
             text: record.text(cell),

@@ -24,9 +24,9 @@ impl Kept {
     /// A place in a row; `header` stands for it where the row is not kept.
     pub(crate) fn place(self, range: &Range<usize>, line: usize, header: Span) -> Location {
         if self.whole {
-            Location { span: self.span(range), line: None }
+            Location { span: self.span(range), line: None, row: None }
         } else {
-            Location { span: header, line: Some(line) }
+            Location { span: header, line: Some(line), row: None }
         }
     }
 }

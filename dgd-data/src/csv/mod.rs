@@ -3,11 +3,13 @@
 //! ```text
 //!   bytes ─ records ─► cells ─┬─ header, rename ─► names and units
 //!                             └─ rows, time, clock ─► values and seconds
+//!   columns of numbers ─ numbers ─► the same, without cells
 //! ```
 
 pub(crate) mod clock;
 pub(crate) mod header;
 pub(crate) mod kept;
+pub(crate) mod numbers;
 pub(crate) mod records;
 pub(crate) mod rename;
 pub(crate) mod rows;

@@ -3,7 +3,7 @@
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Sources, Span};
 
-use crate::cell::number;
+use crate::cell::{number, shown};
 use crate::csv::header::Header;
 use crate::csv::kept::Kept;
 use crate::csv::records::Record;
@@ -92,6 +92,28 @@ impl Rows {
             Cells::count(found, || {
                 (self.kept.place(&record.place(cell), record.line, header), record.text(cell))
             });
+        }
+    }
+
+    /// Takes in all rows at once, from columns of one length with the headers of these, the time included.
+    pub(crate) fn take_columns(&mut self, all: &[(String, Vec<f64>)]) {
+        self.taken = all.first().map_or(0, |(_, values)| values.len());
+        let (of_time, rest) = all.split_at(usize::from(self.time.is_some()));
+        if let (Some(time), [(_, values)]) = (&mut self.time, of_time) {
+            time.take_numbers(values);
+        }
+        for (column, (_, values)) in self.columns.iter_mut().zip(rest) {
+            column.values.reserve(values.len());
+            for (row, value) in values.iter().enumerate() {
+                column.values.push(if value.is_finite() { *value } else { f64::NAN });
+                let found = match value {
+                    value if value.is_nan() => &mut column.missing,
+                    value if value.is_infinite() => &mut column.not_numbers,
+                    _ => continue,
+                };
+                let place = Location::row(column.place, row);
+                Cells::count(found, || (place, shown(*value)));
+            }
         }
     }
 

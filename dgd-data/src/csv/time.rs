@@ -4,6 +4,7 @@ use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::Span;
 use dgd_compiler::units::Dimension;
 
+use crate::cell::shown;
 use crate::csv::clock::{Clock, TimeFault};
 use crate::csv::kept::Kept;
 use crate::csv::records::Record;
@@ -94,8 +95,35 @@ impl Time {
 
     /// Takes in the time of a row.
     pub(crate) fn take(&mut self, record: &Record<'_>, kept: Kept) {
-        let cell = record.cell(0);
         let place = kept.place(&record.place(0), record.line, self.header);
+        self.take_cell(record.cell(0), place, || record.text(0));
+    }
+
+    /// Takes in the times of all rows.
+    pub(crate) fn take_numbers(&mut self, times: &[f64]) {
+        if let Some(seconds) = self.in_order(times) {
+            self.seconds = seconds;
+            return;
+        }
+        // What is wrong is said in the words of a file.
+        for (row, time) in times.iter().enumerate() {
+            let (place, text) = (Location::row(self.header, row), shown(*time));
+            self.take_cell(text.as_bytes(), place, || text.clone());
+        }
+    }
+
+    /// Seconds since the first, where nothing can be wrong with any of these times.
+    fn in_order(&self, times: &[f64]) -> Option<Vec<f64>> {
+        let (factor, first) = (self.factor?, *times.first()?);
+        let seconds: Vec<f64> = times.iter().map(|time| (time - first) * factor).collect();
+        let is_sound = seconds.iter().all(|seconds| seconds.is_finite())
+            && seconds.windows(2).all(|pair| pair[0] <= pair[1])
+            && seconds.windows(3).all(|three| three[0] < three[2]);
+        is_sound.then_some(seconds)
+    }
+
+    /// Takes in the time of a row that its cell has; `text` is the cell as it is quoted.
+    fn take_cell(&mut self, cell: &[u8], place: Location, text: impl Fn() -> String) {
         let read = match &self.clock {
             Some(clock) => clock.seconds(cell),
             None => Clock::start(cell, self.factor).map(|clock| {
@@ -108,14 +136,14 @@ impl Time {
             Err(fault) => {
                 match &mut self.unreadable {
                     Some((cells, _)) => cells.count += 1,
-                    None => self.unreadable = Some((Cells::one(place, record.text(0)), fault)),
+                    None => self.unreadable = Some((Cells::one(place, text()), fault)),
                 }
                 return;
             }
         };
         let Some(last) = &mut self.last else {
-            let text = cell.to_owned();
-            self.last = Some(Last { seconds, place, text, same_from: place, same: 1 });
+            let own = cell.to_owned();
+            self.last = Some(Last { seconds, place, text: own, same_from: place, same: 1 });
             self.seconds.push(seconds);
             return;
         };
@@ -128,16 +156,17 @@ impl Time {
         if last.same > 2 {
             match &mut self.crowded {
                 Some((cells, _)) => cells.count += 1,
-                None => self.crowded = Some((Cells::one(place, record.text(0)), last.same_from)),
+                None => self.crowded = Some((Cells::one(place, text()), last.same_from)),
             }
         }
         if seconds < last.seconds {
             if let Some((cells, _)) = &mut self.backwards {
                 cells.count += 1;
             } else {
-                let text = String::from_utf8_lossy(&last.text).into_owned();
-                let before = Before { row: self.seconds.len() - 1, place: last.place, text };
-                self.backwards = Some((Cells::one(place, record.text(0)), before));
+                let earlier = String::from_utf8_lossy(&last.text).into_owned();
+                let row = self.seconds.len() - 1;
+                let before = Before { row, place: last.place, text: earlier };
+                self.backwards = Some((Cells::one(place, text()), before));
             }
         }
         self.seconds.push(seconds);

@@ -34,8 +34,3 @@ impl Budget {
         self.ends.is_some_and(|[_, of_all]| Instant::now() >= of_all)
     }
 }
-
-/// Why something was not tried after that.
-pub(crate) fn not_tried() -> String {
-    "not tried: the time that the search was given had passed".to_owned()
-}

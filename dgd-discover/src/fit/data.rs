@@ -30,6 +30,26 @@ pub(crate) struct Data<'a> {
 }
 
 impl<'a> Data<'a> {
+    /// Whether the search for names ends: its time has passed, or who looks on stops it.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.budget.is_spent() || self.keeping.is_stopped()
+    }
+
+    /// Whether the search for places and formulas ends, too.
+    pub(crate) fn is_over(&self) -> bool {
+        self.budget.is_over() || self.keeping.is_stopped()
+    }
+
+    /// Why something was not tried after that.
+    pub(crate) fn not_tried(&self) -> String {
+        let why = if self.keeping.is_stopped() {
+            "the search was stopped"
+        } else {
+            "the time that the search was given had passed"
+        };
+        format!("not tried: {why}")
+    }
+
     /// The same for fits that are not kept: their keys know a structure by the positions of its candidates, and nothing
     /// of recordings that are not the request's.
     pub(crate) fn not_kept(&self) -> Data<'a> {

@@ -32,6 +32,11 @@ impl WorkJournal<'_> {
         arguments(self.request.of(what)).value()
     }
 
+    /// Whether who looks on has said to stop.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.watch.is_stopped()
+    }
+
     /// Counts from nothing to a number, and tells of it.
     pub(crate) fn count(&self, what: &'static str, all: usize) -> Count<'_> {
         let count = Count { watch: self.watch, what, all, done: AtomicUsize::new(0) };

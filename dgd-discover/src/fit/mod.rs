@@ -15,7 +15,7 @@ mod ranges;
 mod residuals;
 mod start_point;
 
-pub(crate) use budget::{Budget, not_tried};
+pub(crate) use budget::Budget;
 pub(crate) use data::Data;
 pub(crate) use fitted::{Fitted, NoFit, held_out_starts, with_starts};
 pub(crate) use keeping::WorkJournal;

@@ -300,7 +300,7 @@ impl<'a> Places<'a> {
             .collect();
         sort(&mut found, nothing.likelihood);
         for found in found.iter_mut().take(AROUND) {
-            if self.data.budget.is_over() {
+            if self.data.is_over() {
                 break;
             }
             self.again(found, &free);

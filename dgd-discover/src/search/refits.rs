@@ -4,7 +4,7 @@ use super::screen::{Remedy, Score};
 use super::tried::{Open, Search};
 use dgd_runtime::parallel::in_parallel_stateless;
 
-use crate::fit::{Fitted, NoFit, StartPoint, not_tried};
+use crate::fit::{Fitted, NoFit, StartPoint};
 use crate::library::{MOST_EFFECTS, StructureId, Values};
 
 /// How many structures the search goes on from.
@@ -161,8 +161,8 @@ impl Search<'_> {
         let count = data.keeping.count("structures fitted", wanted.len());
         let results = in_parallel_stateless(wanted.len(), self.threads, |k| {
             let Wanted { structure, from, points } = &wanted[k];
-            if data.budget.is_spent() {
-                return Err(NoFit(not_tried()));
+            if data.is_spent() {
+                return Err(NoFit(data.not_tried()));
             }
             let structure =
                 base.structure(candidates, *structure).map_err(|refused| NoFit(refused.0))?;
@@ -176,8 +176,7 @@ impl Search<'_> {
         });
         for (wanted, result) in wanted.into_iter().zip(results) {
             // What has no time to go on is as good as it is.
-            if result.is_err() && data.budget.is_spent() && self.fitted(wanted.structure).is_some()
-            {
+            if result.is_err() && data.is_spent() && self.fitted(wanted.structure).is_some() {
                 continue;
             }
             self.tried.insert(wanted.structure, result);
@@ -386,7 +385,7 @@ impl Search<'_> {
             let is_good = |fitted: &Fitted| fitted.error.0 < NEARLY_AS_GOOD * of_whole;
             tried.as_ref().map_or(true, |fitted| fitted.is_converged && is_good(fitted))
         };
-        let is_new = self.settled.insert((part, whole)) && !self.data.budget.is_spent();
+        let is_new = self.settled.insert((part, whole)) && !self.data.is_spent();
         if !is_new || self.tried.get(&part).is_some_and(is_settled) {
             return;
         }

@@ -62,7 +62,7 @@ impl Search<'_> {
     pub(crate) fn screen(&mut self, some: Open, structure: StructureId) {
         for part in some.parts() {
             let (range, key) = (self.range(*part), (*part, structure));
-            let is_late = self.data.budget.is_spent();
+            let is_late = self.data.is_spent();
             if range.is_empty() || self.screens.contains_key(&key) || is_late {
                 continue;
             }

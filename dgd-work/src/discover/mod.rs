@@ -152,11 +152,14 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         );
     }
     if found.is_cut_short {
-        reservations.push(
-            "the search ended when the time of `--budget` had passed: this is the best so far, and `not_tried` and the \
-             ranking list what was not tried"
-                .to_owned(),
-        );
+        let why = if session.listener.is_stopped() {
+            "was stopped"
+        } else {
+            "ended when the time of `--budget` had passed"
+        };
+        reservations.push(format!(
+            "the search {why}: this is the best so far, and `not_tried` and the ranking list what was not tried"
+        ));
     }
     let is_model =
         |source: &&Source| Path::new(&source.name).extension().is_some_and(|e| e == "dgd");

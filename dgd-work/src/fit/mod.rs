@@ -9,6 +9,7 @@
 pub mod compare;
 pub(crate) mod fitted_model;
 mod multi_start;
+pub mod objective;
 mod output_error;
 pub(crate) mod page;
 mod prediction_error;

@@ -71,7 +71,8 @@ impl<'a> Rows<'a> {
         let is_file = input.is_none();
         let (source, recording) = if input.is_some() || !(*strict || is_parquet(files, path)) {
             let own = path.display().to_string();
-            let name = if input.is_some() { "standard input" } else { &own };
+            let is_piped = input.is_some() && path.as_os_str() == "-";
+            let name = if is_piped { "standard input" } else { &own };
             let input: Box<dyn Read> = match input.map_or_else(|| files.open(path), Ok) {
                 Ok(input) => input,
                 Err(why) => {

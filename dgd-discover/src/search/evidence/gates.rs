@@ -127,7 +127,7 @@ impl Search<'_> {
     /// Why a structure is not believed that was fitted to all recordings there are: of parts of them that it was not
     /// fitted to it predicts hardly more than the base model does.
     fn doubt_of_parts(&self, structure: StructureId) -> Option<String> {
-        if !self.data.valid.is_empty() || self.data.budget.is_spent() {
+        if !self.data.valid.is_empty() || self.data.is_spent() {
             return None;
         }
         let mean = |of: StructureId| {

@@ -1,0 +1,35 @@
+//! Tables that a program holds as columns of numbers.
+
+use crate::cell::{quoted, shown};
+
+/// A table of numbers, by columns.
+///
+/// It is read as the CSV text with the same headers and numbers would be, to the last bit: `time` stands first, units
+/// stand in brackets, NaN marks a missing value. Mistakes name rows, counted from 0, instead of lines.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Columns {
+    /// Headers, `name [unit]`, and values. The columns of a sound table have one length.
+    pub all: Vec<(String, Vec<f64>)>,
+}
+
+impl Columns {
+    /// The header line.
+    pub(crate) fn headers(&self) -> String {
+        let headers: Vec<String> = self.all.iter().map(|(header, _)| quoted(header)).collect();
+        headers.join(",")
+    }
+
+    /// The CSV text of the same table.
+    pub(crate) fn to_csv(&self) -> String {
+        let mut text = self.headers();
+        text.push('\n');
+        let n_rows = self.all.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
+        for row in 0..n_rows {
+            let cell = |(_, values): &(String, Vec<f64>)| values.get(row).copied().map(shown);
+            let cells: Vec<String> = self.all.iter().map(|c| cell(c).unwrap_or_default()).collect();
+            text.push_str(&cells.join(","));
+            text.push('\n');
+        }
+        text
+    }
+}

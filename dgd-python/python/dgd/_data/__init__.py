@@ -1,0 +1,1 @@
+"""Recordings in: frames, arrays, dictionaries and files to columns of numbers with units and times."""

@@ -1,0 +1,1 @@
+"""Results of each piece of work."""

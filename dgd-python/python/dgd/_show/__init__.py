@@ -1,0 +1,1 @@
+"""What a person sees: pictures, pages, tables, progress, and cells of notebooks."""

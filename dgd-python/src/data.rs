@@ -1,0 +1,61 @@
+//! Recordings from Python: columns of numbers under a name, or files.
+
+use std::path::PathBuf;
+
+use dgd_data::{Columns, InMemory};
+use pyo3::prelude::*;
+
+use crate::numbers::Numbers;
+
+/// Columns of numbers; `name [unit]` is a header, NaN a missing value.
+#[pyclass(frozen, module = "dgd._dgd")]
+#[derive(Debug)]
+pub(crate) struct Table {
+    columns: Columns,
+}
+
+#[pymethods]
+impl Table {
+    #[new]
+    fn new(columns: Vec<(String, Numbers)>) -> Self {
+        let own = |(header, values): (String, Numbers)| (header, values.0);
+        Table { columns: Columns { all: columns.into_iter().map(own).collect() } }
+    }
+
+    /// The headers.
+    #[getter]
+    fn headers(&self) -> Vec<&str> {
+        self.columns.all.iter().map(|(header, _)| header.as_str()).collect()
+    }
+}
+
+/// A recording: a table with what it is called, or a file.
+#[derive(FromPyObject)]
+pub(crate) enum Recording {
+    /// What it is called, and the numbers.
+    #[pyo3(transparent)]
+    Table((String, Py<Table>)),
+    /// A file.
+    #[pyo3(transparent)]
+    File(PathBuf),
+}
+
+impl Recording {
+    /// Where it is found, after its table was put into these files.
+    pub(crate) fn put(self, files: &mut InMemory) -> PathBuf {
+        match self {
+            Recording::File(path) => path,
+            Recording::Table((name, table)) => {
+                let path = PathBuf::from(name);
+                let all = std::mem::take(files);
+                *files = all.with_columns(&path, table.get().columns.clone());
+                path
+            }
+        }
+    }
+}
+
+/// Puts recordings into files; where they are found.
+pub(crate) fn put_all(all: Vec<Recording>, files: &mut InMemory) -> Vec<PathBuf> {
+    all.into_iter().map(|recording| recording.put(files)).collect()
+}

@@ -1,0 +1,60 @@
+//! From what went wrong to the exceptions of `dgd._errors`, which are written in Python.
+
+use dgd_work::{Class, WorkError};
+use pyo3::prelude::*;
+use serde_json::json;
+
+/// What was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Task {
+    /// A model.
+    Load,
+    /// Numbers of a run.
+    Simulate,
+    /// Estimates.
+    Fit,
+    /// What a model lacks.
+    Discover,
+}
+
+impl Task {
+    fn name(self) -> &'static str {
+        match self {
+            Task::Load => "load",
+            Task::Simulate => "simulate",
+            Task::Fit => "fit",
+            Task::Discover => "discover",
+        }
+    }
+
+    /// Whether it can be stopped with a result.
+    pub(crate) fn has_best_so_far(self) -> bool {
+        matches!(self, Task::Fit | Task::Discover)
+    }
+}
+
+/// The exception for an error of `dgd-work`.
+pub(crate) fn of_work(py: Python<'_>, error: &WorkError, task: Task) -> PyErr {
+    let class = match error.class() {
+        Class::Data => "data",
+        Class::Usage => "usage",
+        _ => "computation",
+    };
+    let mistakes = json!(error.mistakes()).to_string();
+    made(py, "of_work", (class, task.name(), error.to_string(), mistakes))
+}
+
+/// The exception for a mistake of dgd itself.
+pub(crate) fn internal(py: Python<'_>, words: &str) -> PyErr {
+    made(py, "internal", (words,))
+}
+
+/// The exception for words about usage.
+pub(crate) fn usage(py: Python<'_>, words: &str) -> PyErr {
+    made(py, "of_work", ("usage", "load", words, "[]"))
+}
+
+fn made<'py>(py: Python<'py>, maker: &str, arguments: impl pyo3::call::PyCallArgs<'py>) -> PyErr {
+    let made = py.import("dgd._errors").and_then(|module| module.getattr(maker)?.call1(arguments));
+    made.map_or_else(|error| error, PyErr::from_value)
+}

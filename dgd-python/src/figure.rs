@@ -1,0 +1,66 @@
+//! Figures as dictionaries: what is drawn and in which colours, for whoever draws.
+
+use dgd_plot::{Figure, Panel, Style};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::numbers::Numbers;
+
+/// A colour as `#rrggbb`.
+fn colour([red, green, blue]: [u8; 3]) -> String {
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+fn style(style: Style) -> &'static str {
+    match style {
+        Style::Line => "line",
+        Style::ThinLine => "thin",
+        Style::Dots => "dots",
+        Style::Marks => "marks",
+    }
+}
+
+/// A figure: its title, columns, label of the common axis and panels.
+pub(crate) fn dictionary<'py>(py: Python<'py>, figure: &Figure) -> PyResult<Bound<'py, PyDict>> {
+    let all = PyDict::new(py);
+    all.set_item("title", figure.title.to_plain())?;
+    all.set_item("columns", figure.columns)?;
+    all.set_item("x_label", figure.x_label.to_plain())?;
+    let panels = PyList::empty(py);
+    for one in &figure.panels {
+        panels.append(panel(py, one)?)?;
+    }
+    all.set_item("panels", panels)?;
+    Ok(all)
+}
+
+fn panel<'py>(py: Python<'py>, panel: &Panel) -> PyResult<Bound<'py, PyDict>> {
+    let all = PyDict::new(py);
+    all.set_item("title", panel.title.to_plain())?;
+    all.set_item("y_label", panel.y_label.to_plain())?;
+    all.set_item("bands", panel.bands.iter().map(|b| (b.from, b.to)).collect::<Vec<_>>())?;
+    let many = PyList::empty(py);
+    for (series, look) in panel.series.iter().zip(panel.looks()) {
+        let one = PyDict::new(py);
+        one.set_item("name", series.name.to_plain())?;
+        one.set_item("style", style(series.style))?;
+        one.set_item("colour", colour(look.colour))?;
+        one.set_item("dashes", look.dashes.to_vec())?;
+        one.set_item("x", Numbers(series.x.clone()))?;
+        one.set_item("y", Numbers(series.y.clone()))?;
+        many.append(one)?;
+    }
+    all.set_item("series", many)?;
+    let many = PyList::empty(py);
+    for (envelope, surface) in panel.envelopes.iter().zip(panel.surfaces()) {
+        let one = PyDict::new(py);
+        one.set_item("name", envelope.name.to_plain())?;
+        one.set_item("colour", colour(surface))?;
+        one.set_item("x", Numbers(envelope.x.clone()))?;
+        one.set_item("low", Numbers(envelope.low.clone()))?;
+        one.set_item("high", Numbers(envelope.high.clone()))?;
+        many.append(one)?;
+    }
+    all.set_item("envelopes", many)?;
+    Ok(all)
+}

@@ -1,0 +1,133 @@
+//! What stands between a call from Python and the work: a thread, signals, panics.
+
+use std::any::Any;
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use dgd_work::WorkError;
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+
+use crate::errors::{self, Task};
+use crate::observer::Observer;
+use crate::workers;
+
+/// How often a caller who waits looks for signals, and is told how far the work is.
+const BETWEEN: Duration = Duration::from_millis(50);
+
+/// Where the last panic was, and what it said.
+static PANIC: Mutex<Option<String>> = Mutex::new(None);
+
+/// Has panics say nothing by themselves, unless a backtrace is asked for by `RUST_BACKTRACE`.
+pub(crate) fn hear_panics() {
+    let speaks = std::env::var_os("RUST_BACKTRACE").is_some_and(|value| value != "0");
+    let before = panic::take_hook();
+    panic::set_hook(Box::new(move |info| {
+        if !dgd_data::catches_panics() {
+            let place = info.location().map(ToString::to_string).unwrap_or_default();
+            let words = format!("{place}: {}", words(info.payload()));
+            panicked().get_or_insert(words);
+        }
+        if speaks {
+            before(info);
+        }
+    }));
+}
+
+fn panicked() -> std::sync::MutexGuard<'static, Option<String>> {
+    PANIC.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn words(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().copied();
+    let text = text.or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+    text.unwrap_or("no message").split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// An exception for a panic.
+fn internal(py: Python<'_>, payload: &(dyn Any + Send)) -> PyErr {
+    let words = panicked().take().unwrap_or_else(|| words(payload));
+    errors::internal(py, &words)
+}
+
+/// A result, or what a panic said.
+pub(crate) type Caught<T> = Result<Result<T, WorkError>, Box<dyn Any + Send>>;
+
+/// Runs something; a panic in it is caught.
+pub(crate) fn caught<T>(work: impl FnOnce() -> Result<T, WorkError>) -> Caught<T> {
+    panic::catch_unwind(AssertUnwindSafe(work))
+}
+
+/// A result for Python.
+pub(crate) fn ended<T>(py: Python<'_>, task: Task, ended: Caught<T>) -> PyResult<T> {
+    match ended {
+        Ok(result) => result.map_err(|error| errors::of_work(py, &error, task)),
+        Err(payload) => Err(internal(py, &*payload)),
+    }
+}
+
+/// Runs something short with the interpreter's lock.
+pub(crate) fn guarded<T>(
+    py: Python<'_>,
+    task: Task,
+    work: impl FnOnce() -> Result<T, WorkError>,
+) -> PyResult<T> {
+    ended(py, task, caught(work))
+}
+
+/// Runs something that may take long in a thread of its own, without the interpreter's lock. Ctrl-C asks it to stop with
+/// the best so far; once more, and where it has no best so far, the call ends at once and the thread is left alone.
+pub(crate) fn supervised<T: Send + 'static>(
+    py: Python<'_>,
+    task: Task,
+    observer: &Arc<Observer>,
+    work: impl FnOnce(&Observer) -> Result<T, WorkError> + Send + 'static,
+) -> PyResult<T> {
+    let (send, mut receive) = mpsc::sync_channel(1);
+    let own = Arc::clone(observer);
+    let spawned = workers::spawn(move || {
+        // Where nobody waits any more, nobody is told.
+        let _ = send.send(caught(|| work(&own)));
+    });
+    if let Err(error) = spawned {
+        return Err(errors::internal(py, &format!("no thread could be started: {error}")));
+    }
+    loop {
+        let waited;
+        (waited, receive) = py.detach(move || (receive.recv_timeout(BETWEEN), receive));
+        match waited {
+            Ok(result) => {
+                observer.show(py)?;
+                return ended(py, task, result);
+            }
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(errors::internal(py, "a thread ended without a result"));
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+        }
+        if let Err(signal) = py.check_signals() {
+            let goes_on =
+                signal.is_instance_of::<PyKeyboardInterrupt>(py) && task.has_best_so_far();
+            if observer.stop() || !goes_on {
+                return Err(signal);
+            }
+        }
+        if let Err(error) = observer.show(py) {
+            observer.stop();
+            return Err(error);
+        }
+    }
+}
+
+/// Panics in a thread of its own, or on the caller's: for the tests.
+#[pyfunction]
+pub(crate) fn panic_for_test(py: Python<'_>, in_thread: bool) -> PyResult<()> {
+    let work = || -> Result<(), WorkError> { panic!("asked for\nby {}", "a test") };
+    if in_thread {
+        supervised(py, Task::Simulate, &Arc::new(Observer::default()), move |_| work())
+    } else {
+        guarded(py, Task::Simulate, work)
+    }
+}

@@ -1,0 +1,48 @@
+//! The native part of the Python package: requests from Python to `dgd-work`, results back.
+//!
+//! Python holds what is convenient: frames, units by attributes, pictures, notebooks. Here are the calls alone, each of
+//! which releases the interpreter's lock, minds Ctrl-C, and turns what goes wrong into an exception; no panic gets
+//! through ([`guard`]).
+
+mod data;
+mod errors;
+mod figure;
+mod guard;
+mod model;
+mod numbers;
+mod observer;
+mod options;
+mod points;
+mod results;
+mod tracker;
+mod workers;
+
+use pyo3::prelude::*;
+
+/// The version of dgd.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Runs a command line, the words behind `dgd`; the exit code.
+#[pyfunction]
+fn command(py: Python<'_>, words: Vec<std::ffi::OsString>) -> u8 {
+    py.detach(|| dgd_cli::run_words(words))
+}
+
+// The interpreter's lock is needed: nothing here was written for Python without one.
+#[pymodule(gil_used = true)]
+fn _dgd(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    guard::hear_panics();
+    module.add("__version__", VERSION)?;
+    module.add_function(wrap_pyfunction!(command, module)?)?;
+    module.add_function(wrap_pyfunction!(model::load, module)?)?;
+    module.add_function(wrap_pyfunction!(guard::panic_for_test, module)?)?;
+    module.add_class::<data::Table>()?;
+    module.add_class::<model::Model>()?;
+    module.add_class::<results::Simulated>()?;
+    module.add_class::<results::Sensitivities>()?;
+    module.add_class::<results::Fitted>()?;
+    module.add_class::<results::Discovered>()?;
+    module.add_class::<points::Equations>()?;
+    module.add_class::<points::Objective>()?;
+    module.add_class::<tracker::Tracker>()
+}

@@ -1,0 +1,229 @@
+//! Options from Python, one dictionary for each call, to requests.
+
+use dgd_data::Rename;
+use dgd_execute::Engine;
+use dgd_identify::Loss;
+use dgd_runtime::{PerSample, Steps};
+use dgd_work::{Choices, Estimator, NoiseFrom, Solve, Sought, Start, Tracker};
+use pyo3::prelude::*;
+
+use crate::errors;
+
+/// What is random, and how many threads.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct SessionOptions {
+    pub seed: u64,
+    pub threads: Option<usize>,
+}
+
+/// How a model is run.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct SolveOptions {
+    /// `model` or `measured`.
+    begin: String,
+    rename: Vec<(String, String)>,
+    first: Option<f64>,
+    until: Option<f64>,
+    method: String,
+    steps: String,
+    rtol: f64,
+    atol: Option<f64>,
+    engine: String,
+}
+
+/// What is set besides what the model has.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct SetOptions {
+    pub set: Vec<String>,
+}
+
+/// What is estimated.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct SoughtOptions {
+    free: Vec<String>,
+    fix: Vec<String>,
+}
+
+/// How a run is recorded.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct RunOptions {
+    pub every: Option<f64>,
+}
+
+/// Of a simulation.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct SimulateOptions {
+    pub noise_seed: Option<u64>,
+}
+
+/// Of sensitivities.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct SensitivityOptions {
+    pub of: Vec<String>,
+    pub to: Vec<String>,
+    pub scaled: bool,
+}
+
+/// Of a fit.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct FitOptions {
+    pub outputs: Vec<String>,
+    pub noise: String,
+    pub evaluations: Option<usize>,
+    pub loss: String,
+    pub starts: u32,
+    pub profile: Vec<String>,
+    pub bootstrap: usize,
+    pub information: bool,
+    pub estimator: String,
+    pub smoothing: Option<f64>,
+    pub steady: Vec<String>,
+    pub command: String,
+}
+
+/// Of a search.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct DiscoverOptions {
+    pub effects: Vec<std::path::PathBuf>,
+    pub budget: Option<f64>,
+    pub command: String,
+}
+
+/// Of a tracker.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct TrackOptions {
+    pub estimator: String,
+    pub outputs: Vec<String>,
+    pub process_noise: Vec<String>,
+    pub start_std: Vec<String>,
+    pub noise: Vec<String>,
+    pub forgetting: Option<f64>,
+    pub gate: Option<f64>,
+}
+
+/// One of several words.
+fn one_of<T: Copy>(py: Python<'_>, name: &str, word: &str, all: &[(&str, T)]) -> PyResult<T> {
+    all.iter().find(|(known, _)| *known == word).map(|(_, value)| *value).ok_or_else(|| {
+        let known: Vec<String> = all.iter().map(|(known, _)| format!("\"{known}\"")).collect();
+        errors::usage(py, &format!("`{name}` must be {}, not \"{word}\"", known.join(" or ")))
+    })
+}
+
+/// A number that must be above zero.
+fn positive(py: Python<'_>, name: &str, value: f64) -> PyResult<f64> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(value);
+    }
+    Err(errors::usage(py, &format!("`{name}` must be a number above 0, not {value}")))
+}
+
+/// The same of one that may be left out.
+pub(crate) fn maybe_positive(
+    py: Python<'_>,
+    name: &str,
+    value: Option<f64>,
+) -> PyResult<Option<f64>> {
+    value.map(|value| positive(py, name, value)).transpose()
+}
+
+fn steps(py: Python<'_>, words: &str) -> PyResult<Steps> {
+    match words.strip_prefix("per-sample=").map(str::parse) {
+        Some(Ok(n)) => Ok(Steps::PerSample(PerSample::Exactly(n))),
+        Some(Err(_)) => {
+            let words = "the number of steps per sample must be a whole number, 1 or more";
+            Err(errors::usage(py, words))
+        }
+        None => one_of(
+            py,
+            "steps",
+            words,
+            &[
+                ("auto", Steps::Automatic),
+                ("adaptive", Steps::Adaptive),
+                ("per-sample", Steps::PerSample(PerSample::Automatic)),
+            ],
+        ),
+    }
+}
+
+impl SolveOptions {
+    pub(crate) fn request(self, py: Python<'_>) -> PyResult<Solve> {
+        let mut solve = Solve::default();
+        let starts = [("model", Start::Model), ("measured", Start::Measured)];
+        solve.start = one_of(py, "start", &self.begin, &starts)?;
+        let rename = |(column, name): (String, String)| Rename { column, name };
+        solve.rename = self.rename.into_iter().map(rename).collect();
+        for (name, time) in [("from_", self.first), ("until", self.until)] {
+            if time.is_some_and(|time| !time.is_finite()) {
+                return Err(errors::usage(py, &format!("`{name}` must be a finite number")));
+            }
+        }
+        solve.from = self.first;
+        solve.until = self.until;
+        solve.method = self.method;
+        solve.steps = steps(py, &self.steps)?;
+        solve.rtol = positive(py, "rtol", self.rtol)?;
+        solve.atol = maybe_positive(py, "atol", self.atol)?;
+        let engines = [
+            ("auto", Engine::Auto),
+            ("native", Engine::Native),
+            ("interpreter", Engine::Interpreter),
+        ];
+        solve.engine = one_of(py, "engine", &self.engine, &engines)?;
+        Ok(solve)
+    }
+}
+
+impl SetOptions {
+    /// The choices of a model, with what is set besides.
+    pub(crate) fn beside(self, choices: &Choices) -> Choices {
+        let mut all = choices.clone();
+        all.set.extend(self.set);
+        all
+    }
+}
+
+impl SoughtOptions {
+    pub(crate) fn request(self) -> Sought {
+        Sought::new(self.free, self.fix)
+    }
+}
+
+pub(crate) fn noise_from(py: Python<'_>, word: &str) -> PyResult<NoiseFrom> {
+    let all = [("estimated", NoiseFrom::Estimated), ("declared", NoiseFrom::Declared)];
+    one_of(py, "noise", word, &all)
+}
+
+pub(crate) fn loss(py: Python<'_>, word: &str) -> PyResult<Loss> {
+    let all = [Loss::Squares, Loss::Huber, Loss::Cauchy, Loss::Tukey];
+    one_of(py, "loss", word, &all.map(|loss| (loss.name(), loss)))
+}
+
+pub(crate) fn estimator(py: Python<'_>, word: &str) -> PyResult<Estimator> {
+    let all = [
+        Estimator::OutputError,
+        Estimator::Linearised,
+        Estimator::PredictionError,
+        Estimator::LeastSquares,
+        Estimator::Bounded,
+        Estimator::Separable,
+        Estimator::NelderMead,
+        Estimator::Recursive,
+    ];
+    one_of(py, "estimator", word, &all.map(|estimator| (estimator.name(), estimator)))
+}
+
+pub(crate) fn tracker(py: Python<'_>, word: &str) -> PyResult<Tracker> {
+    let all = [("ekf", Tracker::Ekf), ("ukf", Tracker::Ukf), ("recursive", Tracker::Recursive)];
+    one_of(py, "estimator", word, &all)
+}

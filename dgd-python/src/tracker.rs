@@ -1,0 +1,154 @@
+//! On-line estimates: a thread tracks rows as `dgd track` does on a pipe, a row in, a row out.
+
+use std::io::{self, Read, Write};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+use dgd_data::{Disk, InMemory, Layers};
+use dgd_work::{LineFormat, Session, TrackRequest, track};
+use pyo3::prelude::*;
+
+use crate::errors::{self, Task};
+use crate::guard::{self, Caught};
+use crate::observer::Observer;
+
+/// Lines from Python, read as they come.
+struct Lines {
+    lines: Receiver<Vec<u8>>,
+    current: io::Cursor<Vec<u8>>,
+}
+
+impl Read for Lines {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        loop {
+            match self.current.read(into)? {
+                0 if !into.is_empty() => match self.lines.recv() {
+                    Ok(line) => self.current = io::Cursor::new(line),
+                    // Nobody writes any more.
+                    Err(_) => return Ok(0),
+                },
+                n => return Ok(n),
+            }
+        }
+    }
+}
+
+/// Lines for Python, handed over when they are whole.
+struct Answers {
+    to: Sender<Answer>,
+    line: Vec<u8>,
+}
+
+impl Write for Answers {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        for byte in bytes {
+            if *byte == b'\n' {
+                let line = String::from_utf8_lossy(&self.line).into_owned();
+                self.line.clear();
+                let gone = |_| io::Error::from(io::ErrorKind::BrokenPipe);
+                self.to.send(Answer::Line(line)).map_err(gone)?;
+            } else {
+                self.line.push(*byte);
+            }
+        }
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// What comes back.
+enum Answer {
+    Line(String),
+    Ended(Caught<Vec<String>>),
+}
+
+/// Both ends of a thread that tracks.
+struct Ends {
+    to: Sender<Vec<u8>>,
+    from: Receiver<Answer>,
+}
+
+/// Estimates row by row.
+#[pyclass(frozen, module = "dgd._dgd")]
+pub(crate) struct Tracker {
+    ends: Mutex<Option<Ends>>,
+    observer: Arc<Observer>,
+}
+
+impl Tracker {
+    /// Begins; the first line is the header.
+    pub(crate) fn new(request: TrackRequest, texts: InMemory) -> Self {
+        let (to, lines) = mpsc::channel();
+        let (answers, from) = mpsc::channel();
+        let observer = Arc::new(Observer::default());
+        let own = Arc::clone(&observer);
+        thread::spawn(move || {
+            let mut out = Answers { to: answers.clone(), line: Vec::new() };
+            let ended = guard::caught(|| {
+                let files = Layers { above: &texts, below: &Disk };
+                let session = Session::new(&*own).with_files(&files);
+                let lines = Box::new(Lines { lines, current: io::Cursor::default() });
+                let tracked = track(&request, Some(lines), session, &mut out, LineFormat::Lines)?;
+                tracked.stopped.map_or(Ok(tracked.remarks), Err)
+            });
+            let _ = answers.send(Answer::Ended(ended));
+        });
+        Tracker { ends: Mutex::new(Some(Ends { to, from })), observer }
+    }
+}
+
+#[pymethods]
+impl Tracker {
+    /// Gives a text of one row and takes so many lines that come back.
+    fn exchange(&self, py: Python<'_>, text: Vec<u8>, lines: usize) -> PyResult<Vec<String>> {
+        let mut ended = None;
+        let answers = py.detach(|| {
+            let mut ends = self.ends.lock().unwrap_or_else(PoisonError::into_inner);
+            let Some(Ends { to, from }) = &*ends else { return None };
+            // One that has ended says why.
+            let _ = to.send(text);
+            let mut answers = Vec::with_capacity(lines);
+            while answers.len() < lines {
+                match from.recv() {
+                    Ok(Answer::Line(line)) => answers.push(line),
+                    Ok(Answer::Ended(why)) => {
+                        ended = Some(why);
+                        *ends = None;
+                        break;
+                    }
+                    Err(_) => break,
+                }
+            }
+            Some(answers)
+        });
+        if let Some(why) = ended {
+            guard::ended(py, Task::Simulate, why)?;
+        }
+        answers
+            .filter(|answers| answers.len() == lines)
+            .ok_or_else(|| errors::usage(py, "this tracker has ended; begin another one"))
+    }
+
+    /// Ends it: what there is to say of all rows.
+    fn close(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        let ended = py.detach(|| {
+            let ends = self.ends.lock().unwrap_or_else(PoisonError::into_inner).take()?;
+            let Ends { to, from } = ends;
+            drop(to);
+            from.iter().find_map(|answer| match answer {
+                Answer::Ended(ended) => Some(ended),
+                Answer::Line(_) => None,
+            })
+        });
+        ended.map_or_else(|| Ok(Vec::new()), |ended| guard::ended(py, Task::Simulate, ended))
+    }
+
+    #[getter]
+    fn remarks(&self) -> Vec<String> {
+        self.observer.remarks()
+    }
+}

@@ -1,0 +1,45 @@
+"""What tests share: the models and recordings of the repository, and the command."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+MODEL = str(ROOT / "models" / "mud_circulation.dgd")
+DATA = ROOT / "examples" / "data"
+
+Columns = dict[str, np.ndarray]
+
+
+def columns(path: Path) -> Columns:
+    """The columns of a CSV file by header, read by Python alone."""
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(line for line in file if not line.startswith("#")))
+    numbers = [[float(cell) if cell else np.nan for cell in row] for row in rows[1:]]
+    return {header: np.array(values) for header, values in zip(rows[0], zip(*numbers), strict=True)}
+
+
+@pytest.fixture(scope="session")
+def circulation() -> Columns:
+    """An hour of mud circulation, by header."""
+    return columns(DATA / "circulation.csv")
+
+
+@pytest.fixture(scope="session")
+def command() -> Callable[..., str]:
+    """Runs `dgd` as it was installed, in the repository's root; what it prints."""
+
+    def run(*words: str) -> str:
+        line = [sys.executable, "-m", "dgd", *words]
+        done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return run

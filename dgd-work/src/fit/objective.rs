@@ -1,0 +1,444 @@
+//! Residuals of a fit as a function of what it estimates: for optimisers and samplers outside dgd.
+
+use dgd_execute::Loaded;
+use dgd_identify::{
+    OutputErrorProblem, Prior, Recording, Starts, TrialFailure, evaluate,
+    outputs_with_sensitivities,
+};
+use dgd_runtime::parallel::in_parallel_by_model;
+use dgd_runtime::{Direction, Observations, Options, Problem, System, Unit, consistent_start};
+
+use super::task::Task;
+use crate::error::{WorkError, meant};
+use crate::request::{Estimator, FitRequest};
+use crate::run::recording;
+use crate::session::Session;
+
+/// Something that a fit estimates, in its declared unit.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Variable {
+    /// A parameter by its name, a start value as `x(0)`; where there are several recordings, as `x(0) of RECORDING`.
+    pub name: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// First guess.
+    pub value: f64,
+    /// Lower bound; minus infinity without one.
+    pub lower: f64,
+    /// Upper bound; infinity without one.
+    pub upper: f64,
+    /// Whether it is better searched for by its logarithm.
+    pub is_log: bool,
+    direction: usize,
+    of: Direction,
+    recording: usize,
+}
+
+/// Residuals (simulated − measured)/σ of all samples, then (p − mean)/std of all priors, as a function of the
+/// variables θ in declared units.
+///
+/// Half the sum of their squares is the negative logarithm of the posterior density, but for a constant. σ is the
+/// declared noise.
+#[derive(Debug)]
+pub struct Objective {
+    system: Loaded,
+    p: Vec<f64>,
+    recordings: Vec<Recording>,
+    names: Vec<String>,
+    /// SI; nothing where an output is not compared.
+    noise: Vec<Option<f64>>,
+    priors: Vec<Prior>,
+    options: Options,
+    threads: usize,
+    variables: Vec<Variable>,
+}
+
+/// Prepares the residuals of a fit. `noise` has standard deviations of outputs in their units, in place of those
+/// declared.
+///
+/// # Errors
+///
+/// [`WorkError`]: mistakes in model or data, nothing to estimate, or an output without noise.
+pub fn objective(
+    request: &FitRequest,
+    noise: &[(String, f64)],
+    session: Session<'_>,
+) -> Result<Objective, WorkError> {
+    if request.regression.estimator != Estimator::OutputError {
+        return Err(WorkError::Usage(
+            "residuals are those of simulated outputs: `--estimator output-error`".to_owned(),
+        ));
+    }
+    let task = Task::load(request, session)?;
+    let problem = task.problem();
+    let (mut priors, options) = (problem.priors.clone(), problem.options);
+    let noise = noise_of(&task, noise)?;
+    let names = recording::names(&request.data);
+    let Task { system, p, train: recordings, .. } = task;
+    let variables = variables(&system, &p, &recordings, &names, &options)?;
+    if variables.is_empty() {
+        return Err(WorkError::Usage(
+            "nothing is to be estimated: all parameters are fixed".into(),
+        ));
+    }
+    // Of what is not estimated nothing is weighed.
+    priors.retain(|prior| variables.iter().any(|v| v.of == Direction::Parameter(prior.parameter)));
+    let threads = session.threads;
+    Ok(Objective { system, p, recordings, names, noise, priors, options, threads, variables })
+}
+
+impl Objective {
+    /// What θ is.
+    pub fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    /// How many residuals there are.
+    pub fn len(&self) -> usize {
+        let counted = |recording: &Recording| {
+            self.compared().map(|(i, _)| samples(recording, i).count()).sum::<usize>()
+        };
+        self.recordings.iter().map(counted).sum::<usize>() + self.priors.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The residuals.
+    ///
+    /// # Errors
+    ///
+    /// [`WorkError::Computation`] where a recording cannot be simulated, [`WorkError::Usage`] where θ has another
+    /// length.
+    pub fn residuals(&self, theta: &[f64]) -> Result<Vec<f64>, WorkError> {
+        let (p, starts) = self.point(theta)?;
+        let problem = OutputErrorProblem {
+            options: self.options,
+            threads: self.threads,
+            ..OutputErrorProblem::new(self.system.as_model(), &self.p, &self.recordings)
+        };
+        let evaluated = evaluate(&problem, &p, &starts)
+            .map_err(|failed| self.failed(failed.recording, &failed.reason))?;
+        let mut residuals = Vec::with_capacity(self.len());
+        for (recording, observations) in self.recordings.iter().zip(&evaluated.observations) {
+            self.push_residuals(recording, observations, &mut residuals);
+        }
+        residuals
+            .extend(self.priors.iter().map(|prior| (p[prior.parameter] - prior.mean) / prior.std));
+        Ok(residuals)
+    }
+
+    /// The residuals, and their derivatives to θ, row by row. Where a model has no derivative they are 0, as in dgd's
+    /// own fits.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::residuals`].
+    pub fn linearised(&self, theta: &[f64]) -> Result<(Vec<f64>, Vec<f64>), WorkError> {
+        let (p, starts) = self.point(theta)?;
+        let Objective { system, recordings, options, threads, .. } = self;
+        let all =
+            in_parallel_by_model(system.as_model(), recordings.len(), *threads, |system, r| {
+                outputs_with_sensitivities(system, &recordings[r], &p, &starts[r], options)
+            });
+        let mut residuals = Vec::with_capacity(self.len());
+        let mut rows = Vec::with_capacity(self.len() * self.variables.len());
+        for (r, (recording, found)) in self.recordings.iter().zip(all).enumerate() {
+            let observations = found.map_err(|reason| self.failed(r, &reason))?;
+            self.push_residuals(recording, &observations, &mut residuals);
+            self.push_rows(r, &observations, &mut rows);
+        }
+        for prior in &self.priors {
+            residuals.push((p[prior.parameter] - prior.mean) / prior.std);
+            let of = Direction::Parameter(prior.parameter);
+            let slope = |v: &Variable| if v.of == of { v.unit.factor / prior.std } else { 0.0 };
+            rows.extend(self.variables.iter().map(slope));
+        }
+        Ok((residuals, rows))
+    }
+
+    /// Outputs that are compared, with σ.
+    fn compared(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.noise.iter().enumerate().filter_map(|(i, sigma)| Some((i, (*sigma)?)))
+    }
+
+    fn push_residuals(&self, recording: &Recording, found: &Observations, all: &mut Vec<f64>) {
+        for (i, sigma) in self.compared() {
+            let residual = |(k, measured): (usize, f64)| (found.w(k)[i] - measured) / sigma;
+            all.extend(samples(recording, i).map(residual));
+        }
+    }
+
+    fn push_rows(&self, r: usize, found: &Observations, rows: &mut Vec<f64>) {
+        for (i, sigma) in self.compared() {
+            for (k, _) in samples(&self.recordings[r], i) {
+                rows.extend(self.variables.iter().map(|variable| {
+                    let is_other =
+                        matches!(variable.of, Direction::Start(_)) && variable.recording != r;
+                    let slope = found.dw(k)[variable.direction * found.n_w + i];
+                    let is_used = !is_other && slope.is_finite();
+                    if is_used { slope * variable.unit.factor / sigma } else { 0.0 }
+                }));
+            }
+        }
+    }
+
+    /// Parameters and start values of each recording, SI.
+    fn point(&self, theta: &[f64]) -> Result<(Vec<f64>, Vec<Starts>), WorkError> {
+        let (given, needed) = (theta.len(), self.variables.len());
+        if given != needed {
+            let words = format!("there are {needed} variables, and {given} values are given");
+            return Err(WorkError::Usage(words));
+        }
+        let mut p = self.p.clone();
+        let mut starts: Vec<Starts> = self.recordings.iter().map(|r| r.start.clone()).collect();
+        for (variable, value) in self.variables.iter().zip(theta) {
+            let si = value * variable.unit.factor + variable.unit.offset;
+            match variable.of {
+                Direction::Parameter(i) => p[i] = si,
+                Direction::Start(i) => {
+                    let own = &mut starts[variable.recording];
+                    own.retain(|(unknown, _)| *unknown != i);
+                    own.push((i, si));
+                }
+            }
+        }
+        Ok((p, starts))
+    }
+
+    fn failed(&self, recording: usize, reason: &TrialFailure) -> WorkError {
+        let name = self.names.get(recording).map_or("", String::as_str);
+        WorkError::Computation(format!("{name}: {reason}"))
+    }
+}
+
+/// Samples of an output: position and value.
+fn samples(recording: &Recording, output: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+    let all = recording.measured[output].as_deref().unwrap_or_default();
+    all.iter().copied().enumerate().filter(|(_, value)| value.is_finite())
+}
+
+/// σ of each output that is compared, SI.
+fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>, WorkError> {
+    let outputs = &task.system.signature().outputs;
+    let names: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
+    for (name, sigma) in given {
+        if !names.contains(&name.as_str()) {
+            let meant = meant(name, &names);
+            return Err(WorkError::Usage(format!("no output is called `{name}`: {meant}")));
+        }
+        if !(sigma.is_finite() && *sigma > 0.0) {
+            return Err(WorkError::Usage(format!(
+                "the noise of `{name}` must be above 0: {sigma}"
+            )));
+        }
+    }
+    let mut without = Vec::new();
+    let sigma = outputs.iter().zip(&task.noise).map(|(output, used)| {
+        used.as_ref()?;
+        let given = given.iter().rev().find(|(name, _)| *name == output.name);
+        let sigma = given.map(|(_, sigma)| sigma * output.unit.factor.abs()).or(output.noise);
+        if sigma.is_none() {
+            without.push(format!("`{}`", output.name));
+        }
+        sigma
+    });
+    let sigma: Vec<Option<f64>> = sigma.collect();
+    if !without.is_empty() {
+        return Err(WorkError::Usage(format!(
+            "{} declares no noise, and residuals are weighed by it: say `noise` in the model, give it by `--noise`, or \
+             leave the output out by `--outputs`",
+            without.join(", ")
+        )));
+    }
+    Ok(sigma)
+}
+
+/// All parameters that are free, then the start values of each recording.
+fn variables(
+    system: &Loaded,
+    p: &[f64],
+    recordings: &[Recording],
+    names: &[String],
+    options: &Options,
+) -> Result<Vec<Variable>, WorkError> {
+    let signature = system.signature();
+    let directions = || signature.directions.iter().copied().enumerate();
+    let mut all = Vec::new();
+    for (direction, of) in directions() {
+        let Direction::Parameter(i) = of else { continue };
+        let parameter = &signature.parameters[i];
+        let declared = |si: f64| parameter.unit.from_si(si);
+        all.push(Variable {
+            name: parameter.name.to_string(),
+            unit: parameter.unit.clone(),
+            value: declared(p[i].clamp(parameter.lower, parameter.upper)),
+            lower: declared(parameter.lower),
+            upper: declared(parameter.upper),
+            is_log: parameter.log,
+            direction,
+            of,
+            recording: 0,
+        });
+    }
+    for (r, recording) in recordings.iter().enumerate() {
+        let Recording { inputs, start, times, .. } = recording;
+        let problem = Problem { system, p, inputs, start };
+        let first = times.first().copied().unwrap_or(0.0);
+        let started = consistent_start(&problem, first, options)
+            .map_err(|error| WorkError::Computation(format!("{}: {error}", names[r])))?;
+        for (direction, of) in directions() {
+            let Direction::Start(i) = of else { continue };
+            let unit = signature.unknowns.unit(i);
+            let name = signature.direction_name(direction);
+            all.push(Variable {
+                name: match recordings.len() {
+                    1 => name.into_owned(),
+                    _ => format!("{name} of {}", names[r]),
+                },
+                unit: unit.clone(),
+                value: unit.from_si(started.y[i]),
+                lower: f64::NEG_INFINITY,
+                upper: f64::INFINITY,
+                is_log: false,
+                direction,
+                of,
+                recording: r,
+            });
+        }
+    }
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use dgd_data::InMemory;
+
+    use super::*;
+    use crate::request::NoiseFrom;
+    use crate::session::Silent;
+    use crate::{RunRequest, SimulateRequest, fit, simulate};
+
+    const MODEL: &str = "\
+model tank
+input q_in [lpm] hold
+parameter A [m^2] = 2 in 0.1 .. 10
+parameter k [lpm] = 330 in 0 .., prior normal(300, 20)
+state h [m] = 1
+equation level: A * der(h) = q_in - k * sqrt(max(h, 0) / 1 [m])
+output h [cm] noise 1 [mm]
+output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
+";
+
+    fn files() -> InMemory {
+        let inputs = |phase: usize| {
+            let rows =
+                (0..60).map(|k| format!("{},{}\n", 40 * k, [300, 420, 180][(k / 9 + phase) % 3]));
+            rows.fold("time [s],q_in [lpm]\n".to_owned(), |all, row| all + &row)
+        };
+        let mut files = InMemory::default().with("tank.dgd", MODEL).with(
+            "truth.dgd",
+            MODEL.replace("= 330", "= 290").replace("A [m^2] = 2", "A [m^2] = 2.2"),
+        );
+        for (name, phase) in [("monday", 0), ("tuesday", 1)] {
+            let inputs = files.clone().with("inputs.csv", inputs(phase));
+            let mut run = RunRequest::new("truth.dgd");
+            run.data = Some("inputs.csv".into());
+            let mut request = SimulateRequest::new(run);
+            request.noise_seed = Some(phase as u64);
+            let session = Session::new(&Silent).with_files(&inputs);
+            let simulated = simulate(&request, session).unwrap_or_else(|error| panic!("{error}"));
+            let mut csv = Vec::new();
+            simulated.table.write_csv(&mut csv).expect("memory can be written to");
+            files = files.with(format!("{name}.csv"), csv);
+        }
+        files
+    }
+
+    fn request() -> FitRequest {
+        let mut request =
+            FitRequest::new("tank.dgd", vec!["monday.csv".into(), "tuesday.csv".into()]);
+        request.outputs = vec!["h".to_owned()];
+        request.noise = NoiseFrom::Declared;
+        request
+    }
+
+    #[test]
+    fn derivatives_of_residuals_are_those_of_differences() {
+        let files = files();
+        let session = Session::new(&Silent).with_files(&files);
+        let mut request = request();
+        request.solve.rtol = 1e-10;
+        let objective = objective(&request, &[], session).unwrap_or_else(|error| panic!("{error}"));
+        let names: Vec<&str> = objective.variables().iter().map(|v| v.name.as_str()).collect();
+        assert_eq!(names, ["A", "k", "h(0) of monday.csv", "h(0) of tuesday.csv"]);
+        assert_eq!(objective.variables()[2].value, 1.0);
+        let theta: Vec<f64> = objective.variables().iter().map(|v| 1.01 * v.value).collect();
+        let (residuals, rows) = objective.linearised(&theta).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(residuals.len(), objective.len());
+        assert_eq!(objective.len(), 2 * 60 + 1);
+        let of = |theta: &[f64]| objective.residuals(theta).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(residuals.len(), of(&theta).len());
+        for j in 0..theta.len() {
+            let moved = |h: f64| {
+                let mut moved = theta.clone();
+                moved[j] += h * theta[j];
+                of(&moved)
+            };
+            let h = 1e-5;
+            let (up, down) = (moved(h), moved(-h));
+            let slope = |k: usize| rows[k * theta.len() + j] * theta[j];
+            let size = (0..residuals.len()).map(|k| slope(k).abs()).fold(0.0, f64::max);
+            assert!(size > 0.0);
+            for k in 0..residuals.len() {
+                let error = (slope(k) - (up[k] - down[k]) / (2.0 * h)).abs();
+                assert!(error <= 1e-5 * size, "{k} {j}: {error} of {size}");
+            }
+        }
+    }
+
+    #[test]
+    fn it_is_flat_where_a_fit_ends_and_has_its_cost() {
+        let files = files();
+        let session = Session::new(&Silent).with_files(&files);
+        let request = request();
+        let fitted = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
+        let objective = objective(&request, &[], session).unwrap_or_else(|error| panic!("{error}"));
+        let theta: Vec<f64> = (fitted.estimates.iter().zip(objective.variables()))
+            .map(|(estimate, variable)| variable.unit.from_si(estimate.value))
+            .collect();
+        let (residuals, rows) = objective.linearised(&theta).unwrap_or_else(|e| panic!("{e}"));
+        let cost: f64 = residuals.iter().map(|r| r * r).sum();
+        let of_fit = fitted.to_json()["cost"].as_f64().expect("a fit has a cost");
+        assert!((cost - of_fit).abs() <= 1e-4 * of_fit, "{cost} {of_fit}");
+        // What a standard deviation of a variable would gain is far below 1.
+        let n = theta.len();
+        for j in 0..n {
+            let column = || (0..residuals.len()).map(|k| rows[k * n + j]);
+            let gradient: f64 = column().zip(&residuals).map(|(slope, r)| slope * r).sum();
+            let curvature: f64 = column().map(|slope| slope * slope).sum();
+            assert!((gradient / curvature.sqrt()).abs() < 0.05, "{j}: {gradient} {curvature}");
+        }
+    }
+
+    #[test]
+    fn an_output_without_noise_is_told_and_given_one() {
+        let files = files();
+        let session = Session::new(&Silent).with_files(&files);
+        let mut request = request();
+        request.outputs.clear();
+        let refused = objective(&request, &[], session).expect_err("`flow` declares no noise");
+        assert!(refused.to_string().starts_with("`flow` declares no noise"), "{refused}");
+        let noise = [("flow".to_owned(), 0.5)];
+        let all = objective(&request, &noise, session).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(all.len(), 4 * 60 + 1);
+        let none =
+            objective(&request, &[("flaw".to_owned(), 1.0)], session).expect_err("no output");
+        assert!(none.to_string().contains("did you mean `flow`"), "{none}");
+        let short = all.residuals(&[1.0]).expect_err("too few values");
+        assert_eq!(short.to_string(), "there are 4 variables, and 1 values are given");
+    }
+}

@@ -1,0 +1,363 @@
+//! A model's equations at single points, in declared units: for solvers outside dgd.
+
+use dgd_compiler::pipeline::Directions;
+use dgd_execute::Loaded;
+use dgd_runtime::{
+    Inputs, Pattern, Point, Side, Signature, System, Unit, consistent_start, discrete_numbers,
+};
+
+use crate::error::WorkError;
+use crate::model::load;
+use crate::request::RunRequest;
+use crate::run::Run;
+use crate::session::Session;
+
+/// The equations M ẏ = f(t, y, u(t), p) of a model and its outputs w(t, y, u(t), p), with recorded inputs, in the modes
+/// that it starts in.
+///
+/// | numbers | unit |
+/// |---|---|
+/// | t | s |
+/// | y, u, p, w | as declared |
+/// | row i of f, where Mᵢ is 1 | that of yᵢ over s |
+/// | row i of f, where Mᵢ is 0 | SI |
+#[derive(Debug)]
+pub struct Equations {
+    system: Loaded,
+    /// SI.
+    p: Vec<f64>,
+    inputs: Inputs,
+    times: Vec<f64>,
+    /// What it starts with, SI, or why it cannot.
+    start: Result<Vec<f64>, String>,
+    z: Vec<f64>,
+    mass: Vec<f64>,
+}
+
+/// A point, in declared units.
+#[derive(Debug, Clone, Copy)]
+pub struct At<'a> {
+    /// Time, s since the first sample of the data.
+    pub t: f64,
+    /// Unknowns.
+    pub y: &'a [f64],
+    /// Inputs; those of the data where there is nothing.
+    pub u: Option<&'a [f64]>,
+    /// Parameters, all of them; those of the model where there is nothing.
+    pub p: Option<&'a [f64]>,
+}
+
+/// Numbers of a point, SI.
+struct Numbers {
+    t: f64,
+    y: Vec<f64>,
+    u: Vec<f64>,
+    p: Vec<f64>,
+}
+
+/// Prepares the equations of a model; without data it has no inputs.
+///
+/// # Errors
+///
+/// [`WorkError`]: mistakes in model or data, or equations that read what was earlier, which are functions of no point.
+pub fn equations(request: &RunRequest, session: Session<'_>) -> Result<Equations, WorkError> {
+    let mut request = request.clone();
+    if request.data.is_none() {
+        // One row is enough.
+        request.solve.until = request.solve.until.or(request.solve.from).or(Some(0.0));
+    }
+    let loaded = load(&request.model, &request.choices, &Directions::None, session)?;
+    let run = Run::prepare(&request, loaded, session)?;
+    let signature = run.signature();
+    let is_late = !(signature.delayed_inputs.is_empty() && signature.delayed_unknowns.is_empty());
+    if is_late || signature.outputs.iter().any(|output| output.delay.is_some()) {
+        return Err(WorkError::Usage(format!(
+            "the model `{}` reads what was earlier, so its equations are not functions of one time",
+            signature.name
+        )));
+    }
+    let started = consistent_start(&run.problem(), run.times[0], &run.options);
+    let (start, z) = match started {
+        Ok(started) => (Ok(started.y), started.z),
+        Err(error) => (Err(error.to_string()), discrete_numbers(&run.system, &run.p, run.times[0])),
+    };
+    let Run { system, p, inputs, times, .. } = run;
+    let mut mass = vec![0.0; system.signature().unknowns.len()];
+    let at = Point { t: times[0], y: &[], u: &[], p: &p, z: &z };
+    system.mass(at, &mut mass);
+    Ok(Equations { system, p, inputs, times, start, z, mass })
+}
+
+impl Equations {
+    /// What the model says of itself.
+    pub fn signature(&self) -> &Signature {
+        self.system.signature()
+    }
+
+    /// Times of the data, s since its first sample.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// The diagonal of M: 1 where an unknown is differential, 0 where it is algebraic.
+    pub fn mass(&self) -> &[f64] {
+        &self.mass
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> Vec<f64> {
+        let all = self.signature().parameters.iter().zip(&self.p);
+        all.map(|(parameter, p)| parameter.unit.from_si(*p)).collect()
+    }
+
+    /// Unknowns at the first time, which fulfil the algebraic equations.
+    ///
+    /// # Errors
+    ///
+    /// [`WorkError::Computation`]: there are none.
+    pub fn start(&self) -> Result<Vec<f64>, WorkError> {
+        let start = self.start.as_ref();
+        let y = start.map_err(|error| WorkError::Computation(error.clone()))?;
+        let unit = |i: usize| self.signature().unknowns.unit(i);
+        Ok(y.iter().enumerate().map(|(i, y)| unit(i).from_si(*y)).collect())
+    }
+
+    /// Inputs at a time.
+    ///
+    /// # Errors
+    ///
+    /// [`WorkError::Found`]: the data does not reach so far.
+    pub fn inputs(&self, t: f64) -> Result<Vec<f64>, WorkError> {
+        let u = self.inputs_si(t)?;
+        let declared = self.signature().inputs.iter();
+        Ok(declared.zip(u).map(|(input, u)| input.unit.from_si(u)).collect())
+    }
+
+    /// f.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::inputs`], and [`WorkError::Usage`] where a list has another length.
+    pub fn rhs(&self, at: At<'_>) -> Result<Vec<f64>, WorkError> {
+        let numbers = self.numbers(at)?;
+        let mut f = vec![0.0; numbers.y.len()];
+        self.system.rhs(self.point(&numbers), &mut f);
+        for (i, f) in f.iter_mut().enumerate() {
+            *f /= self.factor_of_row(i);
+        }
+        Ok(f)
+    }
+
+    /// ∂f/∂y, row by row.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::rhs`].
+    pub fn jacobian(&self, at: At<'_>) -> Result<Vec<f64>, WorkError> {
+        let numbers = self.numbers(at)?;
+        let (signature, n) = (self.signature(), numbers.y.len());
+        let (mut f, mut dfdt) = (vec![0.0; n], vec![0.0; n]);
+        let mut values = vec![0.0; signature.jacobian.len()];
+        let udot = vec![0.0; numbers.u.len()];
+        self.system.linearize(self.point(&numbers), &udot, &mut f, &mut values, &mut dfdt);
+        let factor = |j: usize| signature.unknowns.unit(j).factor;
+        Ok(self.dense(&signature.jacobian, &values, n, factor))
+    }
+
+    /// ∂f/∂p, row by row.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::rhs`].
+    pub fn parameter_jacobian(&self, at: At<'_>) -> Result<Vec<f64>, WorkError> {
+        let numbers = self.numbers(at)?;
+        let signature = self.signature();
+        let mut values = vec![0.0; signature.parameter_jacobian.len()];
+        self.system.parameter_jacobian(self.point(&numbers), &mut values);
+        let factor = |j: usize| signature.parameters[j].unit.factor;
+        let columns = signature.parameters.len();
+        Ok(self.dense(&signature.parameter_jacobian, &values, columns, factor))
+    }
+
+    /// w.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::rhs`].
+    pub fn outputs(&self, at: At<'_>) -> Result<Vec<f64>, WorkError> {
+        let numbers = self.numbers(at)?;
+        let outputs = &self.signature().outputs;
+        let mut w = vec![0.0; outputs.len()];
+        self.system.outputs(self.point(&numbers), &mut w);
+        Ok(outputs.iter().zip(w).map(|(output, w)| output.unit.from_si(w)).collect())
+    }
+
+    fn point<'a>(&'a self, numbers: &'a Numbers) -> Point<'a> {
+        let Numbers { t, y, u, p } = numbers;
+        Point { t: *t, y, u, p, z: &self.z }
+    }
+
+    /// SI units in one unit of a row of f.
+    fn factor_of_row(&self, i: usize) -> f64 {
+        if self.mass[i] == 0.0 { 1.0 } else { self.signature().unknowns.unit(i).factor }
+    }
+
+    /// A matrix of rows of f in declared units; `factor` has the SI units in one unit of a column.
+    fn dense(
+        &self,
+        pattern: &Pattern,
+        values: &[f64],
+        columns: usize,
+        factor: impl Fn(usize) -> f64,
+    ) -> Vec<f64> {
+        let mut matrix = vec![0.0; self.mass.len() * columns];
+        pattern.for_each(values, |i, j, value| {
+            matrix[i * columns + j] = value * factor(j) / self.factor_of_row(i);
+        });
+        matrix
+    }
+
+    fn numbers(&self, at: At<'_>) -> Result<Numbers, WorkError> {
+        let signature = self.signature();
+        let unknowns = (0..signature.unknowns.len()).map(|i| signature.unknowns.unit(i));
+        let y = in_si("unknowns", at.y, unknowns)?;
+        let u = match at.u {
+            Some(u) => in_si("inputs", u, signature.inputs.iter().map(|input| &input.unit))?,
+            None => self.inputs_si(at.t)?,
+        };
+        let p = match at.p {
+            Some(p) => in_si("parameters", p, signature.parameters.iter().map(|p| &p.unit))?,
+            None => self.p.clone(),
+        };
+        Ok(Numbers { t: at.t, y, u, p })
+    }
+
+    fn inputs_si(&self, t: f64) -> Result<Vec<f64>, WorkError> {
+        self.inputs.cover(t, t).map_err(|error| WorkError::Found(error.to_string()))?;
+        let mut u = vec![0.0; self.inputs.len()];
+        self.inputs.value(t, Side::Right, &mut u);
+        Ok(u)
+    }
+}
+
+/// Values in declared units as SI.
+fn in_si<'a>(
+    what: &str,
+    values: &[f64],
+    units: impl ExactSizeIterator<Item = &'a Unit>,
+) -> Result<Vec<f64>, WorkError> {
+    if values.len() != units.len() {
+        let (given, needed) = (values.len(), units.len());
+        return Err(WorkError::Usage(format!(
+            "the model has {needed} {what}, and {given} are given"
+        )));
+    }
+    let si = values.iter().zip(units).map(|(value, unit)| value * unit.factor + unit.offset);
+    Ok(si.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use dgd_data::InMemory;
+
+    use super::*;
+    use crate::session::Silent;
+
+    const MODEL: &str = "\
+model oven
+input q [kW] hold
+input T_a [degC] linear
+parameter C [kJ/K] = 20 in 1 .. 100
+parameter k [W/K] = 5 in 0 ..
+state T [degC] = 30
+state loss [W]
+equation heat: C * der(T) = q - loss
+equation wall: loss = k * (T - T_a) + 1e-3 [W/K^2] * (T - T_a)^2
+output T_s [degF] = T
+";
+
+    fn oven() -> Equations {
+        let files = InMemory::default()
+            .with("oven.dgd", MODEL)
+            .with("run.csv", "time [min],q [kW],T_a [degC]\n0,1.5,20\n10,0,26\n");
+        let mut request = RunRequest::new("oven.dgd");
+        request.data = Some("run.csv".into());
+        let session = Session::new(&Silent).with_files(&files);
+        equations(&request, session).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    fn close(found: f64, expected: f64) {
+        assert!((found - expected).abs() <= 1e-12 * expected.abs().max(1.0), "{found} {expected}");
+    }
+
+    #[test]
+    fn equations_are_those_of_the_text_in_its_units() {
+        let oven = oven();
+        assert_eq!(oven.mass(), [1.0, 0.0]);
+        assert_eq!(oven.times(), [0.0, 600.0]);
+        let start = oven.start().unwrap_or_else(|error| panic!("{error}"));
+        close(start[0], 30.0);
+        close(start[1], 5.0 * 10.0 + 0.1);
+        let inputs = oven.inputs(300.0).unwrap_or_else(|error| panic!("{error}"));
+        close(inputs[0], 1.5);
+        close(inputs[1], 23.0);
+        let at = At { t: 300.0, y: &[33.0, 40.0], u: None, p: None };
+        let f = oven.rhs(at).unwrap_or_else(|error| panic!("{error}"));
+        close(f[0], (1500.0 - 40.0) / 20e3);
+        close(f[1].abs(), (5.0 * 10.0 + 0.1 - 40.0_f64).abs());
+        let w = oven.outputs(at).unwrap_or_else(|error| panic!("{error}"));
+        close(w[0], 33.0 * 1.8 + 32.0);
+        let other = At { u: Some(&[0.04, 23.0]), p: Some(&[10.0, 5.0]), ..at };
+        close(oven.rhs(other).unwrap_or_else(|error| panic!("{error}"))[0], 0.0);
+    }
+
+    #[test]
+    fn derivatives_are_those_of_differences() {
+        let oven = oven();
+        let y = [33.0, 40.0];
+        let p = oven.parameters();
+        let rhs = |y: &[f64], p: &[f64]| {
+            let at = At { t: 300.0, y, u: None, p: Some(p) };
+            oven.rhs(at).unwrap_or_else(|error| panic!("{error}"))
+        };
+        let at = At { t: 300.0, y: &y, u: None, p: Some(&p) };
+        let of_y = oven.jacobian(at).unwrap_or_else(|error| panic!("{error}"));
+        let of_p = oven.parameter_jacobian(at).unwrap_or_else(|error| panic!("{error}"));
+        for j in 0..2 {
+            let moved = |list: &[f64], h: f64| {
+                let mut moved = list.to_vec();
+                moved[j] += h;
+                moved
+            };
+            let h = 1e-3;
+            let (up, down) = (rhs(&moved(&y, h), &p), rhs(&moved(&y, -h), &p));
+            let (more, less) = (rhs(&y, &moved(&p, h)), rhs(&y, &moved(&p, -h)));
+            for i in 0..2 {
+                let of_unknown = (up[i] - down[i]) / (2.0 * h);
+                let of_parameter = (more[i] - less[i]) / (2.0 * h);
+                for (exact, difference) in
+                    [(of_y[i * 2 + j], of_unknown), (of_p[i * 2 + j], of_parameter)]
+                {
+                    let error = (exact - difference).abs();
+                    assert!(error <= 1e-7 * exact.abs().max(1e-3), "{i} {j}: {exact} {difference}");
+                }
+            }
+        }
+        assert!(of_y.iter().any(|x| *x != 0.0) && of_p.iter().any(|x| *x != 0.0));
+    }
+
+    #[test]
+    fn what_cannot_be_evaluated_is_refused() {
+        let oven = oven();
+        let late = oven.rhs(At { t: 700.0, y: &[30.0, 0.0], u: None, p: None });
+        assert!(matches!(late, Err(WorkError::Found(_))), "{late:?}");
+        let short = oven.rhs(At { t: 0.0, y: &[30.0], u: None, p: None });
+        let message = short.expect_err("one number is missing").to_string();
+        assert_eq!(message, "the model has 2 unknowns, and 1 are given");
+        let text = "model m\nstate x [1] = 1\nequation e: der(x) = -delay(x, 1 [s]) / 1 [s]\n";
+        let files = InMemory::default().with("m.dgd", text);
+        let session = Session::new(&Silent).with_files(&files);
+        let refused = equations(&RunRequest::new("m.dgd"), session).expect_err("it reads late");
+        assert!(refused.to_string().contains("what was earlier"), "{refused}");
+    }
+}
