@@ -88,7 +88,7 @@ pub(crate) fn adapted(
                 ("period", []) => Some(measure.period),
                 (_, []) => times.get(name).map(|time| Some(*time)),
                 ("loss", [state, equation]) => {
-                    Some(least_loss(model, named(state)?, named(equation)?))
+                    Some(Some(least_loss(model, named(state)?, named(equation)?)))
                 }
                 (_, [slot]) => Quantity::named(name).map(|of| of(&quantity(slot)?)),
                 _ => None,
@@ -104,9 +104,9 @@ pub(crate) fn adapted(
 }
 
 /// The least coefficient of a loss of a state from a balance.
-fn least_loss(model: &Model, state: &str, equation: &str) -> Option<f64> {
+fn least_loss(model: &Model, state: &str, equation: &str) -> f64 {
     let is_state = |i: usize| model.unknowns[i].declared.name == state;
-    Some(direction(model, equation, is_state).map_or(f64::NEG_INFINITY, |_| 0.0))
+    direction(model, equation, is_state).map_or(f64::NEG_INFINITY, |_| 0.0)
 }
 
 /// Turns what a template adds to balances that have their store on the right-hand side.
