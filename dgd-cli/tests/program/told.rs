@@ -91,9 +91,10 @@ fn verify(name: &str, copies: &[&str], is_left_out: fn(&str) -> bool) -> usize {
                         continue;
                     };
                     let arguments: Vec<&str> = arguments.split(' ').collect();
-                    let out = dgd_in(folder.path(), &arguments).done().out;
+                    let ran = dgd_in(folder.path(), &arguments).done();
                     if let Some(said) = &mut said {
-                        said.push_str(&out);
+                        said.push_str(&ran.err);
+                        said.push_str(&ran.out);
                     }
                     run += 1;
                 }
@@ -103,8 +104,9 @@ fn verify(name: &str, copies: &[&str], is_left_out: fn(&str) -> bool) -> usize {
                 verify_shown(&format!("…\n{text}"), &content, file);
             }
             ("text", None) => {
-                if let Some(said) = &said {
-                    verify_shown(&text, said, name);
+                // What follows without a command stands for itself.
+                if let Some(said) = said.take() {
+                    verify_shown(&text, &said, name);
                 }
             }
             ("dgd", None) => {

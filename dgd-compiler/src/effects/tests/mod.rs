@@ -380,6 +380,24 @@ fn a_torque_is_in_the_unit_that_the_model_writes() {
 }
 
 #[test]
+fn a_term_is_read_in_the_unit_of_the_first_quantity_that_measures_the_same() {
+    let of = |declared: &str| {
+        let text =
+            format!("model m\n{declared}\nstate V [m^3] = 1\nequation e: der(V) = 1 [m^3/s]\n");
+        let mut run = Run::new(&text);
+        let asts = [run.model.clone()];
+        let model = run.resolve(&asts).unwrap_or_else(|| panic!("{}", run.shown()));
+        let unit = model.familiar(model.equations[0].dimension);
+        (unit.symbol, unit.factor * 60_000.0, unit.offset)
+    };
+    assert_eq!(of("input q [lpm] hold\ninput r [L/s] hold").0, "lpm");
+    let (symbol, factor, offset) = of("parameter q [L/s] = 1");
+    assert!(symbol == "L/s" && (factor - 60.0).abs() < 1e-9 && offset == 0.0, "{symbol} {factor}");
+    let (symbol, factor, _) = of("constant q [lpm] = 1");
+    assert!(symbol == "m^3/s" && (factor - 60_000.0).abs() < 1e-6, "{symbol} {factor}");
+}
+
+#[test]
 fn templates_are_bound_by_kind_and_dimension() {
     let mut run = Run::new(TANK);
     let asts = [run.model.clone()];
