@@ -209,7 +209,7 @@ fn from_until_and_every_choose_the_rows() {
 fn pictures_are_refused_with_nothing_written() {
     let folder = folder_with(&[]);
     let out = path(&folder, "out.csv");
-    tank("simulate", &["--plot", "x.jpg", "-o", &out]).refused(2, &["x.jpg", ".svg or .png"]);
+    tank("simulate", &["--plot", "x.jpg", "-o", &out]).refused(2, &["x.jpg", ".svg, .pdf or .png"]);
     let lost = path(&folder, "nowhere/x.png");
     tank("simulate", &["--plot", &lost, "-o", &out]).refused(1, &["nowhere"]);
     assert_eq!(listing(&folder), Vec::<String>::new());

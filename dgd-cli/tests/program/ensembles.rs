@@ -105,7 +105,7 @@ fn what_makes_no_sense_is_refused() {
     run("none.csv", &[]).refused(1, &["none.csv"]);
     run("sets.csv", &["--noise-seed", "1"]).refused(2, &["--noise-seed"]);
     run("sets.csv", &["--start", "measured"]).refused(2, &["--start measured"]);
-    run("sets.csv", &["--plot", "a.pdf"]).refused(2, &["a.pdf"]);
+    run("sets.csv", &["--plot", "a.gif"]).refused(2, &["a.gif"]);
 }
 
 #[test]
