@@ -4,6 +4,9 @@ use std::fmt::Write;
 
 use crate::markup::{Markup, escaped};
 
+/// Bytes from which on a cell of words is a sentence, which a narrow screen gives room to.
+const SENTENCE: usize = 40;
+
 /// A table.
 #[derive(Debug, Clone, Default)]
 pub struct Table {
@@ -134,8 +137,14 @@ impl Table {
             write!(text, "<tr>")?;
             for (j, cell) in row.iter().enumerate() {
                 let sort = cell.value.map_or_else(String::new, |v| format!(" data-sort=\"{v:e}\""));
-                let class = if cell.is_number { " class=\"number\"" } else { "" };
                 let content = &cell.content;
+                let class = if cell.is_number {
+                    " class=\"number\""
+                } else if content.as_str().len() > SENTENCE {
+                    " class=\"long\""
+                } else {
+                    ""
+                };
                 if j == 0 {
                     write!(text, "<th scope=\"row\"{class}{sort}>{content}</th>")?;
                 } else {
@@ -170,10 +179,13 @@ mod tests {
             Cell::number("(1.0 ± 0.1)·10⁸", Some(1e8)),
             Cell::number("–", Some(f64::NAN)),
         ]);
+        let sentence = "what is to be said of it is longer than a word or two";
+        table.rows.push(vec![Cell::text(Markup::text(sentence)); 2]);
         let text = table.to_markup().to_string();
         assert!(text.contains("<th scope=\"row\"><code>&lt;b&gt;</code></th>"), "{text}");
         assert!(text.contains("<td class=\"number\" data-sort=\"1e8\">(1.0 ± 0.1)·10⁸</td>"));
         assert!(text.contains("<td class=\"number\">–</td>"), "{text}");
+        assert!(text.contains("<td class=\"long\">what is to be said"), "{text}");
         assert!(text.contains("aria-label=\"what &quot;it&quot; shows\""), "{text}");
         assert!(Table::new("nothing", &["name"]).to_markup().is_empty());
     }
