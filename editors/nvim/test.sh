@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Debian's Neovim as the client of `dgd lsp`: hover, a rename through all files, and a mistake while typing.
-# Not part of .ci/run: it needs `apt-get install neovim` and a built `dgd` in PATH.
+# `.ci/editors` calls it, with Neovim installed and `dgd` in PATH.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 folder=$(mktemp -d)

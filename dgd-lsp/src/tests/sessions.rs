@@ -59,6 +59,19 @@ fn play(editor: &Connection, message: &Value) -> Option<Value> {
     })
 }
 
+/// An answer with its keys in order: those of files come in any.
+fn in_order(value: Value) -> Value {
+    match value {
+        Value::Object(all) => {
+            let mut all: Vec<_> = all.into_iter().map(|(key, one)| (key, in_order(one))).collect();
+            all.sort_by(|(a, _), (b, _)| a.cmp(b));
+            Value::Object(all.into_iter().collect())
+        }
+        Value::Array(all) => all.into_iter().map(in_order).collect(),
+        other => other,
+    }
+}
+
 /// The texts of a session as they are after it has been played here.
 fn played(text: &str, root: &str) -> String {
     let (editor, server) = Connection::memory();
@@ -68,7 +81,7 @@ fn played(text: &str, root: &str) -> String {
         let line: Value = serde_json::from_str(&line.replace("ROOT", root)).expect("JSON");
         let Some(sent) = line.get("editor") else { continue };
         lines.push(json!({ "editor": sent }));
-        lines.extend(play(&editor, sent).map(|answer| json!({ "server": answer })));
+        lines.extend(play(&editor, sent).map(|answer| json!({ "server": in_order(answer) })));
     }
     server.join().expect("the server ends well");
     let lines: Vec<String> =
