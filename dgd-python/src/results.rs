@@ -113,7 +113,7 @@ impl Sensitivities {
     #[getter]
     fn trajectories(&self) -> Vec<Column> {
         let columns_of = self.inner.trajectories.clone();
-        columns(&TimeTable { times: Vec::new(), columns: columns_of })
+        columns(&TimeTable { columns: columns_of, ..TimeTable::default() })
     }
 
     #[getter]
