@@ -7,7 +7,7 @@ use dgd_compiler::diagnostics::{Diagnostic, render, visible};
 use dgd_compiler::source::Sources;
 use dgd_data::files::write_whole;
 use dgd_identify::{Progress, Watch};
-use dgd_work::{Listener, Mistake, Remark, Session, WorkError};
+use dgd_work::{Listener, Mistake, Remark, Session, WorkError, json_text};
 use serde_json::{Value, json};
 
 use crate::args::{Color, Format, Global};
@@ -88,7 +88,7 @@ impl<'a> Console<'a> {
 
     /// Writes a result as JSON, as [`Console::result`].
     pub(crate) fn json(self, value: &Value) -> Result<(), CommandError> {
-        self.write(&format!("{value:#}\n"))
+        self.write(&json_text(value))
     }
 
     pub(crate) fn out(self) -> Option<&'a Path> {
@@ -163,7 +163,7 @@ impl<'a> Console<'a> {
 
     /// Prints to standard output, or complains where that is not possible.
     fn print_or_complain(self, value: &Value) {
-        let text = if self.in_lines { format!("{value}\n") } else { format!("{value:#}\n") };
+        let text = if self.in_lines { format!("{value}\n") } else { json_text(value) };
         if let Err(error) = print(&text) {
             complain(&error.to_string());
         }

@@ -97,6 +97,7 @@ fn parsed() -> Cli {
 
 fn perform(command: &Command, console: Console<'_>) -> Result<(), CommandError> {
     match command {
+        Command::New(args) => command::new::run(args, console),
         Command::Check(args) => command::check::run(args, console),
         Command::Fmt(args) => command::fmt::run(args, console),
         Command::Emit(args) => command::emit::run(args, console),
@@ -112,6 +113,9 @@ fn perform(command: &Command, console: Console<'_>) -> Result<(), CommandError> 
         Command::Adopt(args) => command::adopt::run(args, console),
         Command::Screen(args) => command::screen::run(args, console),
         Command::Methods => command::methods::run(console),
+        Command::Schema => command::schema::run(console),
+        Command::Completions(args) => command::shells::completions(args, console),
+        Command::Man(args) => command::shells::man(args, console),
         Command::Lsp(_) => command::lsp::run(),
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use dgd_data::files::WriteError;
 use dgd_data::write::{save, save_parquet};
+use dgd_work::json_text;
 use serde_json::Value;
 
 use crate::args::Format;
@@ -97,7 +98,7 @@ pub(crate) fn save_rows(
 /// Writes a document to a file, with its lines indented or as one line.
 pub(crate) fn save_json(path: &Path, document: &Value, indented: bool) -> Result<(), CommandError> {
     let written = save(path, |out| {
-        if indented { writeln!(out, "{document:#}") } else { writeln!(out, "{document}") }
+        if indented { write!(out, "{}", json_text(document)) } else { writeln!(out, "{document}") }
     });
     Ok(written?)
 }

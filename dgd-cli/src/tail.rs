@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use dgd_data::files::{Files, write_folder};
-use dgd_work::Ended;
+use dgd_work::{Ended, json_text};
 use serde_json::Value;
 
 use crate::console::{Console, print, print_text};
@@ -96,9 +96,9 @@ pub(crate) fn finish(shown: Shown<'_>, console: Console<'_>) -> Result<(), Comma
         (Saved::Printed, _) => {}
         (_, Some(_)) if is_document => {}
         (Saved::Table(table), Some(_)) if console.is_json() && console.out().is_some() => {
-            print(&format!("{:#}\n", table.details))?;
+            print(&json_text(&table.details))?;
         }
-        (_, Some(json)) if console.is_json() => print(&format!("{json:#}\n"))?,
+        (_, Some(json)) if console.is_json() => print(&json_text(json))?,
         (Saved::Table(_), _) if console.out().is_some() => {}
         (Saved::Table(table), _) if matches!(printed, Printed::Table) => {
             let mut text = Vec::new();

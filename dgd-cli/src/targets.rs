@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use dgd_compiler::source::Sources;
 use dgd_data::files::journal::RunJournal;
 use dgd_data::files::{try_folder, try_whole};
+use dgd_data::open::STANDARD_INPUT;
 use dgd_work::WorkError;
 use dgd_work::compare;
 use dgd_work::discover;
@@ -46,6 +47,13 @@ impl Targets {
     /// reading and that all of it can be written.
     pub(crate) fn verified(command: &Command, global: &Global) -> Result<Targets, CommandError> {
         let (read, plots) = (inputs(command), plots(command));
+        let streams = read.iter().filter(|path| path.as_os_str() == STANDARD_INPUT).count();
+        if streams > 1 {
+            return Err(CommandError::Usage(
+                "`-` is standard input, which can be read once: give files for the others"
+                    .to_owned(),
+            ));
+        }
         picture::verify_formats(plots)?;
         let mut targets = Targets::default();
         let mut add = |path: PathBuf, option: &str| {
@@ -176,7 +184,17 @@ fn inputs(command: &Command) -> Vec<PathBuf> {
             all.push(args.model.clone());
             Some(&args.choices)
         }
-        Command::Fmt(_) | Command::Explain(_) | Command::Methods | Command::Lsp(_) => None,
+        Command::Fmt(_)
+        | Command::Explain(_)
+        | Command::Methods
+        | Command::Schema
+        | Command::Completions(_)
+        | Command::Man(_)
+        | Command::Lsp(_) => None,
+        Command::New(args) => {
+            all.extend(args.from.clone());
+            None
+        }
         Command::Adopt(args) => {
             all.push(args.result.clone());
             None
@@ -244,6 +262,10 @@ fn plots(command: &Command) -> &[PathBuf] {
         | Command::Emit(_)
         | Command::Explain(_)
         | Command::Methods
+        | Command::Schema
+        | Command::Completions(_)
+        | Command::Man(_)
+        | Command::New(_)
         | Command::Lsp(_)
         | Command::Adopt(_) => &[],
         Command::Simulate(args) => &args.run.solve.plot,
@@ -264,6 +286,10 @@ fn out(command: &Command) -> Out {
         | Command::Emit(_)
         | Command::Explain(_)
         | Command::Methods
+        | Command::Schema
+        | Command::Completions(_)
+        | Command::Man(_)
+        | Command::New(_)
         | Command::Lsp(_)
         | Command::Adopt(_) => Out::File,
         Command::Fmt(_) => Out::Layout,

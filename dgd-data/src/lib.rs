@@ -33,6 +33,7 @@ mod tests;
 pub mod write;
 
 pub use columns::Columns;
+pub use csv::clock::Epoch;
 pub use csv::rename::Rename;
 pub use in_memory::{InMemory, Layers};
 pub use open::{Disk, FileSystem};

@@ -12,6 +12,9 @@ use crate::encoding::not_text;
 /// Bytes of the largest model, library or effect.
 const MOST_BYTES: u64 = 16 << 20;
 
+/// The path of what comes in on standard input.
+pub const STANDARD_INPUT: &str = "-";
+
 /// Where models, effects and recordings are read from.
 pub trait FileSystem: Debug + Sync {
     /// Opens a file that the user named.
@@ -58,6 +61,9 @@ pub struct Disk;
 
 impl FileSystem for Disk {
     fn open(&self, path: &Path) -> Result<Box<dyn Read>, String> {
+        if path == Path::new(STANDARD_INPUT) {
+            return Ok(Box::new(std::io::stdin()));
+        }
         Ok(Box::new(open(path)?))
     }
 

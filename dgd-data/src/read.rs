@@ -15,7 +15,7 @@ use crate::csv::records::Records;
 use crate::csv::rename::Rename;
 use crate::csv::rows::Rows;
 use crate::encoding::{NotText, not_text};
-use crate::open::{Disk, FileSystem};
+use crate::open::{Disk, FileSystem, STANDARD_INPUT};
 use crate::parquet::{MAGIC, Unread};
 use crate::table::{Order, Table};
 
@@ -60,7 +60,11 @@ impl<'a> Reading<'a> {
         sources: &mut Sources,
         diagnostics: &mut Diagnostics,
     ) -> Result<Table, Reported> {
-        let name = path.display().to_string();
+        let name = if path == Path::new(STANDARD_INPUT) {
+            "standard input".to_owned()
+        } else {
+            path.display().to_string()
+        };
         if let Some(columns) = files.columns(path) {
             let Reading { order, renames, .. } = self;
             return numbers::read(&columns, &name, order, renames, sources, diagnostics);

@@ -12,7 +12,7 @@ use dgd_compiler::units::{Unit, convert};
 
 use crate::cell::number;
 use crate::csv::clock::{Clock, TimeFault};
-use crate::csv::header::Header;
+use crate::csv::header::{Header, take_as_time};
 use crate::csv::kept::Kept;
 use crate::csv::records::Records;
 use crate::csv::rename::Rename;
@@ -109,6 +109,7 @@ impl<'a> Stream<'a> {
         let kept = Kept { source, whole: true };
         header.rename(renames, kept, sources, diagnostics)?;
         let mut columns = header.columns(kept, sources);
+        let time_note = take_as_time(&mut columns);
         header.verify(&columns, kept, diagnostics)?;
         let n_cells = columns.len();
         let time = (columns[0].name == "time").then(|| columns.remove(0));
@@ -121,6 +122,8 @@ impl<'a> Stream<'a> {
             source,
             header: kept.span(&header.place),
             time: factor.is_some().then(Vec::new),
+            time_note,
+            epoch: None,
             columns,
             disorder: Disorder::default(),
             n_rows: 0,

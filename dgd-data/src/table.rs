@@ -4,6 +4,8 @@ use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{SourceId, Span};
 use dgd_compiler::units::Unit;
 
+use crate::csv::clock::Epoch;
+
 /// A data file.
 ///
 /// Every column has [`Table::len`] values. Times never decrease, and no three in a row are equal.
@@ -18,6 +20,10 @@ pub struct Table {
     /// Seconds since the first sample, where the file has a time column. Two equal ones are the
     /// left and right side of a jump.
     pub time: Option<Vec<f64>>,
+    /// What to tell the user where the time column is called otherwise.
+    pub time_note: Option<Diagnostic>,
+    /// The stamp of the first sample, where times are stamps.
+    pub epoch: Option<Epoch>,
     /// What is wrong with the order of times, where the file was read as it is.
     pub disorder: Disorder,
     /// The columns besides time, in the order of the file.

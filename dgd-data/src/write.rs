@@ -15,6 +15,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 
 use crate::cell::{push_number, quoted};
+use crate::csv::clock::Epoch;
 use crate::files::{WriteError, write_whole};
 use crate::parquet::ParquetWriter;
 
@@ -42,14 +43,63 @@ pub fn write_table(
     let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
     let time = time.map(|values| Written { name: "time", unit: &seconds, values });
     let columns: Vec<_> = time.into_iter().chain(columns.iter().copied()).collect();
+    verify_lengths(&columns);
+    write_header(out, &columns)?;
+    write_rows(out, &columns)
+}
+
+/// Writes a table with these times, in seconds; from an epoch on as the stamps that they are then.
+///
+/// # Panics
+///
+/// If the columns have different lengths.
+pub fn write_table_at(
+    out: &mut (impl Write + ?Sized),
+    times: &[f64],
+    epoch: Option<Epoch>,
+    columns: &[Written<'_>],
+) -> io::Result<()> {
+    let stamp = |time: &f64| epoch.and_then(|epoch| epoch.stamp(*time));
+    let Some(stamps) = times.iter().map(stamp).collect::<Option<Vec<String>>>() else {
+        return write_table(out, Some(times), columns);
+    };
+    let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
+    let time = Written { name: "time", unit: &seconds, values: times };
+    verify_lengths(&[&[time], columns].concat());
+    write!(out, "time")?;
+    if columns.is_empty() {
+        writeln!(out)?;
+    } else {
+        write!(out, ",")?;
+        write_header(out, columns)?;
+    }
+    let mut line = String::new();
+    for (row, stamp) in stamps.iter().enumerate() {
+        line.clear();
+        line.push_str(stamp);
+        for column in columns {
+            line.push(',');
+            push_cell(&mut line, column, row);
+        }
+        line.push('\n');
+        out.write_all(line.as_bytes())?;
+    }
+    Ok(())
+}
+
+fn verify_lengths(columns: &[Written<'_>]) {
     let n_rows = columns.first().map_or(0, |column| column.values.len());
     assert!(
         columns.iter().all(|column| column.values.len() == n_rows),
         "columns of one table have one length"
     );
+}
 
-    write_header(out, &columns)?;
-    write_rows(out, &columns)
+fn push_cell(line: &mut String, column: &Written<'_>, row: usize) {
+    let value = column.values[row];
+    if !value.is_nan() {
+        push_in_unit(line, value, column.unit);
+    }
 }
 
 /// Writes the header line of these columns.
@@ -75,10 +125,7 @@ pub fn write_rows(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) -> i
             if i > 0 {
                 line.push(',');
             }
-            let value = column.values[row];
-            if !value.is_nan() {
-                push_in_unit(&mut line, value, column.unit);
-            }
+            push_cell(&mut line, column, row);
         }
         // An empty line would be no row.
         if line.is_empty() {
@@ -135,23 +182,31 @@ pub fn save_parquet(
 
 /// Appends an SI value in a unit.
 fn push_in_unit(line: &mut String, si: f64, unit: &Unit) {
+    let value = read_back(si, unit, line);
+    push_number(line, value);
+}
+
+/// An SI value in a unit: of the numbers that read back to it, one with few digits.
+pub fn in_unit(si: f64, unit: &Unit) -> f64 {
+    read_back(si, unit, &mut String::new())
+}
+
+fn read_back(si: f64, unit: &Unit, space: &mut String) -> f64 {
     if unit.factor == 1.0 && unit.offset == 0.0 {
-        push_number(line, si);
-        return;
+        return si;
     }
     let quotient = unit.from_si(si);
     let reads_back = |value: &f64| value * unit.factor + unit.offset == si;
     // 1583.7 and not 1583.7000000000003, where both are read as the same SI value.
-    let value = [15, 16]
+    [15, 16]
         .into_iter()
-        .map(|digits| rounded(quotient, digits, line))
+        .map(|digits| rounded(quotient, digits, space))
         .find(reads_back)
         .or_else(|| {
             let around = [quotient, quotient.next_down(), quotient.next_up()];
             around.into_iter().find(reads_back)
         })
-        .unwrap_or(quotient);
-    push_number(line, value);
+        .unwrap_or(quotient)
 }
 
 /// The number rounded to so many decimal digits; `space` is left as it was.
@@ -182,7 +237,7 @@ mod tests {
         (unit, compiled)
     }
 
-    fn in_unit(si: f64, unit: &Unit) -> String {
+    fn written(si: f64, unit: &Unit) -> String {
         let mut text = String::new();
         push_in_unit(&mut text, si, unit);
         text
@@ -219,7 +274,7 @@ mod tests {
             let (_, unit) = units(symbol);
             for text in texts {
                 let value: f64 = text.parse().expect("a number");
-                assert_eq!(in_unit(value * unit.factor + unit.offset, &unit), text, "{symbol}");
+                assert_eq!(written(value * unit.factor + unit.offset, &unit), text, "{symbol}");
             }
         }
     }

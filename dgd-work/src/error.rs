@@ -65,6 +65,18 @@ pub struct Mistake {
     pub places: Vec<Spot>,
     /// What to do.
     pub help: Option<String>,
+    /// The same as a change of the text.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fix: Option<Correction>,
+}
+
+/// A change of the text that sets a mistake right.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Correction {
+    /// Whether `dgd check --fix` writes it.
+    pub safe: bool,
+    /// The places, and as `text` what stands there instead.
+    pub edits: Vec<Spot>,
 }
 
 /// A place in a text.
@@ -88,16 +100,20 @@ impl Mistake {
     /// A diagnostic for programs.
     pub fn of(diagnostic: &Diagnostic, sources: &Sources) -> Self {
         let entry = render::entry(diagnostic, sources);
-        let places = entry.places.into_iter().map(|place| Spot {
+        let spot = |place: render::Location| Spot {
             file: place.file,
             line: place.line,
             column: place.column,
             end_line: place.end_line,
             end_column: place.end_column,
             text: place.text,
+        };
+        let places = entry.places.into_iter().map(spot).collect();
+        let fix = entry.fix.map(|fix| Correction {
+            safe: fix.is_safe,
+            edits: fix.edits.into_iter().map(spot).collect(),
         });
-        let places = places.collect();
-        Mistake { code: entry.code, message: entry.message, places, help: entry.help }
+        Mistake { code: entry.code, message: entry.message, places, help: entry.help, fix }
     }
 }
 

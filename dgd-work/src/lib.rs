@@ -62,7 +62,7 @@ pub mod track;
 pub use check::{Checked, check};
 pub use discover::invert::{self, Missing, Twin, invert};
 pub use discover::{Adopted, Discovered, adopt, discover};
-pub use error::{Class, Ended, Mistake, Spot, WorkError, meant};
+pub use error::{Class, Correction, Ended, Mistake, Spot, WorkError, meant};
 pub use fit::compare::{self, Comparison, compare};
 pub use fit::objective::{Objective, objective};
 pub use fit::{FitFigure, Fitted, fit};
@@ -70,6 +70,7 @@ pub use linearize::{Linearised, linearize};
 pub use model::effects::load_folder;
 pub use model::{Changed, LoadedModel, load};
 pub use output::columns::{Kind, NamedColumn, TimeTable};
+pub use output::json_text;
 pub use output::provenance::{DataFile, Provenance};
 pub use request::{
     AdoptRequest, CheckRequest, Choices, CompareRequest, DiscoverRequest, Engine, Estimator,

@@ -1,14 +1,62 @@
 //! Options of `fit`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use dgd_identify::Loss;
 use dgd_work::{FitRequest, Keep, LinearizeAt};
 
-use super::{FitArgs, NoiseFrom, place};
+use super::single::place;
+use super::{Choices, SolveArgs, Sought};
 use crate::command_line::command_line;
-use crate::numbers::{not_negative, positive, whole};
+use crate::numbers::{count, not_negative, positive, whole};
+
+/// Arguments of `fit`.
+#[derive(Debug, Args)]
+pub(crate) struct FitArgs {
+    /// The model file
+    pub model: PathBuf,
+    #[command(flatten)]
+    pub choices: Choices,
+    /// A recording to fit to; repeatable
+    #[arg(long, value_name = "FILE", required = true)]
+    pub data: Vec<PathBuf>,
+    /// A recording for validation, not used in the fit; repeatable
+    #[arg(long, value_name = "FILE")]
+    pub valid: Vec<PathBuf>,
+    #[command(flatten)]
+    pub sought: Sought,
+    /// Outputs to fit [default: all that were measured]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub outputs: Vec<String>,
+    /// Where the weights of the outputs come from
+    #[arg(long, value_enum, default_value_t = NoiseFrom::Estimated)]
+    pub noise: NoiseFrom,
+    /// Continue an earlier run that was ended, with the same input and `-o`; the result is the same
+    #[arg(long)]
+    pub resume: bool,
+    /// Maximum number of simulations in a search, or of evaluations where nothing is simulated [default: 200;
+    /// regressions 2000, models without states 5000]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    pub evaluations: Option<usize>,
+    #[command(flatten)]
+    pub search: SearchArgs,
+    #[command(flatten)]
+    pub intervals: IntervalArgs,
+    #[command(flatten)]
+    pub regression: RegressionArgs,
+    #[command(flatten)]
+    pub solve: SolveArgs,
+}
+
+/// Where the weights of the outputs come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NoiseFrom {
+    /// The noise declared in the model; for outputs that declare none, the residuals of the fit
+    Declared,
+    /// The residuals of each output, refitted until the weights no longer change
+    Estimated,
+}
 
 /// How parameters are estimated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

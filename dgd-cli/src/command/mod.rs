@@ -7,10 +7,11 @@ mod ensemble;
 pub(crate) mod fit;
 pub(crate) mod invert;
 pub(crate) mod linearize;
+pub(crate) mod new;
 pub(crate) mod screen;
 pub(crate) mod sensitivity;
 pub(crate) mod simulate;
 mod text;
 pub(crate) mod track;
 
-pub(crate) use text::{check, emit, explain, fmt, lsp, methods};
+pub(crate) use text::{check, emit, explain, fmt, lsp, methods, schema, shells};

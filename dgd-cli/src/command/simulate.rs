@@ -28,8 +28,11 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
         rows: Some(simulated.table.times.len()),
         is_partial,
     };
+    let agreement = simulated.agreement();
+    let closing =
+        (!agreement.is_empty() && ended == Ended::Done).then(|| agreement.trim_end().to_owned());
     let printed = if drawings.is_empty() { Printed::Table } else { Printed::Nothing };
     let json = console.needs_json().then(|| simulated.to_json());
     let saved = Saved::Table(table);
-    finish(Shown { json, saved, drawings, printed, ..Shown::new(ended) }, console)
+    finish(Shown { json, saved, drawings, printed, closing, ..Shown::new(ended) }, console)
 }

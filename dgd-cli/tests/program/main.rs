@@ -6,6 +6,7 @@ mod golden;
 mod support;
 
 mod accuracy;
+mod begin;
 mod commands;
 mod compare;
 mod conserved;
@@ -20,6 +21,7 @@ mod gates;
 mod invert;
 mod linearize;
 mod lsp;
+mod mend;
 mod model_spread;
 mod names;
 mod options;

@@ -587,6 +587,23 @@ Right:
       draining -> empty when h falls below 0 [m]
     }
 "
+E217 "parameter that nothing reads" "
+A parameter stands in no equation, no output and no other value. `dgd check` notes it: it may be left over, or its
+name may be misspelt where it was to be read. An effect may still read it.
+
+Wrong:
+
+    parameter k [1/s] = 2
+    parameter unread [1] = 3
+    state x [1] = 1
+    equation decay: der(x) = -k*x
+
+Right:
+
+    parameter k [1/s] = 2
+    state x [1] = 1
+    equation decay: der(x) = -k*x
+"
 E220 "input of a part that is not bound" "
 A part is a model, and every input of that model that its chosen variants read must be said to be
 something: an input of the whole, an unknown, or what another part puts out. A choice of a variant

@@ -55,10 +55,16 @@ fn group<'a>(diagnostic: &'a Diagnostic, level: Level<'static>, sources: &'a Sou
         .primary_title(visible(&diagnostic.message))
         .id(diagnostic.code.to_string())
         .elements(snippets(&diagnostic.labels, sources));
-    if let Some(help) = &diagnostic.help {
-        group = group.element(Level::HELP.message(visible(help)));
+    if let Some(help) = help(diagnostic, sources) {
+        group = group.element(Level::HELP.message(visible(&help).into_owned()));
     }
     group
+}
+
+/// What would be right: in words, or else the line as it should stand.
+fn help(diagnostic: &Diagnostic, sources: &Sources) -> Option<String> {
+    let line = || diagnostic.fix.as_ref()?.line(sources).map(|line| format!("write `{line}`"));
+    diagnostic.help.clone().or_else(line)
 }
 
 /// One snippet per source, the main place's first.
@@ -140,6 +146,17 @@ pub struct Entry {
     pub places: Vec<Location>,
     /// What would be right.
     pub help: Option<String>,
+    /// The same as a change of the text.
+    pub fix: Option<FixEntry>,
+}
+
+/// A fix with its places resolved.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FixEntry {
+    /// Whether it can be written without asking.
+    pub is_safe: bool,
+    /// The places, and as `text` what stands there instead.
+    pub edits: Vec<Location>,
 }
 
 /// A location as editors count: lines and columns from 1, columns in characters.
@@ -161,18 +178,23 @@ pub struct Location {
 
 /// The fields of a diagnostic.
 pub fn entry(diagnostic: &Diagnostic, sources: &Sources) -> Entry {
-    let place = |label: &Label| {
-        let end = Span { start: label.span.end, ..label.span };
-        let (line, column) = sources.line_column(label.span);
+    let place = |span: Span, text: &str| {
+        let end = Span { start: span.end, ..span };
+        let (line, column) = sources.line_column(span);
         let (end_line, end_column) = sources.line_column(end);
-        let file = sources.get(label.span.source).name.clone();
-        Location { file, line, column, end_line, end_column, text: label.text.clone() }
+        let file = sources.get(span.source).name.clone();
+        Location { file, line, column, end_line, end_column, text: text.to_owned() }
     };
+    let fix = diagnostic.fix.as_ref().map(|fix| FixEntry {
+        is_safe: fix.is_safe(),
+        edits: fix.edits.iter().map(|edit| place(edit.span, &edit.text)).collect(),
+    });
     Entry {
         code: diagnostic.code.to_string(),
         message: diagnostic.message.clone(),
-        places: diagnostic.labels.iter().map(place).collect(),
-        help: diagnostic.help.clone(),
+        places: diagnostic.labels.iter().map(|label| place(label.span, &label.text)).collect(),
+        help: help(diagnostic, sources),
+        fix,
     }
 }
 

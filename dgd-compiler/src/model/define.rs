@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::array::{ArrayPlace, LetArray};
-use super::expression::unit_of;
+use super::check_units::{Spelling, unit_of_declaration};
 use super::whole::{Extent, Sizes};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::Symbol;
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::syntax::ast::{Argument, Choice, Expr, ExprKind, Item, ItemKind, Name, UnknownKind};
-use crate::units::{Dimension, Unit};
+use crate::units::{Dimension, Unit, parse_unit};
 
 /// What a name stands for; numbers are positions among those of its kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,6 +87,8 @@ pub(super) struct Scope<'a> {
     pub(super) outputs: BTreeMap<&'a str, Span>,
     /// The dimension of time.
     pub(super) second: Dimension,
+    /// How units are spelt in messages.
+    pub(super) spelling: Spelling,
 }
 
 impl<'a> Scope<'a> {
@@ -149,6 +151,7 @@ impl<'a> Scope<'a> {
             let_arrays: Vec::new(),
             outputs: BTreeMap::new(),
             second: Dimension::of([0, 0, 1, 0, 0, 0, 0]),
+            spelling: Spelling::default(),
         };
         for (name, definition) in [("time", Definition::Time), ("pi", Definition::Pi)] {
             let entry = Entry { definition, span: Span::default(), unit: None };
@@ -165,18 +168,19 @@ impl<'a> Scope<'a> {
         let (mut arrays, mut let_arrays) = (0, 0);
         for item in items {
             let (name, definition, unit) = match &item.kind {
-                ItemKind::Constant { name, unit, .. } => {
-                    (name, Definition::Constant(next(0)), Some(unit))
+                ItemKind::Constant { name, unit, value } => {
+                    (name, Definition::Constant(next(0)), Some((unit, Some(value))))
                 }
-                ItemKind::Parameter { name, unit, .. } => {
-                    (name, Definition::Parameter(next(1)), Some(unit))
+                ItemKind::Parameter { name, unit, value, .. } => {
+                    (name, Definition::Parameter(next(1)), Some((unit, Some(value))))
                 }
                 ItemKind::Input { name, unit, .. } => {
-                    (name, Definition::Input(next(2)), Some(unit))
+                    (name, Definition::Input(next(2)), Some((unit, None)))
                 }
-                ItemKind::Unknown { declared, name, unit, .. } => {
+                ItemKind::Unknown { declared, name, unit, start, .. } => {
                     let state = *declared == UnknownKind::State;
-                    (name, Definition::Unknown { index: next(3), state }, Some(unit))
+                    let definition = Definition::Unknown { index: next(3), state };
+                    (name, definition, Some((unit, start.as_ref())))
                 }
                 ItemKind::Let { name, .. } => {
                     lets += 1;
@@ -186,7 +190,7 @@ impl<'a> Scope<'a> {
                 ItemKind::Array { declared, name, unit, .. } => {
                     arrays += 1;
                     let state = *declared == UnknownKind::State;
-                    (name, Definition::Array { index: arrays - 1, state }, Some(unit))
+                    (name, Definition::Array { index: arrays - 1, state }, Some((unit, None)))
                 }
                 ItemKind::For { items, .. } => {
                     scope.collect_loop(items, &mut let_arrays, &mut labels, diagnostics);
@@ -197,8 +201,12 @@ impl<'a> Scope<'a> {
                     check_function(name, arguments, diagnostics);
                     (name, Definition::Function(scope.functions.len() - 1), None)
                 }
-                ItemKind::Output { name, .. } => {
+                ItemKind::Output { name, unit, .. } => {
                     unique(&mut scope.outputs, name, "output", diagnostics);
+                    // Malformed ones are reported where the output is made.
+                    if let Some(Ok(unit)) = unit.as_ref().map(|unit| parse_unit(&unit.text)) {
+                        scope.spelling.learn(&unit);
+                    }
                     continue;
                 }
                 ItemKind::Equation { label, .. } => {
@@ -217,7 +225,11 @@ impl<'a> Scope<'a> {
                 | ItemKind::When(_)
                 | ItemKind::Saturate { .. } => continue,
             };
-            let unit = unit.map(|unit| unit_of(unit.as_ref(), diagnostics));
+            let unit = unit
+                .map(|(unit, value)| unit_of_declaration(name, unit.as_ref(), value, diagnostics));
+            if let Some(Ok(unit)) = &unit {
+                scope.spelling.learn(unit);
+            }
             scope.insert(name, Entry { definition, span: name.span, unit }, diagnostics);
         }
         scope.verify_points(diagnostics);

@@ -1,6 +1,6 @@
 //! `delay(x, tau)`: what `x` was a time `tau` ago.
 
-use super::check_units::{Dim, being, this_is};
+use super::check_units::Dim;
 use super::expression::{Arguments, Lowering, Typed};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Node, Symbol};
@@ -28,10 +28,11 @@ impl<'a> Lowering<'a> {
         let (x, tau) = (x?, tau?);
         if tau.dim.with(Dim::Of(self.scope.second)).is_none() {
             let found = tau.dim.dimension();
-            let message = format!("a delay is a time, but this is {}", being(found));
+            let message =
+                format!("a delay is a time, but this is {}", self.scope.spelling.being(found));
             return Err(diagnostics.error(
                 Diagnostic::new(Code::E302, tau_expr.span, message)
-                    .here(this_is(found))
+                    .here(self.scope.spelling.this_is(found))
                     .help("give it in a unit of time: `delay(x, 3 [s])`"),
             ));
         }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::check_units::{self, Dim, Located, being, this_is};
+use super::check_units::{Dim, Located, Spelling, quotient_for_derivative};
 use super::define::{Definition, Function, Scope};
 use super::whole::LoopIndex;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
@@ -150,7 +150,10 @@ impl<'a> Lowering<'a> {
                 let exponent_typed = self.lower(exponent, arguments, diagnostics);
                 let (b, e) = (base_typed?, exponent_typed?);
                 let value = self.number(e.id);
-                let dim = check_units::power(b.at(base.span), e.at(exponent.span), value, span)
+                let dim = self
+                    .scope
+                    .spelling
+                    .power(b.at(base.span), e.at(exponent.span), value, span)
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 let id = self.graph.intern(Node::Call2(IntrinsicId::named("^"), b.id, e.id));
                 Ok(Typed { id, dim })
@@ -160,9 +163,11 @@ impl<'a> Lowering<'a> {
                 let a = self.lower(then, arguments, diagnostics);
                 let b = self.lower(otherwise, arguments, diagnostics);
                 let (condition, a, b) = (condition?, a?, b?);
-                let dim =
-                    check_units::same("choose between", a.at(then.span), b.at(otherwise.span))
-                        .map_err(|diagnostic| diagnostics.error(diagnostic))?;
+                let dim = self
+                    .scope
+                    .spelling
+                    .same("choose between", a.at(then.span), b.at(otherwise.span))
+                    .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 Ok(Typed { id: self.graph.intern(Node::Select(condition, a.id, b.id)), dim })
             }
             ExprKind::Compare(..) | ExprKind::And(_) | ExprKind::Or(_) | ExprKind::Not(_) => {
@@ -205,7 +210,9 @@ impl<'a> Lowering<'a> {
                 (Some(Err(reported)), _) | (Some(Ok(_)), Err(reported)) => Err(reported),
                 (Some(Ok((total, total_span))), Ok(typed)) => {
                     let doing = if *sign == Sign::Plus { "add" } else { "subtract" };
-                    check_units::same(doing, total.at(total_span), typed.at(term.span))
+                    self.scope
+                        .spelling
+                        .same(doing, total.at(total_span), typed.at(term.span))
                         .map_err(|diagnostic| diagnostics.error(diagnostic))
                         .map(|dim| {
                             let node = match sign {
@@ -228,6 +235,14 @@ impl<'a> Lowering<'a> {
         arguments: &Arguments<'a>,
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
+        let is_known = |name: &str| {
+            arguments.contains_key(name)
+                || self.scope.names.contains_key(name)
+                || self.index.is_some_and(|index| index.name == name)
+        };
+        if let Some(mistake) = quotient_for_derivative(factors, &self.scope, &is_known) {
+            return Err(diagnostics.error(mistake));
+        }
         let mut product: Option<Result<Typed, Reported>> = None;
         for (factor, expr) in factors {
             let typed = self.lower(expr, arguments, diagnostics);
@@ -236,7 +251,7 @@ impl<'a> Lowering<'a> {
                 (Some(Err(reported)), _) | (Some(Ok(_)), Err(reported)) => Err(reported),
                 (Some(Ok(total)), Ok(typed)) => {
                     let over = *factor == Factor::Over;
-                    check_units::product(total.dim, typed.dim, over, expr.span)
+                    Spelling::product(total.dim, typed.dim, over, expr.span)
                         .map_err(|diagnostic| diagnostics.error(diagnostic))
                         .map(|dim| {
                             let node = match factor {
@@ -290,7 +305,9 @@ impl<'a> Lowering<'a> {
                 let a = self.lower(left, arguments, diagnostics);
                 let b = self.lower(right, arguments, diagnostics);
                 let (a, b) = (a?, b?);
-                check_units::same("compare", a.at(left.span), b.at(right.span))
+                self.scope
+                    .spelling
+                    .same("compare", a.at(left.span), b.at(right.span))
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 Ok(self.graph.intern(Node::Compare(*comparison, a.id, b.id)))
             }
@@ -464,7 +481,10 @@ impl<'a> Lowering<'a> {
                 failed.map_or(Ok(()), Err)?;
                 let dims: Vec<Located> =
                     typed.iter().zip(list).map(|(t, e)| t.at(e.span)).collect();
-                let dim = check_units::call(name, intrinsic.get().unit_rule, &dims, span)
+                let dim = self
+                    .scope
+                    .spelling
+                    .call(name, intrinsic.get().unit_rule, &dims, span)
                     .map_err(|diagnostic| diagnostics.error(diagnostic))?;
                 let ids: Vec<ExprId> = typed.iter().map(|t| t.id).collect();
                 Ok(Typed { id: self.graph.intern_call(intrinsic, &ids), dim })
@@ -507,10 +527,10 @@ impl<'a> Lowering<'a> {
                                 "`{name}` takes `{}` in `{}`, not {}",
                                 argument.name.text,
                                 unit.symbol,
-                                being(found)
+                                self.scope.spelling.being(found)
                             ),
                         )
-                        .here(this_is(found))
+                        .here(self.scope.spelling.this_is(found))
                         .label(argument.name.span, format!("declared in `{}`", unit.symbol)),
                     ));
                 }

@@ -1,7 +1,6 @@
 //! Parameters, unknowns, outputs and equations: one item at a time.
 
 use super::Declared;
-use super::check_units::{being, this_is};
 use super::define::Definition;
 use super::expression::unit_of;
 use super::resolve::{Reading, Resolver};
@@ -258,12 +257,12 @@ impl<'a> Resolver<'a> {
                     format!(
                         "the sides of equation `{}` are {} and {}",
                         label.text,
-                        being(l),
-                        being(r)
+                        self.lowering.scope.spelling.being(l),
+                        self.lowering.scope.spelling.being(r)
                     ),
                 )
-                .here(this_is(l))
-                .label(right.span, this_is(r)),
+                .here(self.lowering.scope.spelling.this_is(l))
+                .label(right.span, self.lowering.scope.spelling.this_is(r)),
             ));
         };
         Ok(Equation {

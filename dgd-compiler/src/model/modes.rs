@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use super::check_units;
 use super::define::Definition;
 use super::expression::Lowering;
 use super::resolve::{Reading, Resolver};
@@ -73,7 +72,10 @@ impl<'a> Resolver<'a> {
         let resets = self.resets(&transition.resets, diagnostics);
         let (left, right) = (left?, right?);
         let sides = [left.at(transition.left.span), right.at(transition.right.span)];
-        check_units::same("compare", sides[0], sides[1])
+        self.lowering
+            .scope
+            .spelling
+            .same("compare", sides[0], sides[1])
             .map_err(|diagnostic| diagnostics.error(diagnostic))?;
         Ok(Transition {
             span: transition.span,
@@ -144,7 +146,10 @@ impl<'a> Resolver<'a> {
         let resets = self.resets(&reaction.resets, diagnostics);
         let (left, right) = (left?, right?);
         let sides = [left.at(reaction.left.span), right.at(reaction.right.span)];
-        check_units::same("compare", sides[0], sides[1])
+        self.lowering
+            .scope
+            .spelling
+            .same("compare", sides[0], sides[1])
             .map_err(|diagnostic| diagnostics.error(diagnostic))?;
         let transition = Transition {
             span: item.span,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::check_units::{Dim, being, this_is};
+use super::check_units::Dim;
 use super::choose::{check_settings, choose, leave_out_impossible, unknown_choice};
 use super::define::{Definition, Scope, in_order};
 use super::expression::{Lowering, Typed, is_plain, unit_of};
@@ -407,9 +407,13 @@ impl<'a> Lowering<'a> {
                 Diagnostic::new(
                     Code::E302,
                     expr.span,
-                    format!("declared in `{}`, but the value is {}", unit.symbol, being(found)),
+                    format!(
+                        "declared in `{}`, but the value is {}",
+                        unit.symbol,
+                        self.scope.spelling.being(found)
+                    ),
                 )
-                .here(this_is(found)),
+                .here(self.scope.spelling.this_is(found)),
             ));
         }
         // A size given with a unit of its own: 0.5 °C is half a kelvin.

@@ -18,6 +18,23 @@ pub(crate) enum Clock {
     Local { first: Timestamp },
 }
 
+/// The stamp of a file's first row, from which its times are counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Epoch {
+    first: Timestamp,
+    is_zoned: bool,
+}
+
+impl Epoch {
+    /// The stamp so many seconds later, as ISO 8601 and to the nanosecond: `2026-11-21T10:00:00.5Z`, without the `Z`
+    /// where those of the file have no zone. Nothing where that is beyond the calendar.
+    pub fn stamp(&self, seconds: f64) -> Option<String> {
+        let later = self.first.as_nanosecond() + (seconds * 1e9).round() as i128;
+        let text = Timestamp::from_nanosecond(later).ok()?.to_string();
+        Some(if self.is_zoned { text } else { text.trim_end_matches('Z').to_owned() })
+    }
+}
+
 /// What is wrong with the cell of a time column.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum TimeFault {
@@ -101,6 +118,15 @@ impl Clock {
         }
     }
 
+    /// When it starts, if its times are stamps.
+    pub(crate) fn epoch(&self) -> Option<Epoch> {
+        match self {
+            Clock::Counted { .. } => None,
+            Clock::Zoned { first } => Some(Epoch { first: *first, is_zoned: true }),
+            Clock::Local { first } => Some(Epoch { first: *first, is_zoned: false }),
+        }
+    }
+
     /// Seconds from the first time to the one in this cell.
     pub(crate) fn seconds(&self, cell: &[u8]) -> Result<f64, TimeFault> {
         match (self, Cell::parse(cell)?) {
@@ -139,6 +165,21 @@ mod tests {
         assert_eq!(clock.seconds(b"21.11.2026 10:57"), Err(TimeFault::NotATime));
         let clock = Clock::start(b"2026-02-28", None).expect("a date");
         assert_eq!(clock.seconds(b"2026-03-01T00:00:00,5"), Ok(86_400.5));
+    }
+
+    #[test]
+    fn stamps_are_written_again() {
+        for (first, later) in [
+            ("2026-11-21T10:00:00Z", "2026-11-21T11:00:00.25Z"),
+            ("2026-11-21T12:00:00+02:00", "2026-11-21T11:00:00.25Z"),
+            ("2026-11-21 10:00:00", "2026-11-21T11:00:00.25"),
+        ] {
+            let clock = Clock::start(first.as_bytes(), None).expect("a stamp");
+            let stamp = clock.epoch().and_then(|epoch| epoch.stamp(3600.25));
+            assert_eq!(stamp.as_deref(), Some(later));
+            assert_eq!(clock.seconds(later.as_bytes()), Ok(3600.25));
+        }
+        assert_eq!(Clock::start(b"1", Some(1.0)).expect("a number").epoch(), None);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Sources, Span};
-use dgd_compiler::units::{Unit, read_unit};
+use dgd_compiler::units::{Unit, parse_unit, read_unit};
 
 use crate::csv::kept::Kept;
 use crate::csv::records::Record;
@@ -140,6 +140,27 @@ impl Header {
     }
 }
 
+/// Takes a first column that is called `t` or `Time` as time where none is called `time`, and says so.
+///
+/// A `t` without a unit counts seconds.
+pub(crate) fn take_as_time(columns: &mut [Column]) -> Option<Diagnostic> {
+    if columns.iter().any(|column| column.name == "time") {
+        return None;
+    }
+    let first = columns.first_mut()?;
+    let is_short = first.name == "t";
+    if !is_short && !first.name.eq_ignore_ascii_case("time") {
+        return None;
+    }
+    let name = std::mem::replace(&mut first.name, "time".to_owned());
+    let mut message = format!("the column `{name}` is taken as the time");
+    if is_short && first.unit.is_none() && first.fault.is_none() {
+        first.unit = parse_unit("s").ok();
+        message.push_str(", in seconds");
+    }
+    Some(Diagnostic::new(Code::E602, first.place, message))
+}
+
 /// A header cell, taken apart.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Parsed<'a> {
@@ -219,6 +240,34 @@ mod tests {
         ] {
             assert_eq!(parse(cell), Parsed { name, unit, fault: None }, "{cell}");
         }
+    }
+
+    #[test]
+    fn a_first_column_called_t_or_time_is_the_time() {
+        let column = |name: &str, unit: Option<&str>| Column {
+            name: name.to_owned(),
+            unit: unit.and_then(|unit| parse_unit(unit).ok()),
+            values: Vec::new(),
+            place: Span::default(),
+            fault: None,
+            missing: None,
+            not_numbers: None,
+        };
+        for (name, unit, told) in [
+            ("t", None, Some("the column `t` is taken as the time, in seconds")),
+            ("t", Some("h"), Some("the column `t` is taken as the time")),
+            ("Time", Some("s"), Some("the column `Time` is taken as the time")),
+            ("T", Some("K"), None),
+            ("time", Some("s"), None),
+        ] {
+            let mut columns = [column(name, unit), column("x", None)];
+            let note = take_as_time(&mut columns);
+            assert_eq!(note.as_ref().map(|note| note.message.as_str()), told, "{name}");
+            assert_eq!(columns[0].name == "time", told.is_some() || name == "time");
+        }
+        // A column called `time` counts, wherever it is.
+        let mut columns = [column("t", None), column("time", Some("s"))];
+        assert!(take_as_time(&mut columns).is_none());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Sources, Span};
 
 use crate::cell::{number, shown};
-use crate::csv::header::Header;
+use crate::csv::header::{Header, take_as_time};
 use crate::csv::kept::Kept;
 use crate::csv::records::Record;
 use crate::csv::time::{Time, Timed};
@@ -17,6 +17,7 @@ pub(crate) struct Rows {
     n_cells: usize,
     taken: usize,
     time: Option<Time>,
+    time_note: Option<Diagnostic>,
     columns: Vec<Column>,
     /// Rows of another length than the header.
     ragged: Option<Cells>,
@@ -33,6 +34,7 @@ impl Rows {
         diagnostics: &mut Diagnostics,
     ) -> Result<Rows, Reported> {
         let mut columns = header.columns(kept, sources);
+        let time_note = take_as_time(&mut columns);
         header.verify(&columns, kept, diagnostics)?;
         let time = if columns[0].name == "time" {
             Some(Time::of(columns.remove(0), order, diagnostics)?)
@@ -45,6 +47,7 @@ impl Rows {
             n_cells: header.cells.len(),
             taken: 0,
             time,
+            time_note,
             columns,
             ragged: None,
             open_quote: None,
@@ -136,16 +139,16 @@ impl Rows {
         let time = self.time.map(|time| time.finish(diagnostics)).transpose();
         reported?;
         let Rows { mut columns, taken: mut n_rows, .. } = self;
-        let (time, disorder) = match time? {
-            None => (None, Disorder::default()),
-            Some(Timed { seconds, rows, disorder }) => {
+        let (time, disorder, epoch) = match time? {
+            None => (None, Disorder::default(), None),
+            Some(Timed { seconds, rows, disorder, epoch }) => {
                 if let Some(rows) = rows {
                     for column in &mut columns {
                         column.values = rows.iter().map(|row| column.values[*row]).collect();
                     }
                     n_rows = rows.len();
                 }
-                (Some(seconds), disorder)
+                (Some(seconds), disorder, epoch)
             }
         };
         Ok(Table {
@@ -153,6 +156,8 @@ impl Rows {
             digest: None,
             header: self.header,
             time,
+            time_note: self.time_note,
+            epoch,
             disorder,
             columns,
             n_rows,

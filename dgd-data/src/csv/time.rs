@@ -5,7 +5,7 @@ use dgd_compiler::source::Span;
 use dgd_compiler::units::Dimension;
 
 use crate::cell::shown;
-use crate::csv::clock::{Clock, TimeFault};
+use crate::csv::clock::{Clock, Epoch, TimeFault};
 use crate::csv::kept::Kept;
 use crate::csv::records::Record;
 use crate::table::{Cells, Column, Disorder, Location, Order};
@@ -32,6 +32,8 @@ pub(crate) struct Timed {
     /// The rows that have these times, where some are left out.
     pub(crate) rows: Option<Vec<usize>>,
     pub(crate) disorder: Disorder,
+    /// The stamp from which they are counted, where the file has stamps.
+    pub(crate) epoch: Option<Epoch>,
 }
 
 /// The row before one whose time is earlier.
@@ -219,13 +221,15 @@ impl Time {
             }
         }
         reported?;
+        // Where rows are left out the first may be one of them.
+        let epoch = self.clock.as_ref().and_then(Clock::epoch).filter(|_| rows.is_none());
         let mut seconds = self.seconds;
         if let Some(rows) = &rows {
             // Even the first row may be left out.
             let first = rows.first().map_or(0.0, |row| seconds[*row]);
             seconds = rows.iter().map(|row| seconds[*row] - first).collect();
         }
-        Ok(Timed { seconds, rows, disorder })
+        Ok(Timed { seconds, rows, disorder, epoch })
     }
 }
 

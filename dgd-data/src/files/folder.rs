@@ -11,7 +11,7 @@ use super::whole::WriteError;
 /// A folder of results.
 #[derive(Debug, Clone, Default)]
 pub struct Files {
-    /// Names and contents.
+    /// Names and contents. A name with folders in it is for a folder that is not there yet.
     pub written: Vec<(String, Vec<u8>)>,
     /// Names of files that an earlier result may have left and that this one does not have.
     pub removed: Vec<String>,
@@ -81,7 +81,11 @@ fn begin(folder: &Path) -> Result<Draft, WriteError> {
 
 fn fill(draft: &Path, files: &Files) -> io::Result<()> {
     files.written.iter().try_for_each(|(name, content)| {
-        let mut file = File::create_new(draft.join(name))?;
+        let path = draft.join(name);
+        if let Some(folder) = path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        let mut file = File::create_new(path)?;
         file.write_all(content)?;
         file.sync_all()
     })

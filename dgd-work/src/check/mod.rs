@@ -1,6 +1,7 @@
 //! Syntax, names, units and structure of a model, in every variant.
 
 mod description;
+mod unused;
 
 use std::path::{Path, PathBuf};
 
@@ -131,6 +132,9 @@ fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<C
     }
 
     session.spare(&compilation.sources)?;
+    for note in unused::notes(&compiled.asts, &compilation.sources) {
+        session.note(&note, &compilation.sources);
+    }
     let path = path.display().to_string();
     let provenance = Provenance::new(session, Some(digest), Vec::new());
     let description = Description::of(&path, &compiled.model, &compiled.dae, provenance);

@@ -32,6 +32,7 @@ use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 use crate::error::{Ended, WorkError};
+use crate::output::json_text;
 use crate::output::provenance::Provenance;
 use crate::request::{Estimator, FitRequest};
 use crate::run::keeping;
@@ -184,7 +185,7 @@ impl Fitted {
     /// The files of a folder of results: [`file_names`].
     pub fn files(&self, folder: &Path) -> Files {
         let name = fitted_model::file_name(&self.model);
-        let json = format!("{:#}\n", self.json);
+        let json = json_text(&self.json);
         let mut written = vec![
             (name, self.model_text(folder).into_bytes()),
             (fitted_model::RESULT.to_owned(), json.into_bytes()),

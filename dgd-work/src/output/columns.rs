@@ -2,7 +2,8 @@
 
 use std::io::{self, Write};
 
-use dgd_data::write::{Written, write_table};
+use dgd_data::Epoch;
+use dgd_data::write::{Written, write_table_at};
 use dgd_runtime::{Event, Solution, Unit};
 use serde_json::{Value, json};
 
@@ -49,6 +50,8 @@ impl NamedColumn {
 pub struct TimeTable {
     /// Times of the rows, s.
     pub times: Vec<f64>,
+    /// The stamp of time zero, where the data's times are stamps: those of the table are, too.
+    pub epoch: Option<Epoch>,
     /// The columns besides time.
     pub columns: Vec<NamedColumn>,
 }
@@ -69,7 +72,7 @@ impl TimeTable {
                 values: &column.values,
             })
             .collect();
-        write_table(out, Some(&self.times), &written)
+        write_table_at(out, &self.times, self.epoch, &written)
     }
 
     /// Adds `time` and `columns` to a result for programs.
@@ -78,11 +81,16 @@ impl TimeTable {
             .columns
             .iter()
             .map(|column| {
-                let (unit, values) = (&column.unit, column.in_unit());
+                let unit = &column.unit;
+                let values: Vec<f64> =
+                    column.values.iter().map(|si| dgd_data::write::in_unit(*si, unit)).collect();
                 json!({ "name": column.name, "unit": unit.symbol, "values": values })
             })
             .collect();
         if let Some(all) = details.as_object_mut() {
+            if let Some(start) = self.epoch.and_then(|epoch| epoch.stamp(0.0)) {
+                all.insert("start".to_owned(), json!(start));
+            }
             all.insert("time".to_owned(), json!(self.times));
             all.insert("columns".to_owned(), json!(columns));
         }

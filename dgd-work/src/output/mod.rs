@@ -3,9 +3,12 @@
 pub(crate) mod agreement;
 pub(crate) mod columns;
 pub(crate) mod figure;
+mod json;
 pub(crate) mod page;
 pub(crate) mod provenance;
 pub(crate) mod quantity;
 pub(crate) mod table;
+
+pub use json::json_text;
 
 pub(crate) use columns::{Kind, NamedColumn, TimeTable};

@@ -148,15 +148,35 @@ pub(crate) fn percent(share: f64) -> String {
     if share.is_finite() { format!("{} %", fixed(100.0 * share, 0)) } else { "–".to_owned() }
 }
 
-/// Stretches of time in seconds, `612–1034 s, 2100–2230 s`; the last of them has three digits or more.
+/// Most stretches of time that are listed.
+const LISTED: usize = 10;
+
+/// Stretches of time in seconds, `612–1034 s, 2100–2230 s`; the last of them has three digits or more. Of many the
+/// longest ten are listed, and the others are summed up.
 pub(crate) fn stretches(windows: impl IntoIterator<Item = [f64; 2]>) -> String {
-    let windows: Vec<[f64; 2]> = windows.into_iter().collect();
+    let mut windows: Vec<[f64; 2]> = windows.into_iter().collect();
+    let duration = |[from, until]: &[f64; 2]| until - from;
+    let summary = (windows.len() > LISTED).then(|| {
+        let all: f64 = windows.iter().map(duration).sum();
+        let n = windows.len();
+        let mut sizes: Vec<f64> = windows.iter().map(duration).collect();
+        sizes.sort_by(|a, b| b.total_cmp(a));
+        let least = sizes[LISTED - 1];
+        // Of equally long ones the first.
+        let mut equal = LISTED - sizes.iter().filter(|size| **size > least).count();
+        windows.retain(|window| {
+            let is_equal = duration(window) == least && equal > 0;
+            equal -= usize::from(is_equal);
+            duration(window) > least || is_equal
+        });
+        format!(" and {} shorter ones; {n} in all, together {}", n - LISTED, moment(all))
+    });
     let decimals = decimals(windows.iter().map(|[_, until]| *until).fold(0.0, f64::max));
     let all: Vec<String> = windows
         .iter()
         .map(|[from, until]| format!("{}–{} s", fixed(*from, decimals), fixed(*until, decimals)))
         .collect();
-    all.join(", ")
+    all.join(", ") + summary.as_deref().unwrap_or_default()
 }
 
 /// A moment in seconds, of three digits or more.
@@ -213,6 +233,12 @@ mod tests {
         assert_eq!(probability(0.034, 999), "p = 0.034");
         assert_eq!(percent(0.987), "99 %");
         assert_eq!(stretches([[612.0, 1034.4], [2.0, 3.0]]), "612–1034 s, 2–3 s");
+        let many = (0..14).map(|k| [f64::from(100 * k), f64::from(100 * k + 20 + k % 5)]);
+        assert_eq!(
+            stretches(many),
+            "100–121 s, 200–222 s, 300–323 s, 400–424 s, 600–621 s, 700–722 s, 800–823 s, 900–924 s, 1200–1222 s, \
+             1300–1323 s and 4 shorter ones; 14 in all, together 306 s"
+        );
         assert_eq!(stretches([[0.01, 0.0402], [1.0, 1.2]]), "0.01–0.04 s, 1.00–1.20 s");
         assert_eq!(
             ["118.4", "0.01184"].map(|t| moment(t.parse().expect("a number"))),

@@ -10,6 +10,7 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{Automaton, Model, Origin, Transition};
 use dgd_compiler::program::Program;
 use dgd_compiler::source::Sources;
+use dgd_data::Epoch;
 use dgd_execute::Engine;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{
@@ -44,6 +45,8 @@ pub(crate) struct Run {
     pub start: Vec<(usize, f64)>,
     /// Times of the rows.
     pub times: Vec<f64>,
+    /// The stamp of time zero, where the data's times are stamps.
+    pub epoch: Option<Epoch>,
     /// Measured outputs, where the data has them.
     pub measured: Measured,
     pub options: Options,
@@ -94,9 +97,10 @@ impl Run {
         let data = args.data.iter().zip(&recording);
         let data = data.map(|(path, recording)| DataFile::new(path, recording.digest)).collect();
         let provenance = Provenance::new(session, Some(digest), data);
+        let epoch = recording.as_ref().and_then(|recording| recording.epoch);
         let measured = recording.map(|recording| recording.measured).unwrap_or_default();
         let start = Vec::new();
-        let mut run = Run { system, p, inputs, start, times, measured, options, provenance };
+        let mut run = Run { system, p, inputs, start, times, epoch, measured, options, provenance };
         if args.solve.start == Start::Measured {
             let Run { times, measured, options, .. } = &run;
             run.start = measured_start(&run.problem(), times[0], measured, options)?;

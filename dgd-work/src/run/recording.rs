@@ -7,7 +7,7 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
 use dgd_compiler::units::Unit;
 use dgd_data::select::{self, Gaps};
-use dgd_data::{Reading, Rename, Table};
+use dgd_data::{Epoch, Reading, Rename, Table};
 use dgd_execute::Loaded;
 use dgd_identify::Recording as Experiment;
 use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System};
@@ -34,6 +34,8 @@ pub(crate) struct Recording {
     pub clock: Clock,
     /// Digest of its bytes; none of a stream.
     pub digest: Option<u128>,
+    /// The stamp of the first row, where times are stamps.
+    pub epoch: Option<Epoch>,
     pub times: Vec<f64>,
     inputs: Vec<Vec<f64>>,
     pub measured: Measured,
@@ -129,11 +131,15 @@ impl Recording {
         let input_columns = select::inputs_with(table, &known.inputs(), gaps, diagnostics);
         let output_columns = select::measured(table, &known.outputs(), diagnostics);
         let (times, inputs, outputs) = (times.ok()?, input_columns.ok()?, output_columns.ok()?);
+        if let Some(note) = &table.time_note {
+            session.note(note, sources);
+        }
         if let Some(note) = select::unknown_note(table, &known.names()) {
             session.note(&note, sources);
         }
         let measured = Measured { times: times.clone(), outputs };
-        Some(Recording { clock, digest: table.digest, times, inputs, measured })
+        let (digest, epoch) = (table.digest, table.epoch);
+        Some(Recording { clock, digest, epoch, times, inputs, measured })
     }
 
     /// Inputs in one row, SI.

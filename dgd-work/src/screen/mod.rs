@@ -33,6 +33,7 @@ use serde_json::Value;
 
 use crate::error::{Ended, WorkError, meant};
 use crate::model::{LoadedModel, load};
+use crate::output::json_text;
 use crate::output::provenance::{DataFile, Provenance};
 use crate::request::ScreenRequest;
 use crate::session::Session;
@@ -107,7 +108,7 @@ impl Screenings {
     /// The page cannot be made.
     pub fn files(&self) -> Result<Files, WorkError> {
         let mut files = Files::default();
-        let json = format!("{:#}\n", self.to_json());
+        let json = json_text(&self.to_json());
         let page = self.page()?.into_bytes();
         let steady = tables::steady(&self.recordings).into_bytes();
         let contents = [json.into_bytes(), page, steady];

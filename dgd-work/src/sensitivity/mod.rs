@@ -114,6 +114,7 @@ pub fn sensitivity(
         titles: pairs.iter().map(Pair::title).collect(),
         table: TimeTable {
             times: solution.times.clone(),
+            epoch: run.epoch,
             columns: pairs.into_iter().map(Pair::column).collect(),
         },
     })

@@ -172,7 +172,7 @@ mod tests {
         let elements = (0..4).map(|i| column(&format!("p[{i}]"), f64::from(i) * 1e5));
         let others = ["q[1]", "q[2]", "r"].map(|name| column(name, 1.0));
         let columns = elements.chain(others).collect();
-        let table = TimeTable { times: vec![0.0, 1.0], columns };
+        let table = TimeTable { times: vec![0.0, 1.0], epoch: None, columns };
         let arrays = arrays_of(&table);
         assert_eq!(arrays, ["p"]);
         assert!(is_of("p[3]", &arrays) && !is_of("q[1]", &arrays) && !is_of("p", &arrays));

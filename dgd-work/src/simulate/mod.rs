@@ -6,6 +6,8 @@ mod noise;
 mod over;
 mod page;
 
+use std::collections::HashMap;
+
 use dgd_compiler::pipeline::Directions;
 use dgd_plot::{Figure, Meaning, Text};
 use dgd_runtime::{Observations, Solution};
@@ -14,9 +16,11 @@ use serde_json::{Value, json};
 
 use crate::error::{Ended, WorkError};
 use crate::model::load;
+use crate::output::agreement::Agreement;
 use crate::output::columns::{events, in_unit, is_added, is_element, per_sample};
 use crate::output::figure::{self, Line, Subject};
 use crate::output::provenance::Provenance;
+use crate::output::table::{push_table, significant};
 use crate::output::{Kind, NamedColumn, TimeTable};
 use crate::request::SimulateRequest;
 use crate::run::{Measured, Reached, Run};
@@ -151,6 +155,22 @@ impl Simulated {
         if let (Some(error), Some(details)) = (&self.stopped, details.as_object_mut()) {
             details.insert("error".to_owned(), json!(error));
         }
+        let agreements: Vec<Value> = self
+            .agreements()
+            .into_iter()
+            .map(|(output, agreement)| {
+                json!({
+                    "name": output.name,
+                    "unit": output.unit.symbol,
+                    "fit_percent": agreement.fit_percent,
+                    "rms": agreement.rms,
+                    "samples": agreement.samples,
+                })
+            })
+            .collect();
+        if let Some(details) = details.as_object_mut() {
+            details.insert("agreement".to_owned(), json!(agreements));
+        }
         self.provenance.push_json(&mut details);
         details
     }
@@ -160,6 +180,43 @@ impl Simulated {
         let mut all = self.details();
         self.table.push_json(&mut all);
         all
+    }
+
+    /// How far each output agrees with what was measured of it, at the rows that have a sample.
+    fn agreements(&self) -> Vec<(&NamedColumn, Agreement)> {
+        let at: HashMap<u64, usize> =
+            self.table.times.iter().enumerate().map(|(row, time)| (time.to_bits(), row)).collect();
+        let one = |(output, samples): (_, &Option<Vec<f64>>)| {
+            let output: &NamedColumn = output;
+            let simulated = |time: &f64| at.get(&time.to_bits()).map(|row| output.values[*row]);
+            let pairs = self.measured.times.iter().zip(samples.as_ref()?);
+            let pairs = pairs.filter_map(|(time, sample)| Some((*sample, simulated(time)?)));
+            let in_unit = |si: f64| output.unit.from_si(si);
+            let pairs = pairs.map(|(y, w)| (in_unit(y), in_unit(w)));
+            Some((output, Agreement::of(pairs)?))
+        };
+        self.of_kind(Kind::Output).zip(&self.measured.outputs).filter_map(one).collect()
+    }
+
+    /// How far each output agrees with what was measured of it, for people; empty where nothing was.
+    pub fn agreement(&self) -> String {
+        let mut rows =
+            vec![["output", "unit", "fit", "rms residual", "samples"].map(str::to_owned)];
+        for (output, agreement) in self.agreements() {
+            let fit = agreement.fit_percent.map(|fit| format!("{fit:.1} %"));
+            rows.push([
+                output.name.clone(),
+                output.unit.symbol.to_string(),
+                fit.unwrap_or_else(|| "-".to_owned()),
+                significant(agreement.rms, 3),
+                agreement.samples.to_string(),
+            ]);
+        }
+        let mut text = String::new();
+        if rows.len() > 1 {
+            push_table(&mut text, &rows);
+        }
+        text
     }
 
     /// How it ended.
@@ -265,5 +322,5 @@ fn table(run: &Run, solution: &Solution, observations: &Observations) -> TimeTab
         let values = (0..solution.len()).map(|k| observations.w(k)[i]).collect();
         columns.push(NamedColumn::new(&output.name, &output.unit, Kind::Output, values));
     }
-    TimeTable { times: solution.times.clone(), columns }
+    TimeTable { times: solution.times.clone(), epoch: run.epoch, columns }
 }

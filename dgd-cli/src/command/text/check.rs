@@ -1,5 +1,11 @@
 //! `dgd check`: syntax, names, units and structure, in every variant.
 
+use std::path::Path;
+
+use dgd_compiler::diagnostics::Fix;
+use dgd_compiler::diagnostics::fix::written;
+use dgd_compiler::source::SourceId;
+use dgd_data::files::write_whole;
 use dgd_work::{CheckRequest, Checked, Ended, check};
 
 use crate::args::CheckArgs;
@@ -7,10 +13,22 @@ use crate::console::Console;
 use crate::failure::CommandError;
 use crate::tail::{Printed, Saved, Shown, finish};
 
+/// How often what comes out is checked again: fixes may uncover one another, but not without end.
+const ROUNDS: usize = 100;
+
 pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandError> {
     let mut request = CheckRequest::new(&args.model);
     request.choices = args.choices.request();
-    let checked = check(&request, console.session())?;
+    let mut checked = check(&request, console.session()).map_err(CommandError::from);
+    for _ in 0..ROUNDS {
+        match &checked {
+            Err(error) if args.fix && write_fixes(error, console)? > 0 => {
+                checked = check(&request, console.session()).map_err(CommandError::from);
+            }
+            Ok(_) | Err(_) => break,
+        }
+    }
+    let checked = checked?;
     let summary = checked.summary();
     let json = checked.to_json();
     let shown = Shown::new(Ended::Done);
@@ -23,4 +41,25 @@ pub(crate) fn run(args: &CheckArgs, console: Console<'_>) -> Result<(), CommandE
         Shown { json, printed: Printed::Text(summary), ..shown }
     };
     finish(shown, console)
+}
+
+/// Writes what can be meant only one way, each file whole or not at all; how many fixes that were.
+fn write_fixes(error: &CommandError, console: Console<'_>) -> Result<usize, CommandError> {
+    let CommandError::Diagnosed { diagnostics, sources } = error else { return Ok(0) };
+    let fixes = diagnostics.iter().filter_map(|diagnostic| diagnostic.fix.as_ref());
+    let fixes: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
+    let mut all = 0;
+    for (k, source) in sources.iter().enumerate() {
+        let path = Path::new(&source.name);
+        let (text, n) = written(&source.text, SourceId(k as u32), &fixes);
+        // What `--set` says is no file.
+        if n == 0 || !path.is_file() {
+            continue;
+        }
+        write_whole(path, |out| out.write_all(text.as_bytes()))?;
+        let lines = if n == 1 { "1 mistake".to_owned() } else { format!("{n} mistakes") };
+        console.remark(&format!("{}: mended {lines}", path.display()));
+        all += n;
+    }
+    Ok(all)
 }

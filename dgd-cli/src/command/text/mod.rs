@@ -6,3 +6,5 @@ pub(crate) mod explain;
 pub(crate) mod fmt;
 pub(crate) mod lsp;
 pub(crate) mod methods;
+pub(crate) mod schema;
+pub(crate) mod shells;

@@ -60,6 +60,8 @@ pub enum TokenKind {
     Comma,
     /// `:`
     Colon,
+    /// `'` directly after a name, which is a derivative elsewhere
+    Prime,
     /// `..`
     Range,
     /// `.` between names
@@ -139,6 +141,7 @@ fn cut(source: SourceId, text: &str, end: usize, report: &mut dyn FnMut(Diagnost
             .is_some_and(|last| last.end == start && matches!(last.kind, TokenKind::Name));
         let bracket = if behind_name { TokenKind::Index } else { TokenKind::Unit };
         let (after, kind) = match alt((sound, brackets(bracket))).parse(rest) {
+            Err(_) if behind_name && rest.starts_with('\'') => (&rest[1..], Ok(TokenKind::Prime)),
             Ok((after, kind)) => (after, Ok(kind)),
             Err(_) => unsound(rest),
         };
@@ -501,6 +504,7 @@ fn continues(kind: TokenKind, text: &str) -> bool {
         | TokenKind::Close
         | TokenKind::OpenBrace
         | TokenKind::CloseBrace
+        | TokenKind::Prime
         | TokenKind::Range
         | TokenKind::Dot
         | TokenKind::Arrow

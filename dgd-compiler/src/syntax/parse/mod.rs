@@ -9,6 +9,7 @@ mod expression;
 mod item;
 pub(super) mod lexical;
 mod modes;
+mod notation;
 mod part;
 pub(super) mod tokens;
 mod unsound;
@@ -17,6 +18,7 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::source::{SourceId, Sources, Span};
 use crate::syntax::ast::{Ast, Choice, Clause, EffectHeader, Expr, Header, Item, ItemKind, Name};
 use lexical::{Token, TokenKind};
+use notation::Declared;
 use tokens::{NESTING, Stop, Tokens, dotted, name, too_deep};
 
 pub use unsound::Hole;
@@ -85,6 +87,7 @@ fn read(source: SourceId, sources: &Sources) -> (Ast, Vec<Unsound>, Diagnostics)
         .collect();
 
     let mut reader = Reader::new(source, text, &mut own);
+    reader.declared = Declared::of(&tokens, text);
     let items = reader.items(&tokens, 0);
     let (model, effect, holes) = (reader.model, reader.effect, reader.holes);
     if items.is_empty() && model.is_none() && effect.is_none() && own.check().is_ok() {
@@ -123,13 +126,15 @@ struct Reader<'a, 'd> {
     begun: bool,
     /// Items that could not be read.
     holes: Vec<Unsound>,
+    declared: Declared<'a>,
     diagnostics: &'d mut Diagnostics,
 }
 
 impl<'a, 'd> Reader<'a, 'd> {
     fn new(source: SourceId, text: &'a str, diagnostics: &'d mut Diagnostics) -> Self {
         let (model, effect, holes) = (None, None, Vec::new());
-        Reader { source, text, model, effect, begun: false, holes, diagnostics }
+        let declared = Declared::default();
+        Reader { source, text, model, effect, begun: false, holes, declared, diagnostics }
     }
 
     /// Reads items until nothing is left.
@@ -230,6 +235,11 @@ impl<'a, 'd> Reader<'a, 'd> {
         }
         if effect::is_clause(input) {
             self.clause(input, docs, nesting);
+            return None;
+        }
+        if let Some(diagnostic) = notation::foreign(&plain, self.text, self.source, &self.declared)
+        {
+            self.error(diagnostic);
             return None;
         }
         self.report(item::item(input)).map(|(_, kind)| kind)

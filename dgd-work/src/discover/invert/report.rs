@@ -137,7 +137,7 @@ impl Missing {
             columns.push(column("estimate", &self.unit, &value));
             columns.push(column("estimate_std", &self.unit, &std));
         }
-        TimeTable { times: times.clone(), columns }
+        TimeTable { times: times.clone(), epoch: None, columns }
     }
 
     /// Writes the table as CSV.

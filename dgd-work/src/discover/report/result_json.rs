@@ -10,11 +10,12 @@ use dgd_discover::{
 use serde_json::{Map, Value, json};
 
 use super::{Subject, UNEXPLAINED, condition, guess, kept_apart, together};
+use crate::output::json_text;
 use crate::output::quantity::of_differences;
 
 /// The text of the file.
 pub(super) fn write(subject: &Subject<'_>) -> String {
-    format!("{:#}\n", value(subject))
+    json_text(&value(subject))
 }
 
 /// What it says.

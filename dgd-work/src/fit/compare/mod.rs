@@ -24,6 +24,7 @@ use crate::error::{Ended, WorkError};
 use crate::fit::Fitted;
 use crate::model::load;
 use crate::output::agreement::Agreement;
+use crate::output::json_text;
 use crate::output::provenance::Provenance;
 use crate::request::CompareRequest;
 use crate::session::Session;
@@ -212,7 +213,7 @@ impl Comparison {
 
     /// The files of a folder of results: [`FILES`].
     pub fn files(&self) -> Files {
-        let json = format!("{:#}\n", self.to_json());
+        let json = json_text(&self.to_json());
         let contents = [self.page().into_bytes(), json.into_bytes()];
         let mut files = Files::default();
         files.written.extend(FILES.map(str::to_owned).into_iter().zip(contents));

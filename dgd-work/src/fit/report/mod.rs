@@ -9,3 +9,4 @@ pub(crate) mod linearised;
 pub(crate) mod outcome;
 pub(crate) mod quality;
 pub(crate) mod regression;
+mod runaway;

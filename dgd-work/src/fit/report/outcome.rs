@@ -19,6 +19,7 @@ use crate::fit::report::left_out::LeftOut;
 use crate::fit::report::left_over::LeftOver;
 use crate::fit::report::linearised::Linearised;
 use crate::fit::report::quality::Quality;
+use crate::fit::report::runaway;
 use crate::output::table::{push_table, significant};
 
 /// Correlations above this are pointed out.
@@ -262,6 +263,7 @@ impl Outcome<'_> {
             let std = estimate.std.map(|std| std / unit.factor);
             let remark = match estimate.at_bound {
                 Some(bound) => format!("at its {} bound", bound_name(bound)),
+                None if self.runaway(i).is_some() => "ran away".to_owned(),
                 None if std.is_none() && !self.few.hide_stds() => "not determined".to_owned(),
                 None => String::new(),
             };
@@ -320,6 +322,13 @@ impl Outcome<'_> {
         text
     }
 
+    /// What to do about an estimate that ran away.
+    fn runaway(&self, i: usize) -> Option<String> {
+        let estimate = &self.fit.estimates[i];
+        let Direction::Parameter(at) = estimate.of else { return None };
+        runaway::line(self.signature.parameters.get(at)?, estimate, self.unit(i))
+    }
+
     /// A line for each output with outliers.
     fn push_light(&self, text: &mut String) {
         let outputs = self.signature.outputs.iter().enumerate();
@@ -339,6 +348,9 @@ impl Outcome<'_> {
 
     fn push_remarks(&self, text: &mut String) {
         let fit = self.fit;
+        for line in (0..fit.estimates.len()).filter_map(|i| self.runaway(i)) {
+            text.push_str(&line);
+        }
         // Writing to a string does not fail.
         for pair in fit.correlated(CORRELATED) {
             let (first, second) = (self.name(pair.first), self.name(pair.second));

@@ -1,0 +1,27 @@
+//! Options of `new`.
+
+use std::path::PathBuf;
+
+use clap::{ArgGroup, Args};
+
+/// Names of templates, in the order in which they are listed.
+pub(crate) const TEMPLATES: [&str; 8] =
+    ["motor", "tank", "exchanger", "battery", "reactor", "circuit", "vehicle", "drilling"];
+
+/// Arguments of `new`.
+#[derive(Debug, Args)]
+#[command(group(ArgGroup::new("source").required(true).args(["from", "template"])))]
+pub(crate) struct NewArgs {
+    /// The folder to make; the model has its name
+    pub name: PathBuf,
+    /// A recording: its columns become inputs, outputs and states
+    #[arg(long, value_name = "DATA")]
+    pub from: Option<PathBuf>,
+    /// A project to try things with
+    #[arg(long, value_name = "NAME", value_parser = TEMPLATES)]
+    pub template: Option<String>,
+    /// With `--from`, the columns that are outputs; the others are inputs [default: those that are not held for
+    /// several rows]
+    #[arg(long, value_name = "COLUMNS", value_delimiter = ',', requires = "from")]
+    pub outputs: Vec<String>,
+}

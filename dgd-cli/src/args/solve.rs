@@ -1,0 +1,124 @@
+//! What commands share: what is chosen, what is estimated, and how a model is run.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use dgd_data::Rename;
+use dgd_runtime::integrate::catalogue::AUTOMATIC;
+use dgd_runtime::{PerSample, Steps};
+
+use crate::numbers::{finite, positive};
+
+/// What is estimated.
+#[derive(Debug, Args)]
+pub(crate) struct Sought {
+    /// Parameters to estimate, and `fixed` states whose initial values to estimate too [default: those
+    /// that are not `fixed`]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub free: Vec<String>,
+    /// Parameters, and states for their initial values, not to estimate
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub fix: Vec<String>,
+}
+
+/// How a model is run.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct SolveArgs {
+    /// Source of the initial values
+    #[arg(long, value_enum, default_value_t = Start::Model)]
+    pub start: Start,
+    /// Rename a column of the data, adding a unit if the file has none, as in `P_RIS=p_r` or
+    /// 'P_RIS=p_r [barg]'; repeatable
+    #[arg(long, value_name = "COLUMN=NAME")]
+    pub rename: Vec<Rename>,
+    /// First time, s since the data's first sample [default: 0]
+    #[arg(long, value_name = "T", value_parser = finite, allow_hyphen_values = true)]
+    pub from: Option<f64>,
+    /// Last time, s since the data's first sample [default: the data's last]
+    #[arg(long, value_name = "T", value_parser = finite, allow_hyphen_values = true)]
+    pub until: Option<f64>,
+    /// Integration method, see `dgd methods`; `auto` chooses one for the model
+    #[arg(long, value_name = "NAME", default_value = AUTOMATIC)]
+    pub method: String,
+    /// Step size control: `auto`, `adaptive`, `per-sample`, or `per-sample=N`
+    ///
+    /// `per-sample` takes equal steps between the samples of recorded inputs: as many as the tolerance
+    /// requires, or N. `auto` means `adaptive`, and in fits `per-sample` where model and recordings allow it.
+    #[arg(long, value_name = "STEPS", default_value = AUTOMATIC, value_parser = steps)]
+    pub steps: Steps,
+    /// Relative tolerance
+    #[arg(long, value_name = "TOL", default_value_t = 1e-6, value_parser = positive, allow_hyphen_values = true)]
+    pub rtol: f64,
+    /// Absolute tolerance, as a fraction of each unknown's nominal size [default: rtol]
+    #[arg(long, value_name = "TOL", value_parser = positive, allow_hyphen_values = true)]
+    pub atol: Option<f64>,
+    /// How the model is evaluated; does not affect results
+    #[arg(long, value_enum, default_value_t = Engine::Auto)]
+    pub engine: Engine,
+    /// Plot the result; a picture, .svg, .pdf or .png, or a page to open in a browser, .html; repeatable
+    #[arg(long, value_name = "FILE")]
+    pub plot: Vec<PathBuf>,
+}
+
+/// How the model is run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Engine {
+    /// Native code where it is available and worthwhile
+    Auto,
+    /// Native code
+    Native,
+    /// Interpreter
+    Interpreter,
+}
+
+impl From<Engine> for dgd_execute::Engine {
+    fn from(engine: Engine) -> Self {
+        match engine {
+            Engine::Auto => dgd_execute::Engine::Auto,
+            Engine::Native => dgd_execute::Engine::Native,
+            Engine::Interpreter => dgd_execute::Engine::Interpreter,
+        }
+    }
+}
+
+/// Reads what `--steps` says.
+fn steps(text: &str) -> Result<Steps, String> {
+    match text {
+        AUTOMATIC => Ok(Steps::Automatic),
+        "adaptive" => Ok(Steps::Adaptive),
+        "per-sample" => Ok(Steps::PerSample(PerSample::Automatic)),
+        _ => match text.strip_prefix("per-sample=").map(str::parse) {
+            Some(Ok(n)) => Ok(Steps::PerSample(PerSample::Exactly(n))),
+            Some(Err(_)) => {
+                Err("the number of steps per sample must be a whole number, 1 or more".to_owned())
+            }
+            None => Err(format!(
+                "this must be `{AUTOMATIC}`, `adaptive`, `per-sample` or `per-sample=N`"
+            )),
+        },
+    }
+}
+
+/// Where start values come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Start {
+    /// The model file
+    Model,
+    /// The first measured outputs, as far as they determine the states
+    Measured,
+}
+
+/// What is chosen and set from outside the model file.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct Choices {
+    /// Choose a variant, as in `flow=static`; repeatable
+    #[arg(long, value_name = "NAME=CHOICE")]
+    pub variant: Vec<String>,
+    /// Set a constant, a parameter or a start value, as in `c0=280` or 'F2=1.8e8 [Pa*s^2/m^6]'
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub set: Vec<String>,
+    /// Apply an effect: a file, or a name from the folder `effects` beside the model, with a form
+    /// or arguments, as in `pump_wear`, `booster/column` or 'gain_error(q)'; repeatable
+    #[arg(long, value_name = "EFFECT")]
+    pub apply: Vec<String>,
+}

@@ -1,0 +1,93 @@
+//! Options of commands that read texts and compute nothing.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use clap_complete::Shell;
+
+use super::Choices;
+
+/// Arguments of `lsp`.
+#[derive(Debug, Args)]
+pub(crate) struct LspArgs {
+    /// Taken and ignored: many editors say it
+    #[arg(long, hide = true)]
+    pub stdio: bool,
+}
+
+/// Arguments of `check`.
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// The model file
+    pub model: PathBuf,
+    /// Write into the files what can be meant only one way, such as `parameter R [ohm] = 1.2` for
+    /// `parameter R = 1.2 [ohm]`
+    #[arg(long)]
+    pub fix: bool,
+    #[command(flatten)]
+    pub choices: Choices,
+}
+
+/// Arguments of `fmt`.
+#[derive(Debug, Args)]
+pub(crate) struct FmtArgs {
+    /// Model files
+    #[arg(required = true)]
+    pub models: Vec<PathBuf>,
+    /// Change nothing; fail if a file is not formatted
+    #[arg(long)]
+    pub check: bool,
+}
+
+/// Arguments of `emit`.
+#[derive(Debug, Args)]
+pub(crate) struct EmitArgs {
+    /// The model file
+    pub model: PathBuf,
+    /// Compiler stage to print
+    #[arg(long, value_enum)]
+    pub stage: Stage,
+    #[command(flatten)]
+    pub choices: Choices,
+}
+
+/// Stages of the compiler.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Stage {
+    /// The file as it was understood
+    Ast,
+    /// Names, units and SI values
+    Model,
+    /// The system that is solved
+    Dae,
+    /// Operations in execution order
+    Program,
+    /// Generated Rust
+    Rust,
+    /// Equations, typeset
+    Latex,
+    /// A page: what is declared, and the equations, typeset
+    Markdown,
+}
+
+/// Arguments of `explain`.
+#[derive(Debug, Args)]
+pub(crate) struct ExplainArgs {
+    /// The code, such as E301
+    pub code: String,
+}
+
+/// Arguments of `completions`.
+#[derive(Debug, Args)]
+pub(crate) struct CompletionsArgs {
+    /// The shell
+    #[arg(value_enum)]
+    pub shell: Shell,
+}
+
+/// Arguments of `man`.
+#[derive(Debug, Args)]
+pub(crate) struct ManArgs {
+    /// The folder; it is made where it is missing
+    pub folder: PathBuf,
+}

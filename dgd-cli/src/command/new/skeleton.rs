@@ -1,0 +1,343 @@
+//! A model that runs of the columns of a recording: each output follows the inputs with a lag, until physics takes its
+//! place.
+//!
+//! ```text
+//!   τ dy/dt = y₀ + Σ kᵤ (u − u₀) − y
+//! ```
+//!
+//! y₀ and u₀ are means, kᵤ is 0, and τ a twentieth of the recording, so that the model is finite wherever it starts.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::source::Sources;
+use dgd_compiler::units::{Unit, describe, parse_unit};
+use dgd_data::files::Files;
+use dgd_data::{Column, Table, read_from};
+
+use super::commands;
+use super::names::{distinct, identifier};
+use crate::failure::CommandError;
+
+/// A project, and what to say of it.
+pub(super) struct Skeleton {
+    pub(super) files: Files,
+    pub(super) remarks: Vec<String>,
+}
+
+/// Rows that repeat the one before, as a share, from which on a column is held: a command, and not a measurement.
+const HELD: f64 = 0.5;
+
+/// A column that the model has.
+struct Quantity<'a> {
+    /// As the file calls it.
+    column: &'a Column,
+    name: String,
+    unit: Unit,
+    /// Whether the file has no unit.
+    is_plain: bool,
+    is_held: bool,
+    is_output: bool,
+}
+
+/// Makes a project of a recording.
+///
+/// # Errors
+///
+/// The recording cannot be read, has no time, or not the outputs that are asked for.
+pub(super) fn of(
+    model: &str,
+    path: &Path,
+    bytes: &[u8],
+    outputs: &[String],
+) -> Result<Skeleton, CommandError> {
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    if bytes.starts_with(&[0x1f, 0x8b]) || bytes.starts_with(b"PAR1") {
+        return Err(CommandError::Found(format!(
+            "`{}` is compressed or Parquet, and `dgd new` copies CSV text: unpack it first",
+            path.display()
+        )));
+    }
+    let name = path.display().to_string();
+    let table = read_from(&name, bytes, &mut sources, &mut diagnostics);
+    let table = table.map_err(|_| CommandError::diagnosed(&diagnostics, sources.clone()))?;
+    let times = table.recording(&mut diagnostics).map(<[f64]>::to_vec);
+    let times = times.map_err(|_| CommandError::diagnosed(&diagnostics, sources.clone()))?;
+    let quantities = quantities(&table, outputs)?;
+    let mut remarks: Vec<String> =
+        table.time_note.iter().map(|note| note.message.clone()).collect();
+    remarks.push(told(&quantities));
+    let left_out = table.columns.iter().filter(|column| !is_usable(column));
+    let left_out: Vec<String> = left_out.map(|column| format!("`{}`", column.name)).collect();
+    if !left_out.is_empty() {
+        remarks.push(format!("left out, as there are no numbers in them: {}", left_out.join(", ")));
+    }
+    let duration = times.last().copied().unwrap_or(0.0).max(1e-9);
+    let text = text(model, path, &quantities, duration);
+    let header = header(&table, &sources, &quantities);
+    let span = table.header;
+    let offset = bytes.len() - bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes).len();
+    let (start, end) = (span.start as usize + offset, span.end as usize + offset);
+    let data = [&bytes[..start], header.as_bytes(), &bytes[end..]].concat();
+    let mut written = vec![
+        (format!("{model}.dgd"), text.into_bytes()),
+        ("data.csv".to_owned(), data),
+        ("README.md".to_owned(), readme(model, path).into_bytes()),
+    ];
+    if let Some(output) = quantities.iter().find(|one| one.is_output) {
+        let (name, text) = effect(model, output);
+        written.push((format!("effects/{name}.dgd"), text.into_bytes()));
+    }
+    Ok(Skeleton { files: Files { written, removed: Vec::new() }, remarks })
+}
+
+fn is_usable(column: &Column) -> bool {
+    column.fault.is_none() && column.values.iter().any(|value| value.is_finite())
+}
+
+/// Which columns are inputs and which outputs.
+fn quantities<'a>(table: &'a Table, outputs: &[String]) -> Result<Vec<Quantity<'a>>, CommandError> {
+    let columns: Vec<&Column> = table.columns.iter().filter(|column| is_usable(column)).collect();
+    if let Some(unknown) = outputs.iter().find(|name| !columns.iter().any(|c| c.name == **name)) {
+        let known: Vec<String> =
+            columns.iter().map(|column| format!("`{}`", column.name)).collect();
+        return Err(CommandError::Usage(format!(
+            "`--outputs {unknown}`: the file has no such column; it has {}",
+            known.join(", ")
+        )));
+    }
+    let names = distinct(columns.iter().map(|column| identifier(&column.name, "input")).collect());
+    let mut all: Vec<Quantity<'_>> = columns
+        .into_iter()
+        .zip(names)
+        .map(|(column, name)| Quantity {
+            column,
+            name,
+            unit: column.unit.clone().unwrap_or_else(Unit::one),
+            is_plain: column.unit.is_none(),
+            is_held: is_held(&column.values),
+            is_output: outputs.contains(&column.name),
+        })
+        .collect();
+    if outputs.is_empty() {
+        for one in &mut all {
+            // What is missing here and there was measured.
+            one.is_output = !one.is_held || one.column.missing.is_some();
+        }
+        // A recording of one kind of columns: the last is what the others lead to.
+        let n_outputs = all.iter().filter(|one| one.is_output).count();
+        if n_outputs == 0 || n_outputs == all.len() && all.len() > 1 {
+            let last = all.len().saturating_sub(1);
+            for (k, one) in all.iter_mut().enumerate() {
+                one.is_output = k == last || one.column.missing.is_some();
+            }
+        }
+    }
+    if all.is_empty() {
+        return Err(CommandError::Found("the file has no column of numbers".to_owned()));
+    }
+    Ok(all)
+}
+
+fn is_held(values: &[f64]) -> bool {
+    let same = values.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    same as f64 >= HELD * (values.len() as f64 - 1.0).max(1.0)
+}
+
+/// What was taken for what.
+fn told(quantities: &[Quantity<'_>]) -> String {
+    let named = |is_output: bool| {
+        let of_kind = quantities.iter().filter(|one| one.is_output == is_output);
+        let names: Vec<String> = of_kind.map(|one| format!("`{}`", one.name)).collect();
+        if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+    };
+    format!("inputs: {}; outputs: {}; `--outputs` says it otherwise", named(false), named(true))
+}
+
+/// The header line, with names of the model.
+fn header(table: &Table, sources: &Sources, quantities: &[Quantity<'_>]) -> String {
+    let own = sources.text(table.header);
+    let first = table
+        .columns
+        .first()
+        .map_or(own.len(), |column| (column.place.start - table.header.start) as usize);
+    let time = own[..first].trim_end_matches(['"', ',', ' ']);
+    let time = match (time.find('['), &table.epoch) {
+        (Some(unit), _) => format!("time {}", time[unit..].trim_end()),
+        (None, Some(_)) => "time".to_owned(),
+        (None, None) => "time [s]".to_owned(),
+    };
+    let mut cells = vec![time];
+    for column in &table.columns {
+        let known = quantities.iter().find(|one| std::ptr::eq(one.column, column));
+        cells.push(match known {
+            Some(one) => format!("{} [{}]", one.name, one.unit.symbol),
+            None => format!("\"{}\"", sources.text(column.place).replace('"', "")),
+        });
+    }
+    cells.join(",")
+}
+
+/// The model's text.
+fn text(model: &str, path: &Path, quantities: &[Quantity<'_>], duration: f64) -> String {
+    let inputs: Vec<&Quantity<'_>> = quantities.iter().filter(|one| !one.is_output).collect();
+    let outputs: Vec<&Quantity<'_>> = quantities.iter().filter(|one| one.is_output).collect();
+    let mut text = format!("/// A first model of {}.\nmodel {model}\n\n", path.display());
+    // Writing to a string does not fail.
+    for one in &inputs {
+        let kind = if one.is_held { "hold" } else { "linear" };
+        let _ = writeln!(text, "input {} [{}] {kind}{}", one.name, one.unit.symbol, remark(one));
+    }
+    text.push_str(
+        "\n# Until the physics stands here, each output follows the inputs with a lag, which runs and can be fitted.\n\
+         # States are what is stored: charge, momentum, mass, heat. Replace each equation by a balance such as\n\
+         #     equation mechanical: J*der(w) = K*i - b*w\n\n",
+    );
+    for one in &inputs {
+        let mean = mean(&one.column.values);
+        let _ = writeln!(text, "constant {}_0 [{}] = {mean}", one.name, one.unit.symbol);
+    }
+    for one in &outputs {
+        declare_lag(&mut text, one, &inputs, duration);
+    }
+    text.push('\n');
+    for one in &outputs {
+        let first = one.column.values.iter().find(|value| value.is_finite()).unwrap_or(&0.0);
+        let (symbol, nominal) = (&one.unit.symbol, short(spread(&one.column.values)));
+        let _ = writeln!(text, "state {} [{symbol}] = {first}  nominal {nominal}", one.name);
+    }
+    text.push('\n');
+    for one in &outputs {
+        let y = &one.name;
+        let gain = |u: &&Quantity<'_>| format!(" + k_{y}_{0}*({0} - {0}_0)", u.name);
+        let gains: String = inputs.iter().map(gain).collect();
+        let _ = writeln!(text, "equation {y}_lag: tau_{y}*der({y}) = {y}_0{gains} - {y}");
+    }
+    text.push('\n');
+    for one in &outputs {
+        let noise = short(noise(&one.column.values));
+        let _ = writeln!(
+            text,
+            "output {} [{}]  noise {noise}{}",
+            one.name,
+            one.unit.symbol,
+            remark(one)
+        );
+    }
+    text
+}
+
+fn remark(one: &Quantity<'_>) -> &'static str {
+    if one.is_plain { "    # the file has no unit: put it between the brackets" } else { "" }
+}
+
+/// Declares what the lag of an output needs.
+fn declare_lag(text: &mut String, one: &Quantity<'_>, inputs: &[&Quantity<'_>], duration: f64) {
+    let (y, unit) = (&one.name, &one.unit.symbol);
+    let mean = mean(&one.column.values);
+    let size = short(spread(&one.column.values));
+    let (tau, least, most) =
+        (short(duration / 20.0), short(duration / 2e4), short(duration * 10.0));
+    let _ = writeln!(text, "parameter {y}_0 [{unit}] = {mean}  nominal {size}");
+    let _ = writeln!(text, "parameter tau_{y} [s] = {tau}  in {least} .. {most}, log");
+    for input in inputs {
+        let gain = gain_unit(&one.unit, &input.unit);
+        let in_unit = |q: &Quantity<'_>| spread(&q.column.values) * q.unit.factor;
+        let factor = parse_unit(&gain).map_or(1.0, |unit| unit.factor);
+        let nominal = short(in_unit(one) / in_unit(input) / factor);
+        let _ = writeln!(text, "parameter k_{y}_{} [{gain}] = 0  nominal {nominal}", input.name);
+    }
+}
+
+/// The unit of an output's change over that of an input.
+fn gain_unit(output: &Unit, input: &Unit) -> String {
+    let difference = |unit: &Unit| {
+        if unit.offset == 0.0 && unit.datum.is_none() {
+            unit.symbol.clone()
+        } else {
+            describe(unit.dimension)
+        }
+    };
+    let (above, below) = (difference(output), difference(input));
+    let is_simple = |symbol: &str| symbol.chars().all(char::is_alphanumeric);
+    let within = |symbol: String| if is_simple(&symbol) { symbol } else { format!("({symbol})") };
+    let quotient = match below.as_str() {
+        "1" => above,
+        _ => format!("{}/{}", within(above), within(below)),
+    };
+    // A unit that the grammar of quotients does not take is spelt in SI.
+    if parse_unit(&quotient).is_ok() {
+        return quotient;
+    }
+    let dimension = output.dimension.over(input.dimension);
+    dimension.map_or_else(|| "1".to_owned(), describe)
+}
+
+/// One effect to show what they look like.
+fn effect(model: &str, output: &Quantity<'_>) -> (String, String) {
+    let y = &output.name;
+    let unit = gain_unit(&output.unit, &Unit::one());
+    let factor = parse_unit(&unit).map_or(1.0, |unit| unit.factor);
+    let size = short(spread(&output.column.values) * output.unit.factor / factor);
+    let name = format!("{y}_sensor_offset");
+    let text = format!(
+        "/// The sensor of `{y}` reads too much or too little. Effects of your own go into files like this one.\n\
+         effect {name} on {model}\nkind sensor\n\n\
+         parameter {y}_offset [{unit}] = 0  in -{size} .. {size}\nnull {y}_offset = 0\n\n\
+         replace output {y} by {y} + {y}_offset\n"
+    );
+    (name, text)
+}
+
+fn readme(model: &str, path: &Path) -> String {
+    format!(
+        "# {model}\n\n\
+         Made by `dgd new` from `{}`. `{model}.dgd` runs as it is and knows no physics yet: each output follows the inputs\n\
+         with a lag. Fill in what is stored and what flows, one equation after the other, and check after each.\n\n\
+         {}\n\
+         A second recording behind `--valid` tells whether a fit or a discovery holds elsewhere. `effects` holds what may\n\
+         be missing: `dgd discover` tries every file in it, and general templates besides.\n",
+        path.display(),
+        commands(model, "data.csv", None)
+    )
+}
+
+fn finite(values: &[f64]) -> impl Iterator<Item = f64> + '_ {
+    values.iter().copied().filter(|value| value.is_finite())
+}
+
+/// The mean, to the digits of the spread.
+fn mean(values: &[f64]) -> f64 {
+    let n = finite(values).count().max(1) as f64;
+    let mean = finite(values).sum::<f64>() / n;
+    let digit = 10f64.powf((spread(values) / 1000.0).log10().floor());
+    rounded(if digit.is_normal() { (mean / digit).round() * digit } else { mean }, 6)
+}
+
+/// Largest less least, or where that is nothing the size of a value, or 1.
+fn spread(values: &[f64]) -> f64 {
+    let (low, high) = finite(values)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    let size = if high > low { high - low } else { high.abs() };
+    if size > 0.0 && size.is_finite() { size } else { 1.0 }
+}
+
+/// The noise of a sensor by its second differences, whose variance is six times as large as that of white noise;
+/// a thousandth of the spread where they show none.
+fn noise(values: &[f64]) -> f64 {
+    let second = |w: &[f64]| w[0] - 2.0 * w[1] + w[2];
+    let squares: Vec<f64> =
+        values.windows(3).map(|w| second(w).powi(2)).filter(|d| d.is_finite()).collect();
+    let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+    (mean / 6.0).sqrt().max(spread(values) / 1000.0)
+}
+
+/// A number with two digits.
+fn short(value: f64) -> f64 {
+    rounded(value, 2)
+}
+
+fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
+}

@@ -1,0 +1,91 @@
+//! Units that stand behind the value where they belong behind the name, and derivatives that look like quotients.
+
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Edit, Fix, Reported};
+use crate::model::define::{Definition, Scope};
+use crate::model::expression::unit_of;
+use crate::source::Span;
+use crate::syntax::ast::{Expr, ExprKind, Factor, Name, Unit as WrittenUnit};
+use crate::units::Unit;
+
+/// The unit of a declaration.
+///
+/// A value that is written in a unit of another kind is reported here, once: `R = 1.2 [ohm]` is taken as
+/// `R [ohm] = 1.2` from then on, and of `x [m] = 3 [s]` it is not known what is meant.
+///
+/// # Errors
+///
+/// The unit cannot be read, or is not known.
+pub(in crate::model) fn unit_of_declaration(
+    name: &Name,
+    unit: Option<&WrittenUnit>,
+    value: Option<&Expr>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Unit, Reported> {
+    let declared = unit_of(unit, diagnostics)?;
+    let Some((value, behind)) = value.and_then(in_unit) else { return Ok(declared) };
+    // One that cannot be read is reported where the value is.
+    let Ok(own) = unit_of(Some(behind), &mut Diagnostics::default()) else { return Ok(declared) };
+    if own.dimension == declared.dimension {
+        return Ok(declared);
+    }
+    let Some(unit) = unit else {
+        let message = format!("the unit of `{}` belongs behind its name", name.text);
+        let moved = Edit::behind(name.span, format!(" [{}]", behind.text));
+        let gone = Edit::replace(Span { start: value, ..behind.span }, "");
+        diagnostics.error(
+            Diagnostic::new(Code::E302, behind.span, message).fix(Fix::safe(vec![moved, gone])),
+        );
+        return Ok(own);
+    };
+    let message = format!(
+        "`{}` is declared in `{}`, but its value is in `{}`",
+        name.text, declared.symbol, own.symbol
+    );
+    let mistake = Diagnostic::new(Code::E302, behind.span, message);
+    Err(diagnostics.error(mistake.label(unit.span, "declared so")))
+}
+
+/// Where the number of a value in a unit ends, and that unit.
+fn in_unit(value: &Expr) -> Option<(u32, &WrittenUnit)> {
+    match &value.kind {
+        ExprKind::Negate(inner) => in_unit(inner),
+        ExprKind::Number { text, unit: Some(unit), .. } => {
+            Some((value.span.start + u32::try_from(text.len()).ok()?, unit))
+        }
+        _ => None,
+    }
+}
+
+/// `dx/dt` or `d(x)/dt` of an unknown, in the middle of a product, where neither `dx` nor `dt` means anything.
+pub(in crate::model) fn quotient_for_derivative(
+    factors: &[(Factor, Expr)],
+    scope: &Scope<'_>,
+    is_known: &dyn Fn(&str) -> bool,
+) -> Option<Diagnostic> {
+    factors.array_windows().find_map(|[(factor, above), (over, below)]| {
+        let is_quotient = *factor == Factor::Times && *over == Factor::Over;
+        if !is_quotient || below.kind != ExprKind::Name("dt".to_owned()) || is_known("dt") {
+            return None;
+        }
+        let of = match &above.kind {
+            ExprKind::Name(name) if !is_known(name) => name.strip_prefix('d')?,
+            ExprKind::Call { function, arguments } if function.text == "d" && !is_known("d") => {
+                match arguments.as_slice() {
+                    [Expr { kind: ExprKind::Name(name), .. }] => name,
+                    _ => return None,
+                }
+            }
+            _ => return None,
+        };
+        let is_unknown = scope
+            .names
+            .get(of)
+            .is_some_and(|entry| matches!(entry.definition, Definition::Unknown { .. }));
+        let span = above.span.to(below.span);
+        is_unknown.then(|| {
+            let message = format!("a derivative is written `der({of})`");
+            let fix = Fix::safe(vec![Edit::replace(span, format!("der({of})"))]);
+            Diagnostic::new(Code::E201, span, message).fix(fix)
+        })
+    })
+}

@@ -1,0 +1,211 @@
+//! What may be added, compared, multiplied: the rules of units, one function each.
+
+mod misplaced;
+
+use std::collections::BTreeMap;
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::expr::intrinsics::UnitRule;
+use crate::source::Span;
+use crate::units::{Dimension, Exponent, Unit, describe};
+
+pub(super) use misplaced::{quotient_for_derivative, unit_of_declaration};
+
+/// The dimension of an expression.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(super) enum Dim {
+    /// A literal zero: it fits everywhere.
+    Zero,
+    /// This one.
+    Of(Dimension),
+}
+
+impl Dim {
+    pub(super) const ONE: Dim = Dim::Of(Dimension::ONE);
+
+    /// As a dimension; a zero is a plain number.
+    pub(super) fn dimension(self) -> Dimension {
+        match self {
+            Dim::Zero => Dimension::ONE,
+            Dim::Of(dimension) => dimension,
+        }
+    }
+
+    /// The common dimension of two, where they agree.
+    pub(super) fn with(self, other: Dim) -> Option<Dim> {
+        match (self, other) {
+            (Dim::Zero, any) | (any, Dim::Zero) => Some(any),
+            (a, b) => (a == b).then_some(a),
+        }
+    }
+}
+
+/// The dimension of an expression, with where the expression stands.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Located {
+    pub(super) dim: Dim,
+    pub(super) span: Span,
+}
+
+/// How a model spells its units: a torque that is declared in N*m is not told in J.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Spelling(BTreeMap<Dimension, String>);
+
+impl Spelling {
+    /// Remembers the unit of a declaration; the first of each dimension counts, where it is coherent.
+    pub(super) fn learn(&mut self, unit: &Unit) {
+        if unit.factor == 1.0 && unit.offset == 0.0 && unit.datum.is_none() {
+            self.0.entry(unit.dimension).or_insert_with(|| unit.symbol.clone());
+        }
+    }
+
+    fn unit(&self, dimension: Dimension) -> String {
+        self.0.get(&dimension).cloned().unwrap_or_else(|| describe(dimension))
+    }
+
+    /// A dimension in a sentence.
+    fn named(&self, dimension: Dimension) -> String {
+        if dimension == Dimension::ONE {
+            "a plain number".to_owned()
+        } else {
+            format!("`{}`", self.unit(dimension))
+        }
+    }
+
+    /// What completes "this is …".
+    pub(super) fn being(&self, dimension: Dimension) -> String {
+        if dimension == Dimension::ONE {
+            "a plain number".to_owned()
+        } else {
+            format!("in `{}`", self.unit(dimension))
+        }
+    }
+
+    /// What to say at a place about its dimension.
+    pub(super) fn this_is(&self, dimension: Dimension) -> String {
+        format!("this is {}", self.being(dimension))
+    }
+
+    /// Two things that must have one unit; `doing` completes "cannot …".
+    pub(super) fn same(
+        &self,
+        doing: &str,
+        one: Located,
+        other: Located,
+    ) -> Result<Dim, Diagnostic> {
+        one.dim.with(other.dim).ok_or_else(|| {
+            let (a, b) = (one.dim.dimension(), other.dim.dimension());
+            let message = format!("cannot {doing} {} and {}", self.named(a), self.named(b));
+            Diagnostic::new(Code::E301, other.span, message)
+                .here(self.this_is(b))
+                .label(one.span, self.this_is(a))
+        })
+    }
+
+    /// A product or quotient.
+    pub(super) fn product(a: Dim, b: Dim, over: bool, span: Span) -> Result<Dim, Diagnostic> {
+        let (a, b) = match (a, b) {
+            (Dim::Zero, _) => return Ok(Dim::Zero),
+            (_, Dim::Zero) if !over => return Ok(Dim::Zero),
+            (Dim::Of(a), b) => (a, b.dimension()),
+        };
+        let result = if over { a.over(b) } else { a.times(b) };
+        result.map(Dim::Of).ok_or_else(|| too_large(span))
+    }
+
+    /// A power whose exponent is a number known beforehand, if it is one.
+    pub(super) fn power(
+        &self,
+        base: Located,
+        exponent: Located,
+        value: Option<f64>,
+        span: Span,
+    ) -> Result<Dim, Diagnostic> {
+        let Located { dim: base, span: base_span } = base;
+        let Located { dim: exponent, span: exponent_span } = exponent;
+        if exponent.dimension() != Dimension::ONE {
+            return Err(Diagnostic::new(
+                Code::E303,
+                exponent_span,
+                "an exponent must be a plain number",
+            )
+            .here(self.this_is(exponent.dimension())));
+        }
+        if base == Dim::Zero && value.is_some_and(|value| value > 0.0) {
+            return Ok(Dim::Zero);
+        }
+        let base = base.dimension();
+        if base == Dimension::ONE {
+            return Ok(Dim::ONE);
+        }
+        let Some(value) = value else {
+            return Err(Diagnostic::new(
+                Code::E303,
+                base_span,
+                format!("{} to a power that is not a number has no unit", self.named(base)),
+            )
+            .here(self.this_is(base))
+            .label(exponent_span, "this varies")
+            .help("divide the base by a reference value, so that it becomes a plain number"));
+        };
+        let fraction = Exponent::from_f64(value).ok_or_else(|| {
+            Diagnostic::new(
+                Code::E303,
+                exponent_span,
+                format!("{} to the power {value} has no unit", self.named(base)),
+            )
+            .label(base_span, self.this_is(base))
+            .help("divide the base by a reference value, so that it becomes a plain number")
+        })?;
+        base.power(fraction).map(Dim::Of).ok_or_else(|| too_large(span))
+    }
+
+    /// A call of a built-in function.
+    pub(super) fn call(
+        &self,
+        name: &str,
+        rule: UnitRule,
+        arguments: &[Located],
+        span: Span,
+    ) -> Result<Dim, Diagnostic> {
+        match rule {
+            UnitRule::Any => Ok(Dim::ONE),
+            UnitRule::Dimensionless => {
+                for Located { dim, span } in arguments {
+                    if dim.dimension() != Dimension::ONE {
+                        return Err(Diagnostic::new(
+                            Code::E304,
+                            *span,
+                            format!(
+                                "`{name}` needs a plain number, not {}",
+                                self.named(dim.dimension())
+                            ),
+                        )
+                        .here(self.this_is(dim.dimension())));
+                    }
+                }
+                Ok(Dim::ONE)
+            }
+            UnitRule::Root => {
+                if arguments[0].dim == Dim::Zero {
+                    return Ok(Dim::Zero);
+                }
+                let half = Exponent::new(1, 2).unwrap_or(Exponent::ZERO);
+                let root = arguments[0].dim.dimension().power(half);
+                root.map(Dim::Of).ok_or_else(|| too_large(span))
+            }
+            UnitRule::Same | UnitRule::Ratio => {
+                let mut common = arguments[0];
+                for argument in &arguments[1..] {
+                    common.dim = self.same("compare", common, *argument)?;
+                }
+                Ok(if rule == UnitRule::Same { common.dim } else { Dim::ONE })
+            }
+            UnitRule::Power => unreachable!("`^` is no call"),
+        }
+    }
+}
+
+fn too_large(span: Span) -> Diagnostic {
+    Diagnostic::new(Code::E303, span, "the exponents of this unit are too large")
+}

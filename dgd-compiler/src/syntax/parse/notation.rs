@@ -1,0 +1,144 @@
+//! Derivatives and equations as other languages write them: `x' = …`, `dx/dt = …`, and equations without a label.
+
+use std::collections::BTreeSet;
+
+use super::item::is_keyword;
+use super::lexical::{Token, TokenKind};
+use crate::diagnostics::{Code, Diagnostic, Edit, Fix};
+use crate::source::{SourceId, Span};
+
+/// Items in which a derivative can stand.
+const WITH_FORMULAS: [&str; 3] = ["equation", "let", "output"];
+
+/// Names that a file declares, as far as its words show them.
+#[derive(Debug, Default)]
+pub(super) struct Declared<'a> {
+    /// States and other unknowns.
+    unknowns: BTreeSet<&'a str>,
+    /// Labels of equations.
+    labels: BTreeSet<&'a str>,
+}
+
+impl<'a> Declared<'a> {
+    /// Of all tokens of a file.
+    pub(super) fn of(tokens: &[Token], text: &'a str) -> Self {
+        let mut declared = Declared::default();
+        for [keyword, name] in tokens.array_windows() {
+            if keyword.kind != TokenKind::Name || name.kind != TokenKind::Name {
+                continue;
+            }
+            match keyword.text(text) {
+                "state" | "unknown" => declared.unknowns.insert(name.text(text)),
+                "equation" => declared.labels.insert(name.text(text)),
+                _ => false,
+            };
+        }
+        declared
+    }
+
+    /// A label for the equation of an unknown.
+    fn label_for(&self, unknown: &str) -> String {
+        let first = format!("der_{unknown}");
+        let further = (2..).map(|n| format!("{first}_{n}"));
+        let mut all = std::iter::once(first.clone()).chain(further);
+        all.find(|label| !self.labels.contains(label.as_str())).unwrap_or(first)
+    }
+}
+
+/// What to say of an item in another notation; nothing of one in that of the language, or where it is not known what
+/// is meant.
+pub(super) fn foreign(
+    item: &[Token],
+    text: &str,
+    source: SourceId,
+    declared: &Declared<'_>,
+) -> Option<Diagnostic> {
+    let first = item.first()?;
+    let derivatives = derivatives(item, text, source, declared);
+    let other = derivatives.iter().find(|derivative| derivative.is_foreign);
+    let rewritten = || -> Vec<Edit> {
+        let foreign = derivatives.iter().filter(|derivative| derivative.is_foreign);
+        foreign.map(|one| Edit::replace(one.span, format!("der({})", one.of))).collect()
+    };
+    let keyword = first.text(text);
+    if first.kind == TokenKind::Name && is_keyword(keyword) {
+        // Without a mark `dx/dt` may be a quotient: that is known when all names are.
+        let marked = other.filter(|derivative| derivative.is_marked)?;
+        let (of, written) = (marked.of, marked.written(text));
+        let message = format!("a derivative is written `der({of})`, not `{written}`");
+        let diagnostic = Diagnostic::new(Code::E105, marked.span, message);
+        let is_fixed = WITH_FORMULAS.contains(&keyword);
+        return Some(if is_fixed { diagnostic.fix(Fix::safe(rewritten())) } else { diagnostic });
+    }
+    let is_equation = item.iter().any(|token| token.kind == TokenKind::Equal);
+    let has_label = item.iter().any(|token| token.kind == TokenKind::Colon);
+    let derivative = derivatives.first().filter(|_| is_equation && !has_label)?;
+    let label = declared.label_for(derivative.of);
+    let message = "an equation begins with `equation` and a label";
+    let mut diagnostic = Diagnostic::new(Code::E116, first.span(source), message);
+    if let Some(other) = other.filter(|other| other.span.start != first.start) {
+        diagnostic = diagnostic.label(other.span, format!("this is `der({})`", other.of));
+    }
+    let mut edits = rewritten();
+    match edits.first_mut() {
+        // One edit where the equation begins with what is rewritten.
+        Some(edit) if edit.span.start == first.start => {
+            edit.text = format!("equation {label}: {}", edit.text);
+        }
+        _ => edits.insert(0, Edit::before(first.span(source), format!("equation {label}: "))),
+    }
+    Some(diagnostic.fix(Fix::safe(edits)))
+}
+
+/// A derivative over time.
+struct Derivative<'a> {
+    span: Span,
+    /// Of what.
+    of: &'a str,
+    /// Whether the language writes it otherwise.
+    is_foreign: bool,
+    /// Whether it can be nothing but a derivative: `x'`.
+    is_marked: bool,
+}
+
+impl Derivative<'_> {
+    fn written<'t>(&self, text: &'t str) -> &'t str {
+        &text[self.span.start as usize..self.span.end as usize]
+    }
+}
+
+/// All derivatives of unknowns in an item.
+fn derivatives<'a>(
+    item: &[Token],
+    text: &'a str,
+    source: SourceId,
+    declared: &Declared<'_>,
+) -> Vec<Derivative<'a>> {
+    use TokenKind::{Close, Name, Open, Prime, Slash};
+    let mut all = Vec::new();
+    for at in 0..item.len() {
+        let rest = &item[at..];
+        let kinds: Vec<TokenKind> = rest.iter().take(6).map(|token| token.kind).collect();
+        let word = |k: usize| rest[k].text(text);
+        let is_unknown = |name: &str| declared.unknowns.contains(name);
+        let (of, length, is_foreign, is_marked) = match kinds.as_slice() {
+            [Name, Prime, ..] => (word(0), 2, true, true),
+            [Name, Slash, Name, ..] if word(2) == "dt" => {
+                match word(0).strip_prefix('d').filter(|name| is_unknown(name)) {
+                    Some(name) => (name, 3, true, false),
+                    None => continue,
+                }
+            }
+            [Name, Open, Name, Close, Slash, Name]
+                if word(0) == "d" && word(5) == "dt" && is_unknown(word(2)) =>
+            {
+                (word(2), 6, true, false)
+            }
+            [Name, Open, Name, Close, ..] if word(0) == "der" => (word(2), 4, false, false),
+            _ => continue,
+        };
+        let span = rest[0].span(source).to(rest[length - 1].span(source));
+        all.push(Derivative { span, of, is_foreign, is_marked });
+    }
+    all
+}

@@ -1,0 +1,77 @@
+//! Parameters that run away: far from where they began, where the data no longer says how far.
+
+use dgd_identify::Estimate;
+use dgd_runtime::{Parameter, Unit};
+
+use crate::output::table::significant;
+
+/// How many times as large or as small as at the start a parameter is that ran away.
+const FAR: f64 = 100.0;
+
+/// The share of its value from which on a standard deviation says that the data does not determine it.
+const UNCERTAIN: f64 = 0.5;
+
+/// A sentence on a parameter that ran away, with bounds that would hold it; nothing of others.
+pub(super) fn line(parameter: &Parameter, estimate: &Estimate, unit: &Unit) -> Option<String> {
+    let began = if parameter.value == 0.0 { parameter.nominal? } else { parameter.value };
+    let ratio = (estimate.value / began).abs();
+    let is_far = ratio > FAR || ratio < 1.0 / FAR && parameter.value != 0.0;
+    let is_uncertain = estimate.std.is_none_or(|std| std >= UNCERTAIN * estimate.value.abs());
+    if !is_far || !is_uncertain || estimate.at_bound.is_some() || unit.offset != 0.0 {
+        return None;
+    }
+    let (name, symbol) = (&parameter.name, &unit.symbol);
+    let shown = |si: f64| significant(unit.from_si(si), 2);
+    let (low, high) = match parameter.value {
+        value if value > 0.0 => (value / 10.0, value * 10.0),
+        value if value < 0.0 => (value * 10.0, value / 10.0),
+        _ => (-10.0 * began.abs(), 10.0 * began.abs()),
+    };
+    Some(format!(
+        "`{name}` ran from {} to {} {symbol}, where the data says little about it: give it bounds, as in `parameter {name} \
+         [{symbol}] = {}  in {} .. {}`, or hold it with `--fix {name}`.\n",
+        shown(parameter.value),
+        shown(estimate.value),
+        shown(parameter.value),
+        shown(low),
+        shown(high)
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use dgd_runtime::Direction;
+
+    use super::*;
+
+    #[test]
+    fn only_far_and_uncertain_ones_ran_away() {
+        let unit = Unit { symbol: "mH".into(), factor: 1e-3, offset: 0.0 };
+        let parameter = Parameter {
+            name: "L".into(),
+            unit: unit.clone(),
+            value: 2e-3,
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            nominal: None,
+            log: false,
+            fixed: false,
+        };
+        let said = |value: f64, std: Option<f64>| {
+            let estimate = Estimate {
+                name: "L".to_owned(),
+                of: Direction::Parameter(0),
+                recording: None,
+                value,
+                std,
+                at_bound: None,
+            };
+            line(&parameter, &estimate, &unit)
+        };
+        assert_eq!(said(3e-3, None), None);
+        assert_eq!(said(0.9, Some(0.01)), None);
+        let text = said(0.9, Some(0.8)).expect("it ran away");
+        assert!(text.contains("from 2.0 to 900 mH"), "{text}");
+        assert!(text.contains("`parameter L [mH] = 2.0  in 0.20 .. 20`"), "{text}");
+    }
+}
