@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use clap::builder::PossibleValuesParser;
 use clap::{ArgGroup, Args};
 
-use crate::command::new::TEMPLATES;
+/// Names of templates, in the order in which they are listed.
+pub(crate) const TEMPLATES: [&str; 8] =
+    ["motor", "tank", "exchanger", "battery", "reactor", "circuit", "vehicle", "drilling"];
 
 /// Arguments of `new`.
 #[derive(Debug, Args)]
@@ -17,7 +18,7 @@ pub(crate) struct NewArgs {
     #[arg(long, value_name = "DATA")]
     pub from: Option<PathBuf>,
     /// A project to try things with
-    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(TEMPLATES.iter().map(|one| one.name)))]
+    #[arg(long, value_name = "NAME", value_parser = TEMPLATES)]
     pub template: Option<String>,
     /// With `--from`, the columns that are outputs; the others are inputs [default: those that are not held for
     /// several rows]

@@ -16,7 +16,7 @@ use dgd_data::{Disk, FileSystem};
 use crate::args::NewArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
-pub(crate) use templates::{TEMPLATES, Template};
+use templates::{TEMPLATES, Template};
 
 /// Bytes of the largest recording that is copied into a project.
 const MOST_BYTES: u64 = 1 << 30;

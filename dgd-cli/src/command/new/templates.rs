@@ -5,9 +5,9 @@
 
 /// A project to begin with.
 #[derive(Debug)]
-pub(crate) struct Template {
+pub(super) struct Template {
     /// As it is asked for.
-    pub(crate) name: &'static str,
+    pub(super) name: &'static str,
     /// A sentence on the plant.
     pub(super) about: &'static str,
     /// Name of the model, and of its file without `.dgd`.
@@ -45,7 +45,7 @@ macro_rules! template {
 }
 
 /// All of them.
-pub(crate) static TEMPLATES: &[Template] = &[
+pub(super) static TEMPLATES: &[Template] = &[
     template!(
         "motor",
         "A DC motor on a test bench: voltage and brake torque in, current and speed out.",

@@ -430,6 +430,7 @@ impl Spacing<'_> {
                 | TokenKind::Close
                 | TokenKind::Colon
                 | TokenKind::Index
+                | TokenKind::Prime
                 | TokenKind::Caret,
             )
             | (Before::Operand, TokenKind::Open) => false,
@@ -478,6 +479,7 @@ impl Spacing<'_> {
             | TokenKind::Text
             | TokenKind::Unit
             | TokenKind::Index
+            | TokenKind::Prime
             | TokenKind::Close => Before::Operand,
             TokenKind::Minus if self.before != Before::Operand => Before::Sign,
             TokenKind::Star | TokenKind::Slash => Before::Tight { spaced: self.is_spaced(token) },
