@@ -1,6 +1,6 @@
 //! Figures as dictionaries: what is drawn and in which colours, for whoever draws.
 
-use dgd_plot::{Figure, Panel, Style};
+use dgd_plot::{Figure, HeatMap, Panel, Style, scale_of_colours};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -62,5 +62,19 @@ fn panel<'py>(py: Python<'py>, panel: &Panel) -> PyResult<Bound<'py, PyDict>> {
         many.append(one)?;
     }
     all.set_item("envelopes", many)?;
+    if let Some(map) = &panel.map {
+        all.set_item("map", cells(py, map)?)?;
+    }
+    Ok(all)
+}
+
+/// A heat map: its axes, a list of values for each place, and the colours from the lowest value to the highest.
+fn cells<'py>(py: Python<'py>, map: &HeatMap) -> PyResult<Bound<'py, PyDict>> {
+    let all = PyDict::new(py);
+    all.set_item("x", Numbers(map.x.clone()))?;
+    all.set_item("places", Numbers(map.places.clone()))?;
+    all.set_item("values", map.values.iter().cloned().map(Numbers).collect::<Vec<_>>())?;
+    let colours: Vec<String> = scale_of_colours().into_iter().map(colour).collect();
+    all.set_item("colours", colours)?;
     Ok(all)
 }

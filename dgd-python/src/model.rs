@@ -233,6 +233,8 @@ impl Model {
         let mut files = InMemory::default();
         let mut request = SimulateRequest::new(self.run(py, data, options, &mut files)?);
         request.noise_seed = options.extract::<SimulateOptions>()?.noise_seed;
+        // The result may be drawn later.
+        request.fields = true;
         let observer = Arc::new(Observer::default());
         let session = options.extract()?;
         let inner = self.work(py, Task::Simulate, files, &session, &observer, move |session| {

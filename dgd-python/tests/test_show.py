@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import MODEL, Columns
+from conftest import MODEL, ROOT, Columns
 
 import dgd
 
@@ -34,6 +34,15 @@ def test_results_plot_themselves_in_the_colours_of_the_reports(circulation: Colu
         path = tmp_path / f"{k}.png"
         one.savefig(path)
         assert path.stat().st_size > 10_000 and one._repr_png_().startswith(b"\x89PNG")
+
+
+def test_arrays_are_drawn_over_place_and_time() -> None:
+    pytest.importorskip("matplotlib")
+    m = dgd.load(ROOT / "models" / "transmission_line.dgd")
+    inputs = {"time [s]": [0.0, 5.0], "q_in [lpm]": [2000.0, 2200.0], "p_out [bar]": [10.0, 10.0]}
+    figure = m.simulate(inputs, every=0.1).plot()
+    meshes = [mesh for axes in figure.axes for mesh in axes.collections if mesh.get_array() is not None]
+    assert any(mesh.get_array().shape == (10, 51) for mesh in meshes), [mesh.get_array().shape for mesh in meshes]
 
 
 def test_a_cell_is_a_model(capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,6 +7,8 @@ from functools import cache
 from io import BytesIO
 from typing import Any
 
+import numpy as np
+
 from .._data.bytes import array
 
 # Pixels of dgd's pictures at their natural size, in points of matplotlib.
@@ -83,11 +85,24 @@ def _panel(axes: Any, panel: dict[str, Any]) -> None:
             linewidth=0,
             zorder=1,
         )
+    if "map" in panel:
+        _cells(axes, panel["map"])
     for series in panel["series"]:
         _series(axes, series)
     named = len(panel["series"]) > 1 or any(envelope["name"] for envelope in panel["envelopes"])
     if named and axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize="small", frameon=False)
+
+
+def _cells(axes: Any, cells: dict[str, Any]) -> None:
+    from matplotlib.colors import ListedColormap
+
+    values = np.array([array(row) for row in cells["values"]])
+    drawn = axes.pcolormesh(
+        array(cells["x"]), array(cells["places"]), values, cmap=ListedColormap(cells["colours"]), shading="nearest"
+    )
+    axes.grid(visible=False)
+    axes.figure.colorbar(drawn, ax=axes, pad=0.01)
 
 
 def _label(name: str) -> str | None:
