@@ -147,7 +147,7 @@ fn codes_in(text: &str) -> BTreeSet<&str> {
 #[test]
 fn every_code_is_shown_by_a_golden_of_its_name_and_by_no_other() {
     let mut shown = BTreeSet::new();
-    for folder in ["tests/golden/fail", "tests/golden/data"] {
+    for folder in ["tests/golden/fail", "tests/golden/data", "tests/golden/notes"] {
         for path in files(&root().join(folder), "stderr") {
             let text = fs::read_to_string(&path).expect("a golden file");
             let codes: Vec<&str> = codes_in(&text).into_iter().collect();

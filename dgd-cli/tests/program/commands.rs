@@ -44,6 +44,19 @@ fn mistakes_in_data_are_shown_as_expected() {
 }
 
 #[test]
+fn notes_on_sound_models_are_shown_as_expected() {
+    let folder = root().join("tests/golden/notes");
+    let mut goldens = Goldens::default();
+    for path in files(&folder, "dgd") {
+        let name = path.file_name().and_then(|name| name.to_str()).expect("a plain name");
+        let run = dgd_in(&folder, &["check", name]);
+        assert_eq!(run.code, 0, "{name}: {}", run.err);
+        goldens.compare(&path.with_extension("stderr"), &run.err);
+    }
+    goldens.finish();
+}
+
+#[test]
 fn exit_codes_are_as_promised() {
     let folder = folder_with(&[("explosion.dgd", EXPLOSION)]);
     let model = path(&folder, "explosion.dgd");

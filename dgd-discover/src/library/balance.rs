@@ -22,7 +22,7 @@ pub(crate) fn direction(
 
 fn sign(model: &Model, of: ExprId, is_state: &impl Fn(usize) -> bool) -> Option<f64> {
     let sign = |of: ExprId| sign(model, of, is_state);
-    let of_number = |other: ExprId| model.graph.value(other).map_or(1.0, f64::signum);
+    let of_number = |other: ExprId| factor(model, other);
     match model.graph.node(of) {
         Node::Symbol(Symbol::Derivative(state)) => is_state(state as usize).then_some(1.0),
         Node::Negate(a) => Some(-sign(a)?),
@@ -33,6 +33,16 @@ fn sign(model: &Model, of: ExprId, is_state: &impl Fn(usize) -> bool) -> Option<
         }
         Node::Divide(a, b) => Some(sign(a)? * of_number(b)),
         _ => None,
+    }
+}
+
+/// The sign of a coefficient, as far as it is written.
+fn factor(model: &Model, of: ExprId) -> f64 {
+    match model.graph.node(of) {
+        Node::Constant(bits) => f64::from_bits(bits).signum(),
+        Node::Negate(a) => -factor(model, a),
+        Node::Multiply(a, b) | Node::Divide(a, b) => factor(model, a) * factor(model, b),
+        _ => 1.0,
     }
 }
 

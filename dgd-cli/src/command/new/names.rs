@@ -8,13 +8,16 @@ use dgd_compiler::syntax::parse;
 pub(super) fn identifier(text: &str, keyword: &str) -> String {
     let mut name = String::new();
     for c in text.trim().chars() {
-        if c.is_ascii_alphanumeric() || is_name(&format!("a{c}"), keyword) {
+        if c.is_alphanumeric() && is_name(&format!("a{c}"), keyword) {
             name.push(c);
         } else if !name.ends_with('_') {
             name.push('_');
         }
     }
     let name = name.trim_matches('_');
+    if name.is_empty() {
+        return "x".to_owned();
+    }
     let begun = [name.to_owned(), format!("x_{name}"), format!("{name}_1")];
     let known = ["time", "pi", "der", "delay"];
     let free = |name: &&String| is_name(name, keyword) && !known.contains(&name.as_str());
