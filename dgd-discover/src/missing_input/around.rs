@@ -18,8 +18,10 @@ use super::thinned::Thinned;
 const ROUNDS: usize = 8;
 /// … the first of these shares of the way to it that brings the simulation nearer to the readings …
 const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
-/// … until more than this share of Σ (measured − simulated)²/σ² stays after all of it.
+/// … until more than this share of Σ (measured − simulated)²/σ² stays after all of it …
 const SETTLED: f64 = 0.9;
+/// … or all of it was gone after so many rounds: the linear model holds there.
+const AFTER_WHOLE: usize = 1;
 
 /// Parameters, and what is missing at a place in each recording: a trajectory to linearise around.
 pub(super) struct Reference {
@@ -76,7 +78,7 @@ impl Places<'_> {
     pub(super) fn again(&self, found: &mut Found, free: &[(usize, f64)]) {
         let mut at = self.reference();
         let mut misfit = self.misfit(found.place, &at);
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             let aim = self.aim(found, &at);
             let nearer = SHARES.iter().find_map(|share| {
                 let between = at.towards(&aim, *share);
@@ -89,7 +91,7 @@ impl Places<'_> {
             if self.follows && again.fit.likelihood.train <= found.fit.likelihood.train {
                 return;
             }
-            let has_settled = share == 1.0 && left > SETTLED * misfit;
+            let has_settled = share == 1.0 && (left > SETTLED * misfit || round >= AFTER_WHOLE);
             *found = again;
             (at, misfit) = (next, left);
             if has_settled {
