@@ -105,7 +105,7 @@ pub(crate) fn verify_lengths(
     Ok(())
 }
 
-/// Why there is no fit.
+/// Why the fit failed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum EstimateError {
     /// Something has a wrong length.

@@ -25,7 +25,7 @@ static IDLE: Mutex<Idle> = Mutex::new(Idle { process: 0, threads: Vec::new() });
 ///
 /// # Errors
 ///
-/// There is no thread, and the system does not give one.
+/// The system gives no thread.
 pub(crate) fn spawn(job: impl FnOnce() + Send + 'static) -> io::Result<()> {
     let mut job: Job = Box::new(job);
     while let Some(thread) = waiting() {

@@ -52,7 +52,7 @@ fn write_fixes(error: &CommandError, console: Console<'_>) -> Result<usize, Comm
     for (k, source) in sources.iter().enumerate() {
         let path = Path::new(&source.name);
         let (text, n) = written(&source.text, SourceId(k as u32), &fixes);
-        // What `--set` says is no file.
+        // `--set` names parameters, not a file.
         if n == 0 || !path.is_file() {
             continue;
         }

@@ -19,7 +19,7 @@ pub struct FailedContender {
     pub label: String,
     /// As it was asked for.
     pub name: String,
-    /// Why there is no fit.
+    /// Why the fit failed.
     pub reason: String,
 }
 
