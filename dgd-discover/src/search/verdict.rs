@@ -95,10 +95,12 @@ impl<'a, 'r> Judge<'a, 'r> {
         Judge { ranking, thresholds }
     }
 
-    /// The base model, where it leaves nothing but noise.
+    /// The base model, where it leaves nothing but noise, and predicts validation recordings.
     fn sufficient(self) -> Option<Outcome> {
         let base = self.ranking.get(StructureId::BASE)?;
-        (*base.is_noise).then_some(Outcome::Sufficient)
+        let limit = self.thresholds.nearly_explained_held_out;
+        (*base.is_noise && base.misfit.is_at_most(f64::INFINITY, limit))
+            .then_some(Outcome::Sufficient)
     }
 
     /// The simplest structure that explains the data, unless one with more effects is worth them.
@@ -350,6 +352,7 @@ mod tests {
     fn a_model_is_sufficient_where_it_leaves_noise() {
         assert_eq!(of(Question::IsSufficient, vec![left(&[], 1.0, 1.0)]), Outcome::Sufficient);
         assert_eq!(of(Question::IsSufficient, vec![left(&[], 1.2, 1.0)]), Outcome::Unexplained);
+        assert_eq!(of(Question::IsSufficient, vec![left(&[], 1.0, 2.3)]), Outcome::Unexplained);
         // An effect that takes little away is not worth its place.
         let tried = vec![left(&[], 1.08, 1.08), left(&[LEAK], 1.03, 1.06)];
         assert_eq!(explaining(tried), Outcome::Sufficient);
