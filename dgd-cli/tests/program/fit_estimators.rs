@@ -411,3 +411,31 @@ fn every_estimator_is_in_the_help() {
     }
     assert!(root().join("docs/identification.md").exists());
 }
+
+#[test]
+fn a_fit_by_any_method_ends_at_the_same_values() {
+    // Inputs change at every sample. Of these methods only some make equal steps between samples.
+    let fitted = |method: &str| -> Vec<f64> {
+        let data = "examples/data/booster_stop.train.csv";
+        let model = "models/mud_circulation.dgd";
+        let run = dgd(&[
+            "fit", model, "--data", data, "--until", "300", "--method", method, "--rtol", "1e-8",
+            "--format", "json",
+        ]);
+        let fit = run.done().json();
+        let parameters = fit["parameters"].as_object().expect("parameters");
+        parameters.values().filter_map(|one| one["value"].as_f64()).collect()
+    };
+    let expected = fitted("rodas5p");
+    assert!(!expected.is_empty());
+    for method in ["kencarp4", "bdf", "tsit5"] {
+        let found = fitted(method);
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!(
+                (found - expected).abs() <= 1e-4 * expected.abs(),
+                "{method}: {found}, {expected}"
+            );
+        }
+        assert_eq!(found.len(), expected.len(), "{method}");
+    }
+}

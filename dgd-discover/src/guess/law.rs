@@ -7,7 +7,8 @@ use dgd_compiler::model::Model;
 use dgd_compiler::units::Unit;
 
 use super::formula::{Factor, Shape, literal};
-use super::regression::{Ranked, Trace};
+use super::moments::Trace;
+use super::regression::Ranked;
 use super::{GuessedTerm, Site};
 use crate::missing_input::PlaceKind;
 

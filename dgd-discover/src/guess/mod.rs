@@ -17,6 +17,7 @@
 mod forms;
 mod formula;
 mod law;
+mod moments;
 mod regression;
 mod together;
 
@@ -40,7 +41,8 @@ use crate::missing_input::{
 use formula::{Factor, Shape, formula};
 use law::{Constants, FittedTerm, law, ranges, text};
 pub use law::{LawParameter, LawRange};
-use regression::{Ranked, Trace, ranked};
+use moments::Trace;
+use regression::{Ranked, ranked};
 use together::together;
 pub use together::{Course, Together};
 

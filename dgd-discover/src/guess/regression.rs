@@ -18,6 +18,10 @@
 //!   ln(1 − R²) + complexity/20 + 0.7 for a second term
 //! ```
 //!
+//! Which formula comes first may hang on a few of these tenths. So tenths are drawn again, with replacement, many times
+//! (Fasel, Kutz, Brunton & Brunton 2022, "Ensemble-SINDy"): each drawing ranks the best formulas anew, by what they leave in
+//! the tenths that were not drawn. What comes first in a tenth of the drawings is given, too, the most frequent first.
+//!
 //! Inner constants, as that of a tanh, are those of a short grid in the size of their quantity; a fit goes on from there.
 //!
 //! Unknowns answer to what is missing, so that a formula of them can look like it for no other reason than
@@ -26,27 +30,13 @@
 //!
 //! R² is 1 − Σ w (d − formula)²/Σ w (d − d₀)², d₀ being the best constant beside the equation's parameters.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
 
 use super::forms::{FORMS, Form};
 use super::formula::Shape;
-
-/// A missing input over one recording, and what a formula of it may have.
-#[derive(Debug, Clone)]
-pub(crate) struct Trace {
-    /// Times of the samples, s.
-    pub times: Vec<f64>,
-    /// d, SI.
-    pub value: Vec<f64>,
-    /// Its standard deviation.
-    pub std: Vec<f64>,
-    /// Over how long errors of d are correlated, s.
-    pub resolved: f64,
-    /// Each name's values, SI.
-    pub names: Vec<Vec<f64>>,
-    /// What d would be if a parameter were wrong by as much as it is large, for each.
-    pub parameters: Vec<Vec<f64>>,
-}
+use super::moments::{FOLDS, Moments, Trace};
 
 /// A formula with its coefficients.
 #[derive(Debug, Clone)]
@@ -57,14 +47,6 @@ pub(crate) struct Ranked {
     pub r2: f64,
 }
 
-/// Most blocks of a recording.
-const BLOCKS: f64 = 600.0;
-/// Parts of each recording that are left out in turn.
-pub(super) const FOLDS: usize = 10;
-/// How far off a parameter may be, of its size.
-const PARAMETER: f64 = 0.3;
-/// Errors that a formula may have beside those of d, of its size.
-const FLOOR: f64 = 0.05;
 /// Cost of complexity, and of a second term.
 const COMPLEXITY: f64 = 0.05;
 const SECOND_TERM: f64 = 0.7;
@@ -78,10 +60,10 @@ const UNRESOLVED: f64 = 1e-4;
 /// Names that products are made of, the best by themselves; first terms that get a second one.
 const IN_PRODUCTS: usize = 8;
 const FIRST_TERMS: usize = 40;
-/// Share of a column that the others have to leave.
-const DETERMINED: f64 = 1e-4;
-/// Two shapes that go together so closely are one.
-const ALIKE: f64 = 0.9999;
+/// Drawings of parts, the best formulas of one term and of two that they rank anew, and the drawings in which one that is given comes first.
+const DRAWINGS: usize = 50;
+const DRAWN_FROM: usize = 30;
+const FREQUENT: usize = 5;
 
 /// Formulas of at most two terms: the best of all names, then the best of inputs alone.
 ///
@@ -156,11 +138,11 @@ pub(crate) fn ranked(
     shapes.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
     let moments = Moments::new(train, held_out, shapes).without_twins();
 
-    let score = |chosen: &[usize]| {
-        let left = moments.left_out(chosen)?.max(UNRESOLVED);
+    let price = |left: f64, chosen: &[usize]| {
         let cost: f64 = chosen.iter().map(|i| cost(&moments.shapes[*i])).sum();
-        Some(left.ln() + cost + SECOND_TERM * (chosen.len() - 1) as f64)
+        left.max(UNRESOLVED).ln() + cost + SECOND_TERM * (chosen.len() - 1) as f64
     };
+    let score = |chosen: &[usize]| Some(price(moments.left_out(chosen)?, chosen));
     let mut scored: Vec<(f64, Vec<usize>)> =
         (0..moments.shapes.len()).filter_map(|i| Some((score(&[i])?, vec![i]))).collect();
     scored.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -182,8 +164,11 @@ pub(crate) fn ranked(
     };
     let all = scored.iter().map(|(_, chosen)| chosen);
     let best = all.clone().take(LOOKED_AT).filter_map(told).take(TOLD);
+    let drawn = first_in_drawings(&moments, &scored, &price);
+    let drawn = drawn.iter().filter_map(told).take(TOLD);
     let of_inputs = all.filter(|chosen| is_of_inputs(chosen)).take(LOOKED_AT);
-    let mut told: Vec<Ranked> = best.chain(of_inputs.filter_map(told).take(TOLD)).collect();
+    let of_inputs = of_inputs.filter_map(told).take(TOLD);
+    let mut told: Vec<Ranked> = best.chain(drawn).chain(of_inputs).collect();
     let mut seen: Vec<Vec<Shape>> = Vec::new();
     told.retain(|ranked| {
         let shapes: Vec<Shape> = ranked.terms.iter().map(|(shape, _)| shape.clone()).collect();
@@ -194,205 +179,59 @@ pub(crate) fn ranked(
     told
 }
 
-/// Weighted products of all columns, summed over blocks.
-///
-/// Columns are the equation's parameters, a constant, the shapes, and d.
-struct Moments {
-    shapes: Vec<Shape>,
-    n_parameters: usize,
-    /// Of each part of the training recordings, and of all of them.
-    parts: Vec<DMatrix<f64>>,
-    train: DMatrix<f64>,
-    /// Of the validation recordings, if there are any.
-    held_out: Option<DMatrix<f64>>,
-}
-
-impl Moments {
-    fn new(train: &[Trace], held_out: &[Trace], shapes: Vec<Shape>) -> Moments {
-        let n_parameters = train.first().map_or(0, |trace| trace.parameters.len());
-        let size = n_parameters + 1 + shapes.len() + 1;
-        let mut parts = vec![DMatrix::zeros(size, size); FOLDS];
-        for trace in train {
-            let blocks = blocks(trace, &shapes);
-            let n = blocks.len();
-            for (k, (weight, row)) in blocks.iter().enumerate() {
-                add(&mut parts[k * FOLDS / n], *weight, row);
+/// Those of the best formulas that often come first where parts of the training recordings are drawn again, the most
+/// frequent first.
+fn first_in_drawings(
+    moments: &Moments,
+    scored: &[(f64, Vec<usize>)],
+    price: &dyn Fn(f64, &[usize]) -> f64,
+) -> Vec<Vec<usize>> {
+    // Of each number of terms: a second term that hardly matters makes many formulas of one.
+    let of_terms = |terms: usize| {
+        scored.iter().filter(move |(_, chosen)| chosen.len() == terms).take(DRAWN_FROM)
+    };
+    let best: Vec<&(f64, Vec<usize>)> = of_terms(1).chain(of_terms(2)).collect();
+    let mut shapes: Vec<usize> = best.iter().flat_map(|(_, chosen)| chosen).copied().collect();
+    shapes.sort_unstable();
+    shapes.dedup();
+    let of_best = moments.of(&shapes);
+    let positions = |chosen: &[usize]| -> Vec<usize> {
+        chosen.iter().filter_map(|i| shapes.binary_search(i).ok()).collect()
+    };
+    let size = of_best.train.nrows();
+    let mut random = Pcg64::new(0, 0);
+    let mut first = vec![0; best.len()];
+    for _ in 0..DRAWINGS {
+        let mut times = [0_u32; FOLDS];
+        for _ in 0..FOLDS {
+            times[(random.next_u64() % FOLDS as u64) as usize] += 1;
+        }
+        let (mut drawn, mut undrawn) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
+        for (part, times) in of_best.parts.iter().zip(times) {
+            if times > 0 {
+                drawn += part * f64::from(times);
+            } else {
+                undrawn += part;
             }
         }
-        let mut all = DMatrix::zeros(size, size);
-        for part in &parts {
-            all += part;
-        }
-        let mut of_held_out = DMatrix::zeros(size, size);
-        for (weight, row) in held_out.iter().flat_map(|trace| blocks(trace, &shapes)) {
-            add(&mut of_held_out, weight, &row);
-        }
-        let held_out = (!held_out.is_empty()).then_some(of_held_out);
-        Moments { shapes, n_parameters, parts, train: all, held_out }
-    }
-
-    /// Without shapes that are collinear with an earlier one in all training recordings.
-    fn without_twins(self) -> Moments {
-        let at = |i: usize| self.n_parameters + 1 + i;
-        let alike = |i: usize, j: usize| {
-            let product = self.train[(at(i), at(j))].abs();
-            product > ALIKE * (self.train[(at(i), at(i))] * self.train[(at(j), at(j))]).sqrt()
-        };
-        let mut kept: Vec<usize> = Vec::new();
-        for i in 0..self.shapes.len() {
-            if self.train[(at(i), at(i))] > 0.0 && !kept.iter().any(|j| alike(i, *j)) {
-                kept.push(i);
-            }
-        }
-        let last = self.train.nrows() - 1;
-        let columns: Vec<usize> =
-            (0..=self.n_parameters).chain(kept.iter().map(|i| at(*i))).chain([last]).collect();
-        let those = |all: &DMatrix<f64>| all.select_rows(&columns).select_columns(&columns);
-        Moments {
-            shapes: kept.iter().map(|i| self.shapes[*i].clone()).collect(),
-            n_parameters: self.n_parameters,
-            parts: self.parts.iter().map(those).collect(),
-            train: those(&self.train),
-            held_out: self.held_out.as_ref().map(those),
-        }
-    }
-
-    /// Columns of the equation's parameters and of some shapes.
-    fn columns(&self, chosen: &[usize]) -> Vec<usize> {
-        (0..self.n_parameters).chain(chosen.iter().map(|i| self.n_parameters + 1 + i)).collect()
-    }
-
-    /// Coefficients of some columns by least squares, from products with a part of them taken out;
-    /// `None` where they are not determined.
-    fn fit(
-        &self,
-        all: &DMatrix<f64>,
-        without: Option<&DMatrix<f64>>,
-        columns: &[usize],
-    ) -> Option<DVector<f64>> {
-        let last = all.nrows() - 1;
-        let product =
-            |i: usize, j: usize| all[(i, j)] - without.map_or(0.0, |without| without[(i, j)]);
-        // A parameter that does nothing here stays as it is.
-        let scale = |i: &usize| {
-            let scale = product(*i, *i).sqrt();
-            if scale > 0.0 { scale } else { 1.0 }
-        };
-        let scales: Vec<f64> = columns.iter().map(scale).collect();
-        let n = columns.len();
-        let mut matrix = DMatrix::from_fn(n, n, |r, c| {
-            product(columns[r], columns[c]) / (scales[r] * scales[c])
+        let prices = best.iter().enumerate().filter_map(|(k, (_, chosen))| {
+            let left = of_best.left_undrawn(&drawn, &undrawn, &positions(chosen))?;
+            Some((price(left, chosen), k))
         });
-        let right = DVector::from_fn(n, |r, _| product(columns[r], last) / scales[r]);
-        for (r, i) in columns.iter().enumerate() {
-            if *i < self.n_parameters {
-                matrix[(r, r)] += (PARAMETER * scales[r]).powi(-2);
-            }
-        }
-        let cholesky = matrix.cholesky()?;
-        if cholesky.l_dirty().diagonal().iter().any(|pivot| *pivot < DETERMINED) {
-            return None;
-        }
-        let mut solution = cholesky.solve(&right);
-        for (value, scale) in solution.iter_mut().zip(&scales) {
-            *value /= scale;
-        }
-        Some(solution)
-    }
-
-    /// Σ w (d − Σ βᵢ columnᵢ)².
-    fn square(all: &DMatrix<f64>, columns: &[usize], beta: &DVector<f64>) -> f64 {
-        let last = all.nrows() - 1;
-        let mut sum = all[(last, last)];
-        for (i, b) in columns.iter().zip(beta.iter()) {
-            sum -= 2.0 * b * all[(*i, last)];
-            for (j, c) in columns.iter().zip(beta.iter()) {
-                sum += b * c * all[(*i, *j)];
-            }
-        }
-        sum.max(0.0)
-    }
-
-    /// What the best constant leaves beside the equation's parameters.
-    fn around_a_constant(&self, all: &DMatrix<f64>) -> Option<f64> {
-        let columns: Vec<usize> = (0..=self.n_parameters).collect();
-        let left = Self::square(all, &columns, &self.fit(all, None, &columns)?);
-        (left > 0.0).then_some(left)
-    }
-
-    /// 1 − R² in parts of the training recordings that were left out in turn.
-    fn left_out(&self, chosen: &[usize]) -> Option<f64> {
-        let columns = self.columns(chosen);
-        let mut sum = 0.0;
-        for part in &self.parts {
-            let beta = self.fit(&self.train, Some(part), &columns)?;
-            sum += Self::square(part, &columns, &beta);
-        }
-        Some(sum / self.around_a_constant(&self.train)?)
-    }
-
-    /// Coefficients of all training recordings, and R² in the validation ones.
-    fn held_out(&self, chosen: &[usize]) -> Option<(Vec<f64>, f64)> {
-        let columns = self.columns(chosen);
-        let beta = self.fit(&self.train, None, &columns)?;
-        let left = match &self.held_out {
-            Some(all) => Self::square(all, &columns, &beta) / self.around_a_constant(all)?,
-            None => self.left_out(chosen)?,
-        };
-        Some((beta.iter().skip(self.n_parameters).copied().collect(), 1.0 - left))
-    }
-}
-
-/// Adds w z zᵀ.
-fn add(sum: &mut DMatrix<f64>, weight: f64, row: &[f64]) {
-    for (j, b) in row.iter().enumerate() {
-        let factor = weight * b;
-        for (entry, a) in sum.column_mut(j).iter_mut().zip(row) {
-            *entry += factor * a;
+        if let Some((_, k)) = prices.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            first[k] += 1;
         }
     }
-}
-
-/// Weights and columns of means over blocks.
-pub(super) fn blocks(trace: &Trace, shapes: &[Shape]) -> Vec<(f64, Vec<f64>)> {
-    let Trace { times, value, std, resolved, names, parameters } = trace;
-    let (Some(first), Some(last)) = (times.first(), times.last()) else { return Vec::new() };
-    let length = resolved.max((last - first) / BLOCKS);
-    let square = value.iter().map(|d| d * d).sum::<f64>() / value.len() as f64;
-    let floor = FLOOR * FLOOR * square;
-    let size = parameters.len() + 1 + shapes.len() + 1;
-    let mut all: Vec<(f64, Vec<f64>)> = Vec::new();
-    let mut k = 0;
-    while k < times.len() {
-        let until = times[k..].partition_point(|t| *t < times[k] + length).max(1) + k;
-        let mut row = vec![0.0; size];
-        let mut variance = 0.0;
-        for sample in k..until {
-            let own = parameters.iter().map(|values| values[sample]);
-            let own = own.chain([1.0]);
-            let formed = shapes.iter().map(|shape| shape.value(|name| names[name][sample]));
-            for (sum, x) in row.iter_mut().zip(own.chain(formed).chain([value[sample]])) {
-                *sum += x;
-            }
-            variance += std[sample] * std[sample];
-        }
-        let n = (until - k) as f64;
-        for sum in &mut row {
-            *sum /= n;
-        }
-        let weight = 1.0 / (variance / n + floor);
-        if weight.is_finite() && row.iter().all(|x| x.is_finite()) {
-            all.push((weight, row));
-        }
-        k = until;
-    }
-    all
+    let mut frequent: Vec<usize> = (0..best.len()).filter(|k| first[*k] >= FREQUENT).collect();
+    frequent.sort_by_key(|k| std::cmp::Reverse(first[*k]));
+    frequent.into_iter().map(|k| best[k].1.clone()).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Ranked, Trace, ranked};
+    use super::{FOLDS, Ranked, ranked};
     use crate::guess::forms::position;
+    use crate::guess::moments::Trace;
     use rand_pcg::Pcg64;
     use rand_pcg::rand_core::Rng;
 
@@ -512,6 +351,25 @@ mod tests {
                 assert!(best.r2 > 0.8, "{text}: {}", best.r2);
             }
         }
+    }
+
+    #[test]
+    fn what_comes_first_in_a_part_of_the_drawings_is_given() {
+        // One name is a little off everywhere, and another far off in a tenth of the recording and nowhere else.
+        let alike = |seed| {
+            let mut trace = trace(seed, |x| 0.7 * x[0], 0.05);
+            let (length, exact) = (SAMPLES / FOLDS, trace.names[0].clone());
+            let off = |k: usize| (k as f64 / 13.0).sin();
+            trace.names[0] = (0..SAMPLES).map(|k| exact[k] + 0.1 * off(k)).collect();
+            let is_off = |k: usize| if k / length == 3 { 0.8 } else { 0.0 };
+            trace.names[2] = (0..SAMPLES).map(|k| exact[k] + is_off(k) * off(k)).collect();
+            trace
+        };
+        let all = ranked(&[alike(1)], &[], [1, 3], &|_| true);
+        let is_of = |name: usize| {
+            all.iter().any(|r| r.terms.len() == 1 && r.terms[0].0.factors == [(name, 0)])
+        };
+        assert!(is_of(0) && is_of(2), "{all:?}");
     }
 
     #[test]

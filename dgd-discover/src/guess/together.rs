@@ -9,7 +9,8 @@
 //! Slow quantities resemble each other for nothing, so that this only proposes what to look at.
 
 use super::formula::{Factor, Shape};
-use super::regression::{DECENT, FOLDS, Trace, blocks};
+use super::moments::{FOLDS, Trace, blocks};
+use super::regression::DECENT;
 
 /// A quantity that a trace goes together with.
 #[derive(Debug, Clone, PartialEq)]
@@ -203,7 +204,7 @@ mod tests {
 
     use super::{Course, together};
     use crate::guess::formula::Factor;
-    use crate::guess::regression::Trace;
+    use crate::guess::moments::Trace;
     use rand_pcg::Pcg64;
     use rand_pcg::rand_core::Rng;
 

@@ -22,11 +22,11 @@ mod weighted;
 use dgd_compiler::effects::{Blending, Brought};
 use dgd_execute::Loaded;
 use dgd_identify::journal::kept;
-use dgd_runtime::parallel::in_parallel;
+use dgd_runtime::parallel::{in_parallel, in_parallel_stateless};
 use dgd_runtime::{Direction, System};
 
 use crate::fit::{Data, Fitted, StartPoint, ranges};
-use crate::library::{BaseModel, Candidate, Ranges, Structure};
+use crate::library::{BaseModel, Candidate, Ranges, Structure, StructureId, Values};
 
 use inner::{Inner, ONSETS, inner_constants};
 pub(super) use projection::Basis;
@@ -102,7 +102,9 @@ fn computed(
     let parts = Parts {
         base,
         all,
-        fitted,
+        structure: fitted.structure.id,
+        values: &fitted.values,
+        starts: starts(&fitted.structure),
         data,
         threads,
         basis,
@@ -114,19 +116,47 @@ fn computed(
     };
     let mut screen = Screen::default();
     let count = data.keeping.count("candidates screened", others.len());
-    for group in parts.groups(others, &mut screen.silent) {
-        parts.screen(&group, &mut screen);
-        count.more(group.len());
+    let groups = parts.groups(others, &mut screen.silent);
+    // A thread each, where there are enough of them: a group's simulations alone often are too few to share.
+    let of_group = if groups.len() < threads { threads } else { 1 };
+    let parts = Parts { threads: of_group, ..parts };
+    let screens = in_parallel_stateless(groups.len(), threads, |k| {
+        let mut screen = Screen::default();
+        parts.screen(&groups[k], &mut screen);
+        count.more(groups[k].len());
+        screen
+    });
+    for Screen { scores, silent, trials } in screens {
+        screen.scores.extend(scores);
+        screen.silent.extend(silent);
+        screen.trials.extend(trials);
     }
     best_first(&mut screen.scores);
     screen
+}
+
+/// Which candidates one is screened with.
+enum Company {
+    /// Others without inner constants.
+    Plain,
+    /// Others whose inner constants are onsets.
+    WithOnset,
+    /// Other templates with inner constants.
+    WithConstants,
+    /// None: it may bring states and steps of its own.
+    None,
+    /// It is not screened, and why.
+    LeftOut(String),
 }
 
 /// What the screen of one structure works with.
 struct Parts<'a> {
     base: &'a BaseModel,
     all: &'a [Candidate<'a>],
-    fitted: &'a Fitted,
+    /// The fitted structure, its values, and how many of its start values are fitted.
+    structure: StructureId,
+    values: &'a Values,
+    starts: usize,
     data: &'a Data<'a>,
     threads: usize,
     basis: &'a Basis,
@@ -140,54 +170,57 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// Candidates that are screened in one simulation: all that have no inner constants, all whose
-    /// inner constants are onsets, and templates with other constants, unless one of them hides another; and each of
-    /// the others alone, since it may bring states and steps of its own.
+    /// Candidates that are screened in one simulation, unless one of them hides another.
     fn groups(&self, others: &[usize], silent: &mut Vec<Silent>) -> Vec<Vec<usize>> {
+        let companies =
+            in_parallel_stateless(others.len(), self.threads, |k| self.company(others[k]));
         let (mut plain, mut with_onset, mut alone) = (Vec::new(), Vec::new(), Vec::new());
         let mut with_constants = Vec::new();
-        let structure = self.fitted.structure.id;
-        for &other in others {
-            let is_apart = structure.effects().any(|one| self.all[one].excludes(&self.all[other]));
-            // Whether it can be applied shows when its group is screened.
-            if self.all[other].is_generic && !self.all[other].has_inner && !is_apart {
-                plain.push(other);
-                continue;
-            }
-            let mut leave_out = |why: String| {
-                silent.push(Silent { candidate: other, why, remedy: Remedy::LeaveOut });
-            };
-            let (system, brought) =
-                match self.base.screening(self.all, structure, &[other], Blending::Null) {
-                    Ok(screening) => screening,
-                    Err(refused) => {
-                        leave_out(format!("cannot be applied: {}", refused.0));
-                        continue;
-                    }
-                };
-            let inner = self.inner_of_one(&system, other, &brought[0]);
-            if let Some(onset) =
-                inner.iter().find(|inner| inner.is_onset && inner.lower >= inner.upper)
-            {
-                leave_out(format!(
-                    "cannot begin while something is recorded: the bounds of `{}` rule that out",
-                    onset.name
-                ));
-                continue;
-            }
-            if is_apart {
-                alone.push(vec![other]);
-            } else if inner.is_empty() {
-                plain.push(other);
-            } else if inner.iter().all(|inner| inner.is_onset) {
-                with_onset.push(other);
-            } else if self.all[other].is_generic && !self.all[other].brings_unknowns {
-                with_constants.push(other);
-            } else {
-                alone.push(vec![other]);
+        for (&candidate, company) in others.iter().zip(companies) {
+            match company {
+                Company::Plain => plain.push(candidate),
+                Company::WithOnset => with_onset.push(candidate),
+                Company::WithConstants => with_constants.push(candidate),
+                Company::None => alone.push(vec![candidate]),
+                Company::LeftOut(why) => {
+                    silent.push(Silent { candidate, why, remedy: Remedy::LeaveOut });
+                }
             }
         }
         [self.apart(&plain), self.apart(&with_onset), self.apart(&with_constants), alone].concat()
+    }
+
+    fn company(&self, one: usize) -> Company {
+        let (structure, candidate) = (self.structure, &self.all[one]);
+        let is_apart = structure.effects().any(|other| self.all[other].excludes(candidate));
+        // Whether it can be applied shows when its group is screened.
+        if candidate.is_generic && !candidate.has_inner && !is_apart {
+            return Company::Plain;
+        }
+        let screening = self.base.screening(self.all, structure, &[one], Blending::Null);
+        let (system, brought) = match screening {
+            Ok(screening) => screening,
+            Err(refused) => return Company::LeftOut(format!("cannot be applied: {}", refused.0)),
+        };
+        let inner = self.inner_of_one(&system, one, &brought[0]);
+        let never = inner.iter().find(|inner| inner.is_onset && inner.lower >= inner.upper);
+        if let Some(onset) = never {
+            return Company::LeftOut(format!(
+                "cannot begin while something is recorded: the bounds of `{}` rule that out",
+                onset.name
+            ));
+        }
+        if is_apart {
+            Company::None
+        } else if inner.is_empty() {
+            Company::Plain
+        } else if inner.iter().all(|inner| inner.is_onset) {
+            Company::WithOnset
+        } else if candidate.is_generic && !candidate.brings_unknowns {
+            Company::WithConstants
+        } else {
+            Company::None
+        }
     }
 
     /// Candidates in groups in which none hides another.
@@ -234,7 +267,7 @@ impl Parts<'_> {
             return Some(());
         }
         let Parts { base, all, .. } = *self;
-        let structure = self.fitted.structure.id;
+        let structure = self.structure;
         let (system, brought) = base.screening(all, structure, others, how).ok()?;
         let inner = self.inner_of(others, &system, &brought);
         let together = Together { system: &system, brought: &brought, inner: &inner };
@@ -295,7 +328,7 @@ impl Parts<'_> {
         found: &mut [Vec<Promise>],
     ) -> Option<usize> {
         let Together { system, brought, inner } = *together;
-        let (known, data) = (&self.fitted.values, self.data);
+        let (known, data) = (self.values, self.data);
         let runs = in_parallel(system, places.len(), self.threads, |system, g| {
             let mut values = known.clone();
             for (inner, at) in inner.iter().zip(&places[g]) {
@@ -334,7 +367,7 @@ impl Parts<'_> {
         inner: &[Vec<Inner>],
         found: &mut [Vec<Promise>],
     ) {
-        let structure = self.fitted.structure.id;
+        let structure = self.structure;
         // Positions among the others, and where the best onset is.
         let best = |k: usize| match (inner[k].as_slice(), found[k].first()) {
             ([inner], Some(best)) if inner.is_onset => Some((k, best.point.value(&inner.name))),
@@ -386,13 +419,9 @@ impl Parts<'_> {
     /// Whether a candidate brings a start value that is fitted with it: its derivative is nothing where
     /// the candidate does nothing, and what the candidate then does is that of a wrong start.
     fn has_own_start(&self, candidate: usize) -> bool {
-        let with_it = self.fitted.structure.id.with(candidate);
-        let starts = |structure: &Structure| {
-            let directions = &structure.system.signature().directions;
-            directions.iter().filter(|one| matches!(one, Direction::Start(_))).count()
-        };
+        let with_it = self.structure.with(candidate);
         let with_it = self.base.structure(self.all, with_it);
-        with_it.is_ok_and(|with_it| starts(&with_it) > starts(&self.fitted.structure))
+        with_it.is_ok_and(|with_it| starts(&with_it) > self.starts)
     }
 
     fn inner_of_one(&self, system: &Loaded, one: usize, brought: &Brought) -> Vec<Inner> {
@@ -404,6 +433,12 @@ impl Parts<'_> {
         let each = some.iter().zip(brought);
         each.map(|(&one, brought)| self.inner_of_one(system, one, brought)).collect()
     }
+}
+
+/// How many start values of a structure are fitted.
+fn starts(structure: &Structure) -> usize {
+    let directions = &structure.system.signature().directions;
+    directions.iter().filter(|one| matches!(one, Direction::Start(_))).count()
 }
 
 /// Inner constants of each of some candidates.

@@ -173,6 +173,7 @@ pub(crate) fn per_sample_of_head<S: Solved>(
     times: &[f64],
     options: &Options,
 ) -> Result<u32, IntegrateError> {
+    verify(problem, options.method).map_err(IntegrateError::PerSample)?;
     per_sample_within(problem, times, &times[..head(times)], options)
 }
 

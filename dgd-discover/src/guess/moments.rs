@@ -1,0 +1,251 @@
+//! Means of a missing input and of shapes over blocks, and least squares on them.
+//!
+//! The smoothed estimate is correlated over the time that it resolves: means over blocks of that length take the place of
+//! samples. Sums of their products are kept for each tenth of the training recordings, so that a fit without a tenth, or to
+//! tenths that are drawn, costs no pass over the data.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::formula::Shape;
+
+/// Most blocks of a recording.
+const BLOCKS: f64 = 600.0;
+/// Parts of each recording that are left out in turn.
+pub(super) const FOLDS: usize = 10;
+/// How far off a parameter may be, of its size.
+const PARAMETER: f64 = 0.3;
+/// Errors that a formula may have beside those of d, of its size.
+const FLOOR: f64 = 0.05;
+/// Share of a column that the others have to leave.
+const DETERMINED: f64 = 1e-4;
+/// Two shapes that go together so closely are one.
+const ALIKE: f64 = 0.9999;
+
+/// A missing input over one recording, and what a formula of it may have.
+#[derive(Debug, Clone)]
+pub(crate) struct Trace {
+    /// Times of the samples, s.
+    pub times: Vec<f64>,
+    /// d, SI.
+    pub value: Vec<f64>,
+    /// Its standard deviation.
+    pub std: Vec<f64>,
+    /// Over how long errors of d are correlated, s.
+    pub resolved: f64,
+    /// Each name's values, SI.
+    pub names: Vec<Vec<f64>>,
+    /// What d would be if a parameter were wrong by as much as it is large, for each.
+    pub parameters: Vec<Vec<f64>>,
+}
+
+/// Weighted products of all columns, summed over blocks.
+///
+/// Columns are the equation's parameters, a constant, the shapes, and d.
+pub(super) struct Moments {
+    pub(super) shapes: Vec<Shape>,
+    n_parameters: usize,
+    /// Of each part of the training recordings, and of all of them.
+    pub(super) parts: Vec<DMatrix<f64>>,
+    pub(super) train: DMatrix<f64>,
+    /// Of the validation recordings, if there are any.
+    held_out: Option<DMatrix<f64>>,
+}
+
+impl Moments {
+    pub(super) fn new(train: &[Trace], held_out: &[Trace], shapes: Vec<Shape>) -> Moments {
+        let n_parameters = train.first().map_or(0, |trace| trace.parameters.len());
+        let size = n_parameters + 1 + shapes.len() + 1;
+        let mut parts = vec![DMatrix::zeros(size, size); FOLDS];
+        for trace in train {
+            let blocks = blocks(trace, &shapes);
+            let n = blocks.len();
+            for (k, (weight, row)) in blocks.iter().enumerate() {
+                add(&mut parts[k * FOLDS / n], *weight, row);
+            }
+        }
+        let mut all = DMatrix::zeros(size, size);
+        for part in &parts {
+            all += part;
+        }
+        let mut of_held_out = DMatrix::zeros(size, size);
+        for (weight, row) in held_out.iter().flat_map(|trace| blocks(trace, &shapes)) {
+            add(&mut of_held_out, weight, &row);
+        }
+        let held_out = (!held_out.is_empty()).then_some(of_held_out);
+        Moments { shapes, n_parameters, parts, train: all, held_out }
+    }
+
+    /// Without shapes that are collinear with an earlier one in all training recordings.
+    pub(super) fn without_twins(self) -> Moments {
+        let at = |i: usize| self.n_parameters + 1 + i;
+        let alike = |i: usize, j: usize| {
+            let product = self.train[(at(i), at(j))].abs();
+            product > ALIKE * (self.train[(at(i), at(i))] * self.train[(at(j), at(j))]).sqrt()
+        };
+        let mut kept: Vec<usize> = Vec::new();
+        for i in 0..self.shapes.len() {
+            if self.train[(at(i), at(i))] > 0.0 && !kept.iter().any(|j| alike(i, *j)) {
+                kept.push(i);
+            }
+        }
+        self.of(&kept)
+    }
+
+    /// Those of some shapes.
+    pub(super) fn of(&self, kept: &[usize]) -> Moments {
+        let last = self.train.nrows() - 1;
+        let of_shapes = kept.iter().map(|i| self.n_parameters + 1 + i);
+        let columns: Vec<usize> = (0..=self.n_parameters).chain(of_shapes).chain([last]).collect();
+        let those = |all: &DMatrix<f64>| all.select_rows(&columns).select_columns(&columns);
+        Moments {
+            shapes: kept.iter().map(|i| self.shapes[*i].clone()).collect(),
+            n_parameters: self.n_parameters,
+            parts: self.parts.iter().map(those).collect(),
+            train: those(&self.train),
+            held_out: self.held_out.as_ref().map(those),
+        }
+    }
+
+    /// 1 − R² of parts that were not drawn, of a fit to those that were.
+    pub(super) fn left_undrawn(
+        &self,
+        drawn: &DMatrix<f64>,
+        undrawn: &DMatrix<f64>,
+        chosen: &[usize],
+    ) -> Option<f64> {
+        let columns = self.columns(chosen);
+        let beta = self.fit(drawn, None, &columns)?;
+        Some(Self::square(undrawn, &columns, &beta) / self.around_a_constant(undrawn)?)
+    }
+
+    /// Columns of the equation's parameters and of some shapes.
+    fn columns(&self, chosen: &[usize]) -> Vec<usize> {
+        (0..self.n_parameters).chain(chosen.iter().map(|i| self.n_parameters + 1 + i)).collect()
+    }
+
+    /// Coefficients of some columns by least squares, from products with a part of them taken out;
+    /// `None` where they are not determined.
+    fn fit(
+        &self,
+        all: &DMatrix<f64>,
+        without: Option<&DMatrix<f64>>,
+        columns: &[usize],
+    ) -> Option<DVector<f64>> {
+        let last = all.nrows() - 1;
+        let product =
+            |i: usize, j: usize| all[(i, j)] - without.map_or(0.0, |without| without[(i, j)]);
+        // A parameter that does nothing here stays as it is.
+        let scale = |i: &usize| {
+            let scale = product(*i, *i).sqrt();
+            if scale > 0.0 { scale } else { 1.0 }
+        };
+        let scales: Vec<f64> = columns.iter().map(scale).collect();
+        let n = columns.len();
+        let mut matrix = DMatrix::from_fn(n, n, |r, c| {
+            product(columns[r], columns[c]) / (scales[r] * scales[c])
+        });
+        let right = DVector::from_fn(n, |r, _| product(columns[r], last) / scales[r]);
+        for (r, i) in columns.iter().enumerate() {
+            if *i < self.n_parameters {
+                matrix[(r, r)] += (PARAMETER * scales[r]).powi(-2);
+            }
+        }
+        let cholesky = matrix.cholesky()?;
+        if cholesky.l_dirty().diagonal().iter().any(|pivot| *pivot < DETERMINED) {
+            return None;
+        }
+        let mut solution = cholesky.solve(&right);
+        for (value, scale) in solution.iter_mut().zip(&scales) {
+            *value /= scale;
+        }
+        Some(solution)
+    }
+
+    /// Σ w (d − Σ βᵢ columnᵢ)².
+    fn square(all: &DMatrix<f64>, columns: &[usize], beta: &DVector<f64>) -> f64 {
+        let last = all.nrows() - 1;
+        let mut sum = all[(last, last)];
+        for (i, b) in columns.iter().zip(beta.iter()) {
+            sum -= 2.0 * b * all[(*i, last)];
+            for (j, c) in columns.iter().zip(beta.iter()) {
+                sum += b * c * all[(*i, *j)];
+            }
+        }
+        sum.max(0.0)
+    }
+
+    /// What the best constant leaves beside the equation's parameters.
+    fn around_a_constant(&self, all: &DMatrix<f64>) -> Option<f64> {
+        let columns: Vec<usize> = (0..=self.n_parameters).collect();
+        let left = Self::square(all, &columns, &self.fit(all, None, &columns)?);
+        (left > 0.0).then_some(left)
+    }
+
+    /// 1 − R² in parts of the training recordings that were left out in turn.
+    pub(super) fn left_out(&self, chosen: &[usize]) -> Option<f64> {
+        let columns = self.columns(chosen);
+        let mut sum = 0.0;
+        for part in &self.parts {
+            let beta = self.fit(&self.train, Some(part), &columns)?;
+            sum += Self::square(part, &columns, &beta);
+        }
+        Some(sum / self.around_a_constant(&self.train)?)
+    }
+
+    /// Coefficients of all training recordings, and R² in the validation ones.
+    pub(super) fn held_out(&self, chosen: &[usize]) -> Option<(Vec<f64>, f64)> {
+        let columns = self.columns(chosen);
+        let beta = self.fit(&self.train, None, &columns)?;
+        let left = match &self.held_out {
+            Some(all) => Self::square(all, &columns, &beta) / self.around_a_constant(all)?,
+            None => self.left_out(chosen)?,
+        };
+        Some((beta.iter().skip(self.n_parameters).copied().collect(), 1.0 - left))
+    }
+}
+
+/// Adds w z zᵀ.
+fn add(sum: &mut DMatrix<f64>, weight: f64, row: &[f64]) {
+    for (j, b) in row.iter().enumerate() {
+        let factor = weight * b;
+        for (entry, a) in sum.column_mut(j).iter_mut().zip(row) {
+            *entry += factor * a;
+        }
+    }
+}
+
+/// Weights and columns of means over blocks.
+pub(super) fn blocks(trace: &Trace, shapes: &[Shape]) -> Vec<(f64, Vec<f64>)> {
+    let Trace { times, value, std, resolved, names, parameters } = trace;
+    let (Some(first), Some(last)) = (times.first(), times.last()) else { return Vec::new() };
+    let length = resolved.max((last - first) / BLOCKS);
+    let square = value.iter().map(|d| d * d).sum::<f64>() / value.len() as f64;
+    let floor = FLOOR * FLOOR * square;
+    let size = parameters.len() + 1 + shapes.len() + 1;
+    let mut all: Vec<(f64, Vec<f64>)> = Vec::new();
+    let mut k = 0;
+    while k < times.len() {
+        let until = times[k..].partition_point(|t| *t < times[k] + length).max(1) + k;
+        let mut row = vec![0.0; size];
+        let mut variance = 0.0;
+        for sample in k..until {
+            let own = parameters.iter().map(|values| values[sample]);
+            let own = own.chain([1.0]);
+            let formed = shapes.iter().map(|shape| shape.value(|name| names[name][sample]));
+            for (sum, x) in row.iter_mut().zip(own.chain(formed).chain([value[sample]])) {
+                *sum += x;
+            }
+            variance += std[sample] * std[sample];
+        }
+        let n = (until - k) as f64;
+        for sum in &mut row {
+            *sum /= n;
+        }
+        let weight = 1.0 / (variance / n + floor);
+        if weight.is_finite() && row.iter().all(|x| x.is_finite()) {
+            all.push((weight, row));
+        }
+        k = until;
+    }
+    all
+}
