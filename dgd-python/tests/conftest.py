@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -16,6 +17,9 @@ MODEL = str(ROOT / "models" / "mud_circulation.dgd")
 DATA = ROOT / "examples" / "data"
 
 Columns = dict[str, np.ndarray]
+
+# A shell's background jobs ignore Ctrl-C, which Python then leaves so, and the tests send it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def columns(path: Path) -> Columns:
