@@ -166,7 +166,8 @@ pub(crate) enum Command {
     Methods,
     /// Print the JSON schema of all results
     ///
-    /// `dgd schema -o results.schema.json`. Its `version` counts on where a result changes.
+    /// `dgd schema -o results.schema.json`. Its `version` counts on where a key goes or changes its
+    /// meaning; every result has it as `provenance.schema`.
     Schema,
     /// Print completions for a shell
     ///
