@@ -26,9 +26,10 @@ pub fn short(value: f64, digits: i32) -> String {
         Some(at) => text.split_at(at),
         None => (text.as_str(), ""),
     };
-    let mantissa = match mantissa.contains('.') {
-        true => mantissa.trim_end_matches('0').trim_end_matches('.'),
-        false => mantissa,
+    let mantissa = if mantissa.contains('.') {
+        mantissa.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        mantissa
     };
     match (mantissa, power.strip_prefix('·')) {
         ("1", Some(power)) => power.to_owned(),

@@ -114,6 +114,8 @@ pub(crate) enum Command {
     ///
     /// For example on recorded inputs, drawn beside what was measured:
     /// `dgd simulate model.dgd --data run.csv --plot run.html`
+    ///
+    /// Ctrl-C stops the run and keeps the rows up to there.
     Simulate(SimulateArgs),
     /// Compute sensitivities: derivatives of states and outputs with respect to parameters, over time
     ///

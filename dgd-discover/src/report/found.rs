@@ -85,8 +85,7 @@ impl Found<'_> {
                     short(difference, 3)
                 )
             }
-            None => "a test with other inputs, perhaps; this recording cannot tell them apart"
-                .to_owned(),
+            None => "a test with other inputs: this recording cannot tell them apart".to_owned(),
         }
     }
 }

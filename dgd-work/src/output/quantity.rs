@@ -128,7 +128,10 @@ pub(crate) fn stretches(windows: impl IntoIterator<Item = [f64; 2]>) -> String {
     let decimals = decimals(windows.iter().map(|[_, until]| *until).fold(0.0, f64::max));
     let all: Vec<String> = windows
         .iter()
-        .map(|[from, until]| format!("{}–{} s", fixed(*from, decimals), fixed(*until, decimals)))
+        .map(|[from, until]| {
+            let [from, until] = [from, until].map(|t| fixed(*t, decimals));
+            if from == until { format!("{from} s") } else { format!("{from}–{until} s") }
+        })
         .collect();
     all.join(", ") + summary.as_deref().unwrap_or_default()
 }
@@ -184,6 +187,7 @@ mod tests {
             "100–121 s, 200–222 s, 300–323 s, 400–424 s, 600–621 s, 700–722 s, 800–823 s, 900–924 s, 1200–1222 s, \
              1300–1323 s and 4 shorter ones; 14 in all, together 306 s"
         );
+        assert_eq!(stretches([[5.0, 5.0], [7.0, 900.0]]), "5 s, 7–900 s");
         assert_eq!(stretches([[0.01, 0.0402], [1.0, 1.2]]), "0.01–0.04 s, 1.00–1.20 s");
         assert_eq!(
             ["118.4", "0.01184"].map(|t| moment(t.parse().expect("a number"))),
