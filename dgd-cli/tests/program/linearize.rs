@@ -319,7 +319,7 @@ d(v)/dt [m/s/s]    -25       -2
     for (line, expected) in text.lines().zip(expected.lines()).take(14) {
         assert_eq!(line, expected);
     }
-    for line in ["-1 1/s  ± 4.89898i  1 s            0.2      1.2825 s", "stable"] {
+    for line in ["-1 1/s  ± 4.89898i  1 s                0.2  1.2825 s", "stable"] {
         assert!(text.lines().any(|other| other == line), "no {line:?} in\n{text}");
     }
 }

@@ -370,7 +370,7 @@ impl Model {
         let of_unknowns =
             self.unknowns.iter().map(|unknown| unknown.declared.unit.of_differences());
         let mut rates = of_unknowns.map(|unit| {
-            let is_simple = !unit.symbol.contains(['/', '*']);
+            let is_simple = !unit.symbol.contains('/');
             if is_simple { format!("{}/s", unit.symbol) } else { format!("({})/s", unit.symbol) }
         });
         rates.find(is_it)
