@@ -39,7 +39,7 @@ pub struct Dependent {
 /// The algebraic equations that are dependent with these parameters, SI, in the modes that hold at the start; nothing
 /// where that cannot be told.
 pub fn dependent_equations<S: Solved>(system: &S, p: &[f64]) -> Vec<Dependent> {
-    if system.signature().unknowns.len() > 0 && p.len() == system.signature().parameters.len() {
+    if !system.signature().unknowns.is_empty() && p.len() == system.signature().parameters.len() {
         let mut draws = Draws(0x9e37_79b9_7f4a_7c15);
         let mut found: Vec<Vec<Dependent>> = Vec::new();
         for point in 0..POINTS {
@@ -104,8 +104,11 @@ fn at_a_point<S: Solved>(system: &S, p: &[f64], draws: &mut Draws, point: usize)
     // On the side of zero on which the start is, half of the time.
     for (y, size) in y.iter_mut().zip(&sizes) {
         let side = if *y < 0.0 { -1.0 } else { 1.0 };
-        let moved =
-            if point % 2 == 0 { side * draws.between(0.1, 0.5) } else { draws.between(-0.5, 0.5) };
+        let moved = if point.is_multiple_of(2) {
+            side * draws.between(0.1, 0.5)
+        } else {
+            draws.between(-0.5, 0.5)
+        };
         *y += moved * size;
     }
     let at = Point { t: 0.0, y: &y, u: &u, p, z: &[] };
@@ -205,14 +208,20 @@ fn null_space(n: usize, mut a: Vec<f64>) -> Option<Vec<Vec<f64>>> {
     for _ in 0..2 {
         for row in a.chunks_exact_mut(n) {
             let largest = row.iter().fold(0.0, |largest: f64, a| largest.max(a.abs()));
-            row.iter_mut().for_each(|a| *a /= if largest > 0.0 { largest } else { 1.0 });
+            if largest > 0.0 {
+                for a in row {
+                    *a /= largest;
+                }
+            }
         }
         for (column, scale) in scales.iter_mut().enumerate() {
             let entries = || (0..n).map(|row| row * n + column);
             let largest = entries().fold(0.0, |largest: f64, k| largest.max(a[k].abs()));
             if largest > 0.0 {
                 *scale /= largest;
-                entries().for_each(|k| a[k] /= largest);
+                for k in entries() {
+                    a[k] /= largest;
+                }
             }
         }
     }
