@@ -1,7 +1,7 @@
 //! Where rows come from: a file, or a stream as it is written. They are read one by one, and those that
 //! cannot be read are left out; with `--strict` a file is read whole before anything is computed.
 
-use std::io::Read;
+use std::io::{BufRead, Read};
 use std::path::Path;
 
 use dgd_compiler::dae::Dae;
@@ -198,13 +198,12 @@ impl<'a> Rows<'a> {
 /// Lines of a file: rows, and a few more.
 fn lines(files: &dyn FileSystem, path: &Path) -> Option<usize> {
     let mut text = data::decompressed(files.open(path).ok()?).ok()?;
-    let (mut lines, mut bytes) = (0, vec![0; 1 << 16]);
-    loop {
-        match text.read(&mut bytes).ok()? {
-            0 => return Some(lines),
-            n => lines += bytes[..n].iter().filter(|byte| **byte == b'\n').count(),
-        }
+    let (mut lines, mut line) = (0, Vec::new());
+    while text.read_until(b'\n', &mut line).ok()? > 0 {
+        lines += 1;
+        line.clear();
     }
+    Some(lines)
 }
 
 /// Whether a regular file begins as Parquet does, which is not read row by row.
