@@ -3,8 +3,9 @@
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
-use dgd_compiler::diagnostics::{Diagnostic, render, visible};
-use dgd_compiler::source::Sources;
+use dgd_compiler::diagnostics::fix::written;
+use dgd_compiler::diagnostics::{Diagnostic, Fix, render, visible};
+use dgd_compiler::source::{Source, SourceId, Sources};
 use dgd_data::files::write_whole;
 use dgd_identify::{Progress, Watch};
 use dgd_work::{Listener, Mistake, Remark, Session, WorkError, json_text};
@@ -139,6 +140,9 @@ impl<'a> Console<'a> {
             CommandError::Diagnosed { diagnostics, sources } => {
                 let all: Vec<&Diagnostic> = diagnostics.iter().collect();
                 complain(render::render(&all, sources, self.style()).trim_end());
+                if let Some(words) = mended(diagnostics, sources) {
+                    self.remark(&words);
+                }
             }
             // The user knows: the result says so as well.
             CommandError::Interrupted(message) => self.remark(message),
@@ -209,6 +213,23 @@ impl Listener for Console<'_> {
     fn has_read(&self, sources: &Sources) -> Result<(), WorkError> {
         self.spare(sources)
     }
+}
+
+/// How many mistakes `dgd check --fix` mends, and of which file; nothing where that is none.
+fn mended(diagnostics: &[Diagnostic], sources: &Sources) -> Option<String> {
+    let fixes = diagnostics.iter().filter_map(|diagnostic| diagnostic.fix.as_ref());
+    let fixes: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
+    let of_file = |(k, source): (usize, &Source)| {
+        let (_, n) = written(&source.text, SourceId(u32::try_from(k).ok()?), &fixes);
+        (n > 0 && Path::new(&source.name).is_file()).then(|| (source.name.clone(), n))
+    };
+    let (file, n) = sources.iter().enumerate().find_map(of_file)?;
+    let what = match (n, diagnostics.len()) {
+        (1, 1) => "this mistake".to_owned(),
+        (n, all) if n == all => format!("these {n} mistakes"),
+        (n, all) => format!("{n} of these {all} mistakes"),
+    };
+    Some(format!("`dgd check {file} --fix` mends {what}"))
 }
 
 /// Prints what people read to standard output, with nothing in it that a terminal would obey.

@@ -80,6 +80,7 @@ impl From<WorkError> for CommandError {
             }
             WorkError::Found(message) => CommandError::Found(message),
             WorkError::Usage(message) => CommandError::Usage(message),
+            WorkError::Interrupted(message) => CommandError::Interrupted(message),
             // A new error counts as a failure of the work.
             other => CommandError::Computation(other.to_string()),
         }

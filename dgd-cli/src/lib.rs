@@ -49,7 +49,7 @@ pub fn run_words(words: Vec<OsString>) -> u8 {
 fn run_once() -> u8 {
     let cli = parsed();
     // A computation that can be stopped on its way minds Ctrl-C by itself.
-    if !matches!(cli.command, Command::Fit(_) | Command::Discover(_) | Command::Compare(_)) {
+    if !minds_ctrl_c(&cli.command) {
         interrupt::mind();
     }
     let console = Console::new(&cli.global);
@@ -64,6 +64,21 @@ fn run_once() -> u8 {
             error.exit_code()
         }
     }
+}
+
+/// Whether a command minds Ctrl-C by itself, once its computation has begun.
+fn minds_ctrl_c(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::Fit(_)
+            | Command::Discover(_)
+            | Command::Compare(_)
+            | Command::Simulate(_)
+            | Command::Sensitivity(_)
+            | Command::Linearize(_)
+            | Command::Invert(_)
+            | Command::Screen(_)
+    )
 }
 
 /// Whether these words ask for JSON, though they may not be a command line.

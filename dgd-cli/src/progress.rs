@@ -1,12 +1,12 @@
 //! What a person sees of a long computation, and what Ctrl-C does to it.
 
 use std::io::{self, IsTerminal, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use dgd_compiler::source::Sources;
 use dgd_identify::{Of, Progress, Watch};
+use dgd_runtime::Watched;
 use dgd_work::{Listener, Remark, Session, WorkError};
 
 use crate::console::Console;
@@ -21,6 +21,15 @@ const TOO_SOON: Duration = Duration::from_secs(1);
 /// Longest line, in characters: what a terminal has at least.
 const WIDTH: usize = 79;
 
+/// What becomes of a search that Ctrl-C stops.
+pub(crate) const BEST_SO_FAR: &str = "stopping at the best so far";
+
+/// What becomes of a run that Ctrl-C stops.
+pub(crate) const ROWS_SO_FAR: &str = "stopping; the rows so far are kept";
+
+/// What becomes of a computation with no result on its way.
+pub(crate) const NOTHING: fn(bool) -> &'static str = |_| "stopped by Ctrl-C: there is no result";
+
 /// Shows how far a computation is, on a terminal, and knows whether it is to stop.
 #[derive(Debug)]
 pub(crate) struct ProgressDisplay<'a> {
@@ -32,15 +41,17 @@ pub(crate) struct ProgressDisplay<'a> {
 /// What Ctrl-C does once the computation has begun.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Interrupt {
-    /// The first one asks it to stop, the second ends the program.
-    Stops,
+    /// The first one asks it to stop, and says what becomes of it; the second ends the program.
+    Stops(&'static str),
     /// It ends the program, which says this, depending on whether finished work is kept.
     Ends(fn(bool) -> &'static str),
 }
 
+/// What the runs of this process look at: one command line is run.
+static RUNS: Watched = Watched::new();
+
 #[derive(Debug)]
 struct Shared {
-    is_stopped: AtomicBool,
     /// Whether results are written: what is ended then would leave half of them.
     is_writing: Mutex<bool>,
     /// None where nobody looks.
@@ -53,8 +64,7 @@ impl<'a> ProgressDisplay<'a> {
         let for_a_program = console.is_json() && !io::stdout().is_terminal();
         let is_seen = io::stderr().is_terminal() && !console.is_quiet() && !for_a_program;
         let line = is_seen.then(|| Mutex::new(Line::new(Instant::now())));
-        let (is_stopped, is_writing) = (AtomicBool::new(false), Mutex::new(false));
-        let shared = Arc::new(Shared { is_stopped, is_writing, line });
+        let shared = Arc::new(Shared { is_writing: Mutex::new(false), line });
         Self { console, interrupt, shared }
     }
 
@@ -76,7 +86,11 @@ impl Watch for ProgressDisplay<'_> {
     }
 
     fn is_stopped(&self) -> bool {
-        self.shared.is_stopped.load(Ordering::Relaxed)
+        RUNS.is_stopped()
+    }
+
+    fn watched(&self) -> Option<&'static Watched> {
+        Some(&RUNS)
     }
 }
 
@@ -102,11 +116,11 @@ impl Listener for ProgressDisplay<'_> {
         }
         let (shared, is_quiet) = (Arc::clone(&self.shared), self.console.is_quiet());
         match self.interrupt {
-            Interrupt::Stops => on_interrupt(move || {
-                if shared.is_stopped.swap(true, Ordering::Relaxed) {
+            Interrupt::Stops(words) => on_interrupt(move || {
+                if RUNS.stop() {
                     shared.end("");
                 } else if !is_quiet {
-                    shared.say("stopping at the best so far; Ctrl-C once more ends at once\n");
+                    shared.say(&format!("{words}; Ctrl-C once more ends at once\n"));
                 }
             }),
             Interrupt::Ends(words) => {

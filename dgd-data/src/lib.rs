@@ -38,5 +38,5 @@ pub use csv::rename::Rename;
 pub use in_memory::{InMemory, Layers};
 pub use open::{Disk, FileSystem};
 pub use parquet::catches_panics;
-pub use read::{Reading, cannot_read, digest, read, read_from};
+pub use read::{Reading, cannot_read, decompressed, digest, read, read_from};
 pub use table::{Cells, Column, Disorder, Location, Table};

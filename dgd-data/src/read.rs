@@ -213,7 +213,11 @@ fn read_text(
 }
 
 /// The bytes of a file, decompressed if they are a gzip stream.
-pub(crate) fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn BufRead + 'a>> {
+///
+/// # Errors
+///
+/// Those of reading.
+pub fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn BufRead + 'a>> {
     let mut magic = Vec::new();
     (&mut input).take(2).read_to_end(&mut magic)?;
     let gzip = magic == [0x1f, 0x8b];

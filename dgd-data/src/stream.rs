@@ -11,7 +11,7 @@ use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::units::{Unit, convert};
 
 use crate::cell::number;
-use crate::csv::clock::{Clock, TimeFault};
+use crate::csv::clock::{Clock, Epoch, TimeFault};
 use crate::csv::header::{Header, take_as_time};
 use crate::csv::kept::Kept;
 use crate::csv::records::Records;
@@ -133,6 +133,11 @@ impl<'a> Stream<'a> {
         let factor = factor.flatten();
         let (clock, last, cells) = (None, None, Vec::new());
         Ok((Stream { records, name, n_cells, factor, clock, last, cells }, table))
+    }
+
+    /// The stamp of the first row, once that was read, where times are stamps.
+    pub fn epoch(&self) -> Option<Epoch> {
+        self.clock.as_ref().and_then(Clock::epoch)
     }
 
     /// Says what is wanted of each row: the columns of these names, in SI as the model counts. Whether they

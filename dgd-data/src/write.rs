@@ -28,6 +28,15 @@ pub struct Written<'a> {
     pub unit: &'a Unit,
     /// Values in SI; NaN marks a missing one.
     pub values: &'a [f64],
+    /// The stamp of zero, where these are times that are written as stamps.
+    pub epoch: Option<Epoch>,
+}
+
+impl<'a> Written<'a> {
+    /// A column of numbers.
+    pub fn new(name: &'a str, unit: &'a Unit, values: &'a [f64]) -> Self {
+        Self { name, unit, values, epoch: None }
+    }
 }
 
 /// Writes a table: the time, if it has one, in seconds, then the columns.
@@ -41,7 +50,7 @@ pub fn write_table(
     columns: &[Written<'_>],
 ) -> io::Result<()> {
     let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
-    let time = time.map(|values| Written { name: "time", unit: &seconds, values });
+    let time = time.map(|values| Written::new("time", &seconds, values));
     let columns: Vec<_> = time.into_iter().chain(columns.iter().copied()).collect();
     verify_lengths(&columns);
     write_header(out, &columns)?;
@@ -59,32 +68,13 @@ pub fn write_table_at(
     epoch: Option<Epoch>,
     columns: &[Written<'_>],
 ) -> io::Result<()> {
-    let stamp = |time: &f64| epoch.and_then(|epoch| epoch.stamp(*time));
-    let Some(stamps) = times.iter().map(stamp).collect::<Option<Vec<String>>>() else {
-        return write_table(out, Some(times), columns);
-    };
     let seconds = Unit { symbol: "s".into(), factor: 1.0, offset: 0.0 };
-    let time = Written { name: "time", unit: &seconds, values: times };
-    verify_lengths(&[&[time], columns].concat());
-    write!(out, "time")?;
-    if columns.is_empty() {
-        writeln!(out)?;
-    } else {
-        write!(out, ",")?;
-        write_header(out, columns)?;
-    }
-    let mut line = String::new();
-    for (row, stamp) in stamps.iter().enumerate() {
-        line.clear();
-        line.push_str(stamp);
-        for column in columns {
-            line.push(',');
-            push_cell(&mut line, column, row);
-        }
-        line.push('\n');
-        out.write_all(line.as_bytes())?;
-    }
-    Ok(())
+    let is_stamp = |epoch: &Epoch| times.iter().all(|time| epoch.stamp(*time).is_some());
+    let time = Written { epoch: epoch.filter(is_stamp), ..Written::new("time", &seconds, times) };
+    let columns: Vec<_> = [time].into_iter().chain(columns.iter().copied()).collect();
+    verify_lengths(&columns);
+    write_header(out, &columns)?;
+    write_rows(out, &columns)
 }
 
 fn verify_lengths(columns: &[Written<'_>]) {
@@ -97,17 +87,21 @@ fn verify_lengths(columns: &[Written<'_>]) {
 
 fn push_cell(line: &mut String, column: &Written<'_>, row: usize) {
     let value = column.values[row];
-    if !value.is_nan() {
-        push_in_unit(line, value, column.unit);
+    match column.epoch {
+        Some(epoch) => line.push_str(&epoch.stamp(value).unwrap_or_default()),
+        None if value.is_nan() => {}
+        None => push_in_unit(line, value, column.unit),
     }
 }
 
 /// Writes the header line of these columns.
 pub fn write_header(out: &mut (impl Write + ?Sized), columns: &[Written<'_>]) -> io::Result<()> {
-    let headers: Vec<_> = columns
-        .iter()
-        .map(|column| quoted(&format!("{} [{}]", column.name, column.unit.symbol)))
-        .collect();
+    let header = |column: &Written<'_>| match column.epoch {
+        // Stamps have no unit.
+        Some(_) => quoted(column.name),
+        None => quoted(&format!("{} [{}]", column.name, column.unit.symbol)),
+    };
+    let headers: Vec<_> = columns.iter().map(header).collect();
     writeln!(out, "{}", headers.join(","))
 }
 
@@ -302,7 +296,7 @@ mod tests {
             .iter()
             .zip(&units)
             .zip(&names)
-            .map(|((values, (_, unit)), name)| Written { name, unit, values })
+            .map(|((values, (_, unit)), name)| Written::new(name, unit, values))
             .collect();
 
         let folder = tempfile::tempdir().expect("a folder for the test");
@@ -336,7 +330,7 @@ mod tests {
     fn missing_values_are_empty_cells() {
         let (_, unit) = units("m");
         let values = [1.0, f64::NAN];
-        let column = Written { name: "h", unit: &unit, values: &values };
+        let column = Written::new("h", &unit, &values);
         let mut out = Vec::new();
         write_table(&mut out, Some(&[0.0, 1.0]), &[column, column]).expect("to memory");
         assert_eq!(String::from_utf8_lossy(&out), "time [s],h [m],h [m]\n0,1,1\n1,,\n");

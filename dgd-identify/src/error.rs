@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use dgd_runtime::signature::number::short;
+
 use dgd_runtime::linearize::NotLinearised;
 use dgd_runtime::{IntegrateError, Signature};
 
@@ -143,6 +145,19 @@ pub enum EstimateError {
     Stopped,
 }
 
+impl EstimateError {
+    /// Whether somebody stopped it, before there was anything to give.
+    pub fn is_stopped(&self) -> bool {
+        match self {
+            Self::Stopped => true,
+            Self::Start(TrialFailed { reason, .. }) => {
+                matches!(reason, TrialFailure::Simulation(IntegrateError::Stopped { .. }))
+            }
+            _ => false,
+        }
+    }
+}
+
 impl fmt::Display for TrialFailed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "recording {}: {}", self.recording + 1, self.reason)
@@ -182,13 +197,15 @@ impl fmt::Display for EstimateError {
             ),
             Self::Noise { output, sigma } => write!(
                 f,
-                "the noise of output `{output}` is {sigma:e} in SI units and must be a positive \
-                 number"
+                "the noise of output `{output}` is {} in SI units and must be a positive \
+                 number",
+                short(*sigma, 6)
             ),
             Self::NotPositive { parameter, value } => write!(
                 f,
                 "the logarithm of parameter `{parameter}` is to be estimated, and its value \
-                 {value:e} has none"
+                 {} has none",
+                short(*value, 6)
             ),
             Self::Start(failed) => {
                 write!(f, "the model cannot be simulated where the fit starts: {failed}")

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use dgd_runtime::Watched;
+
 /// Looks on while something long is computed, and says when to stop.
 ///
 /// A stopped computation gives the best it has, marked as such: [`Termination::Stopped`](super::Termination).
@@ -11,6 +13,12 @@ pub trait Watch: fmt::Debug + Sync {
 
     /// Whether to stop. It is asked between simulations, by any thread; once it is said it stays.
     fn is_stopped(&self) -> bool;
+
+    /// What runs look at before each step, where who looks on can stop them there; it is stopped when and only when
+    /// [`Watch::is_stopped`].
+    fn watched(&self) -> Option<&'static Watched> {
+        None
+    }
 }
 
 /// How far a computation is.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use dgd_signature::number::short;
+
 use crate::algebraic::readings::{Reading, With};
 use crate::codegen::taylor::NoTaylor;
 use crate::integrate::fixed_step::PerSampleError;
@@ -80,6 +82,11 @@ pub enum IntegrateError {
         delay: String,
         /// Its value, s.
         value: f64,
+    },
+    /// Whoever waited for it asked it to stop ([`Watched::stop`](crate::Watched::stop)).
+    Stopped {
+        /// Time reached, s.
+        t: f64,
     },
     /// More steps than allowed.
     TooManySteps {
@@ -307,18 +314,6 @@ impl fmt::Display for Counted {
     }
 }
 
-/// A number of which the size matters.
-struct Short(f64);
-
-impl fmt::Display for Short {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0.abs() {
-            0.01..1e4 => write!(f, "{:.2}", self.0),
-            _ => write!(f, "{:.1e}", self.0),
-        }
-    }
-}
-
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.error.fmt(f)
@@ -340,16 +335,18 @@ impl fmt::Display for IntegrateError {
             Self::Initial(error) => error.fmt(f),
             Self::StepSizeTooSmall { t, h, unknown, parameter: None, error } => write!(
                 f,
-                "the step size fell to {h:.1e} s at t = {t} s, where the local error of \
+                "the step size fell to {} s at t = {t} s, where the local error of \
                  `{unknown}` is still {} times the tolerance",
-                Short(*error)
+                short(*h, 2),
+                short(*error, 3)
             ),
             Self::StepSizeTooSmall { t, h, unknown, parameter: Some(parameter), error } => write!(
                 f,
-                "the step size fell to {h:.1e} s at t = {t} s, where the local error of the \
+                "the step size fell to {} s at t = {t} s, where the local error of the \
                  sensitivity of `{unknown}` to `{parameter}` is still {} times the \
                  tolerance",
-                Short(*error)
+                short(*h, 2),
+                short(*error, 3)
             ),
             Self::NotFinite { t, equation, unknown, what, values } => {
                 match what {
@@ -365,9 +362,11 @@ impl fmt::Display for IntegrateError {
             ),
             Self::DelayBelowZero { t, delay, value } => write!(
                 f,
-                "the delay `{delay}` falls below zero, to {value:.1e} s at t = {t} s; what will be is \
-                 not known before"
+                "the delay `{delay}` falls below zero, to {} s at t = {t} s; what will be is \
+                 not known before",
+                short(*value, 2)
             ),
+            Self::Stopped { t } => write!(f, "it was stopped at t = {t} s"),
             Self::TooManySteps { t, steps } => {
                 write!(f, "{steps} steps were not enough, the solution stopped at t = {t} s")
             }
@@ -395,13 +394,15 @@ impl fmt::Display for IntegrateError {
             ),
             Self::NewtonDiverged { t, h, unknown } => write!(
                 f,
-                "Newton's method does not converge at t = {t} s, with steps down to {h:.1e} s; \
-                 `{unknown}` moves most"
+                "Newton's method does not converge at t = {t} s, with steps down to {} s; \
+                 `{unknown}` moves most",
+                short(*h, 2)
             ),
             Self::SingularIteration { t, h, equation } => write!(
                 f,
                 "equation `{equation}` leaves the unknowns undetermined at t = {t} s, with steps \
-                 down to {h:.1e} s"
+                 down to {} s",
+                short(*h, 2)
             ),
         }
     }
@@ -481,7 +482,7 @@ impl fmt::Display for InitialError {
                 write!(
                     f,
                     "no consistent values at t = {t} s: equation `{equation}` (residual {})",
-                    Short(*residual)
+                    short(*residual, 3)
                 )?;
                 for (k, other) in together.iter().enumerate() {
                     write!(f, "{} `{other}`", if k == 0 { " together with" } else { "," })?;
@@ -494,8 +495,8 @@ impl fmt::Display for InitialError {
                     f,
                     "no consistent values at t = {t} s after {iterations} iterations: equation \
                      `{equation}` has residual {}, and `{unknown}` still moves by {}{}",
-                    Short(*residual),
-                    Short(*correction),
+                    short(*residual, 3),
+                    short(*correction, 3),
                     With(at)
                 )
             }

@@ -45,7 +45,9 @@ pub use integrate::fixed_step::{
     PerSample, PerSampleChoice, PerSampleError, Steps, choose_per_sample,
 };
 pub use integrate::start::consistent::{ConsistentStart, consistent_start};
+pub use integrate::start::dependent::{Dependent, dependent_equations};
 pub use integrate::start::measured::{MeasuredStartError, start_from_outputs};
+pub use integrate::watched::Watched;
 pub use integrate::{simulate, simulate_chosen, simulate_observed, simulate_with_sensitivities};
 #[doc(hidden)]
 pub use model::for_identify;

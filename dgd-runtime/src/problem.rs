@@ -1,11 +1,13 @@
 //! What to simulate, and how.
 
 use std::borrow::Cow;
+use std::fmt;
 
 use crate::discrete::state_selection::share_sizes;
 use crate::error::BadRequest;
 use crate::integrate::catalogue::{self, Method};
 use crate::integrate::fixed_step::Steps;
+use crate::integrate::watched::Watched;
 use crate::integrate::{Memory, Past};
 use crate::observe::delay::delays;
 use crate::signal::{Delayed, InputError, Inputs};
@@ -171,7 +173,7 @@ impl<'a> Wanted<'a> {
 }
 
 /// How to integrate.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Options {
     /// Tolerance relative to each unknown's value.
     pub rtol: f64,
@@ -186,6 +188,23 @@ pub struct Options {
     pub max_steps: usize,
     /// First step, s; chosen from the equations where there is none.
     pub initial_step: Option<f64>,
+    /// Who waits for the run, and may stop it.
+    pub watched: Option<&'static Watched>,
+}
+
+/// Who waits for a run is not a part of it: digests of options tell results apart.
+impl fmt::Debug for Options {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { rtol, atol, method, steps, max_steps, initial_step, watched: _ } = self;
+        f.debug_struct("Options")
+            .field("rtol", rtol)
+            .field("atol", atol)
+            .field("method", method)
+            .field("steps", steps)
+            .field("max_steps", max_steps)
+            .field("initial_step", initial_step)
+            .finish()
+    }
 }
 
 impl Default for Options {
@@ -197,6 +216,7 @@ impl Default for Options {
             steps: Steps::Automatic,
             max_steps: 1_000_000,
             initial_step: None,
+            watched: None,
         }
     }
 }

@@ -14,10 +14,12 @@
 //! | `past` | what is read late |
 //! | `features` | what models of a type may have |
 //! | `unit` | a declared unit |
+//! | `number` | numbers in sentences |
 
 pub mod arrays;
 mod automaton;
 mod features;
+pub mod number;
 mod past;
 mod pattern;
 mod quantity;

@@ -25,6 +25,8 @@ pub enum WorkError {
     Usage(String),
     /// The computation failed.
     Computation(String),
+    /// Who watches stopped it before there was a result.
+    Interrupted(String),
 }
 
 /// Classes of mistakes.
@@ -36,7 +38,7 @@ pub enum Class {
     Data,
     /// The request makes no sense: exit code 2.
     Usage,
-    /// The computation failed: exit code 3.
+    /// The computation failed, or was stopped before there was a result: exit code 3, or 130.
     Computation,
 }
 
@@ -129,7 +131,7 @@ impl WorkError {
         match self {
             WorkError::Diagnosed { .. } | WorkError::Found(_) => Class::Data,
             WorkError::Usage(_) => Class::Usage,
-            WorkError::Computation(_) => Class::Computation,
+            WorkError::Computation(_) | WorkError::Interrupted(_) => Class::Computation,
         }
     }
 
@@ -139,7 +141,7 @@ impl WorkError {
             WorkError::Diagnosed { diagnostics, sources } => {
                 diagnostics.iter().map(|diagnostic| Mistake::of(diagnostic, sources)).collect()
             }
-            WorkError::Found(_) | WorkError::Usage(_) | WorkError::Computation(_) => Vec::new(),
+            _ => Vec::new(),
         }
     }
 
@@ -149,7 +151,8 @@ impl WorkError {
             WorkError::Diagnosed { .. } => json!({ "diagnostics": self.mistakes() }),
             WorkError::Found(message)
             | WorkError::Usage(message)
-            | WorkError::Computation(message) => json!({ "error": message }),
+            | WorkError::Computation(message)
+            | WorkError::Interrupted(message) => json!({ "error": message }),
         }
     }
 }
@@ -170,7 +173,8 @@ impl fmt::Display for WorkError {
             }
             WorkError::Found(message)
             | WorkError::Usage(message)
-            | WorkError::Computation(message) => f.write_str(message),
+            | WorkError::Computation(message)
+            | WorkError::Interrupted(message) => f.write_str(message),
         }
     }
 }

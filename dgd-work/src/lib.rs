@@ -71,7 +71,7 @@ pub use model::effects::load_folder;
 pub use model::{Changed, LoadedModel, load};
 pub use output::columns::{Kind, NamedColumn, TimeTable};
 pub use output::json_text;
-pub use output::provenance::{DataFile, Provenance};
+pub use output::provenance::{DataFile, Provenance, SCHEMA_VERSION};
 pub use request::{
     AdoptRequest, CheckRequest, Choices, CompareRequest, DiscoverRequest, Engine, Estimator,
     FitRequest, IntervalRequest, InvertRequest, Keep, LinearizeAt, LinearizeRequest, NoiseFrom,

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use dgd_compiler::diagnostics::{Diagnostic, render};
 use dgd_compiler::source::Sources;
 use dgd_data::{Disk, FileSystem};
-use dgd_identify::{Progress, Watch};
+use dgd_identify::{Of, Progress, Watch};
 
 use crate::error::WorkError;
 
@@ -152,6 +152,11 @@ impl<'a> Session<'a> {
     /// Says something.
     pub fn remark(self, words: &str) {
         self.listener.remark(Remark::Words(words));
+    }
+
+    /// So much is done.
+    pub(crate) fn advanced(self, what: &'static str, done: usize, of: Of) {
+        self.listener.advanced(Progress { what, done, of });
     }
 
     /// Shows a diagnostic that is not a mistake.

@@ -269,11 +269,19 @@ fn examples(info: &CodeInfo) -> (String, String) {
     (model(wrong), model(right))
 }
 
-/// E207 is explained by a command, E217 is a note of `dgd check`, E211 by the beginning of a long model, E409 by a number, effects
+/// E207 is explained by a command, E217 and E411 are notes of `dgd check`, E211 by the beginning of a long model, E409 by a number, effects
 /// by files of theirs.
 fn has_whole_examples(code: Code) -> bool {
-    let others =
-        [Code::E207, Code::E211, Code::E212, Code::E213, Code::E214, Code::E217, Code::E409];
+    let others = [
+        Code::E207,
+        Code::E211,
+        Code::E212,
+        Code::E213,
+        Code::E214,
+        Code::E217,
+        Code::E409,
+        Code::E411,
+    ];
     (Code::E201..Code::E601).contains(&code) && !others.contains(&code)
 }
 

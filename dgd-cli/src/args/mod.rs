@@ -114,6 +114,8 @@ pub(crate) enum Command {
     ///
     /// For example on recorded inputs, drawn beside what was measured:
     /// `dgd simulate model.dgd --data run.csv --plot run.html`
+    ///
+    /// Ctrl-C stops the run and keeps the rows up to there.
     Simulate(SimulateArgs),
     /// Compute sensitivities: derivatives of states and outputs with respect to parameters, over time
     ///
@@ -166,7 +168,8 @@ pub(crate) enum Command {
     Methods,
     /// Print the JSON schema of all results
     ///
-    /// `dgd schema -o results.schema.json`. Its `version` counts on where a result changes.
+    /// `dgd schema -o results.schema.json`. Its `version` counts on where a key goes or changes its
+    /// meaning; every result has it as `provenance.schema`.
     Schema,
     /// Print completions for a shell
     ///

@@ -6,12 +6,12 @@ use crate::args::compare::CompareArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
-use crate::progress::{Interrupt, ProgressDisplay};
+use crate::progress::{BEST_SO_FAR, Interrupt, ProgressDisplay};
 use crate::tail::{Printed, Saved, Shown, finish};
 
 pub(crate) fn run(args: &CompareArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.solve.plot)?;
-    let display = ProgressDisplay::new(console, Interrupt::Stops);
+    let display = ProgressDisplay::new(console, Interrupt::Stops(BEST_SO_FAR));
     let compared = compare(&args.request(console.out()), display.session())?;
     let plots = &args.solve.plot;
     let shown = Shown {

@@ -7,13 +7,17 @@ use crate::args::SimulateArgs;
 use crate::console::{Console, print};
 use crate::failure::CommandError;
 use crate::picture;
+use crate::progress::{Interrupt, ProgressDisplay};
 use crate::table_file::{TableFormat, save_json, save_rows};
 use crate::tail::{Saved, Shown, finish};
 
 pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), CommandError> {
     let plots = &args.run.solve.plot;
     picture::verify_formats(plots)?;
-    let mut all = simulate_each(&args.request(), console.session())?;
+    let display =
+        ProgressDisplay::new(console, Interrupt::Stops("stopping at the sets that are done"));
+    let session = display.session();
+    let mut all = simulate_each(&args.request(), session)?;
     let out = console.out().map(|path| Ok((path, console.table_format(path)?)));
     let out = out.transpose().map_err(|error: CommandError| error)?;
     let is_document = out.map_or(console.is_json(), |(_, format)| format.is_document());
@@ -22,17 +26,17 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
         // Rows are written as they come.
         Some((path, format)) => {
             all.verify_memory(if hold.figure { all.sets() } else { 0 })?;
-            save_rows(path, format, |out| all.write_csv(out, hold))?;
+            save_rows(path, format, |out| all.write_csv(out, hold, session))?;
             console.remark(&format!("wrote {} ({} sets)", path.display(), all.done()));
         }
         None if !is_document && !hold.figure => {
             all.verify_memory(all.sets())?;
             let mut text = Vec::new();
-            let written = all.write_csv(&mut text, hold);
+            let written = all.write_csv(&mut text, hold, session);
             written.map_err(|error| CommandError::Found(error.to_string()))?;
             print(&String::from_utf8_lossy(&text))?;
         }
-        None => all.run(hold)?,
+        None => all.run(hold, session)?,
     }
     if let Some((path, format)) = out.filter(|_| is_document) {
         save_json(path, &all.to_json(), format != TableFormat::JsonLines)?;

@@ -8,12 +8,12 @@ use crate::args::FitArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture::{self, Drawing};
-use crate::progress::{Interrupt, ProgressDisplay};
+use crate::progress::{BEST_SO_FAR, Interrupt, ProgressDisplay};
 use crate::tail::{Printed, Saved, Shown, finish};
 
 pub(crate) fn run(args: &FitArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.solve.plot)?;
-    let display = ProgressDisplay::new(console, Interrupt::Stops);
+    let display = ProgressDisplay::new(console, Interrupt::Stops(BEST_SO_FAR));
     let fitted = fit(&args.request(console.out()), display.session())?;
     let (pages, pictures): (Vec<&PathBuf>, Vec<&PathBuf>) =
         args.solve.plot.iter().partition(|path| picture::is_page(path));

@@ -6,11 +6,13 @@ use crate::args::invert::InvertArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
+use crate::progress::{Interrupt, NOTHING, ProgressDisplay};
 use crate::tail::{Printed, Saved, Shown, Table, finish};
 
 pub(crate) fn run(args: &InvertArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.solve.plot)?;
-    let missing = invert(&args.request(), console.session())?;
+    let display = ProgressDisplay::new(console, Interrupt::Ends(NOTHING));
+    let missing = invert(&args.request(), display.session())?;
     let table = Table {
         write: &|out| missing.write_csv(out),
         details: missing.details(),

@@ -6,15 +6,17 @@ use crate::args::LinearizeArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
+use crate::progress::{Interrupt, NOTHING, ProgressDisplay};
 use crate::tail::{Printed, Saved, Shown, Table, finish};
 
 pub(crate) fn run(args: &LinearizeArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.solve.plot)?;
+    let display = ProgressDisplay::new(console, Interrupt::Ends(NOTHING));
     let mut request = LinearizeRequest::new(&args.model, args.at);
     request.choices = args.choices.request();
     request.data.clone_from(&args.data);
     request.solve = args.solve.request();
-    let linear = linearize(&request, console.session())?;
+    let linear = linearize(&request, display.session())?;
     let table = Table {
         write: &|out| linear.write_csv(out),
         details: linear.to_json(),

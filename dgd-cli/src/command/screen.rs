@@ -8,14 +8,16 @@ use crate::args::screen::ScreenArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
+use crate::progress::{Interrupt, NOTHING, ProgressDisplay};
 use crate::tail::{Printed, Saved, Shown, finish};
 
 pub(crate) fn run(args: &ScreenArgs, console: Console<'_>) -> Result<(), CommandError> {
     picture::verify_formats(&args.plot)?;
+    let display = ProgressDisplay::new(console, Interrupt::Ends(NOTHING));
     if args.plot.len() > 1 && args.data.len() > 1 && args.plot.len() != args.data.len() {
         return Err(CommandError::Usage("give one `--plot`, or one for each `--data`".to_owned()));
     }
-    let screened = screen(&args.request(), console.session())?;
+    let screened = screen(&args.request(), display.session())?;
     let drawing = |(at, path): (usize, &PathBuf)| {
         picture::drawings([path], || screened.figure(at), |_| screened.page())
     };

@@ -7,12 +7,14 @@ use crate::args::SensitivityArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
+use crate::progress::{Interrupt, ProgressDisplay, ROWS_SO_FAR};
 use crate::tail::{Printed, Saved, Shown, Table, finish};
 
 pub(crate) fn run(args: &SensitivityArgs, console: Console<'_>) -> Result<(), CommandError> {
     let plots = &args.run.solve.plot;
     picture::verify_formats(plots)?;
-    let found = sensitivity(&args.request(), console.session())?;
+    let display = ProgressDisplay::new(console, Interrupt::Stops(ROWS_SO_FAR));
+    let found = sensitivity(&args.request(), display.session())?;
     let is_partial = found.stopped.is_some();
     let drawings = if is_partial {
         Vec::new()

@@ -6,6 +6,7 @@ use crate::args::SimulateArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
+use crate::progress::{Interrupt, ProgressDisplay, ROWS_SO_FAR};
 use crate::tail::{Printed, Saved, Shown, Table, finish};
 
 pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), CommandError> {
@@ -14,7 +15,8 @@ pub(crate) fn run(args: &SimulateArgs, console: Console<'_>) -> Result<(), Comma
     }
     let plots = &args.run.solve.plot;
     picture::verify_formats(plots)?;
-    let simulated = simulate(&args.request(), console.session())?;
+    let display = ProgressDisplay::new(console, Interrupt::Stops(ROWS_SO_FAR));
+    let simulated = simulate(&args.request(), display.session())?;
     let ended = simulated.ended();
     let is_partial = ended != Ended::Done;
     let drawings = if is_partial {

@@ -10,6 +10,7 @@ use crate::args::TrackArgs;
 use crate::console::Console;
 use crate::failure::CommandError;
 use crate::picture;
+use crate::progress::{Interrupt, NOTHING, ProgressDisplay};
 use crate::table_file::{TableFormat, save_rows};
 use crate::tail::{Saved, Shown, finish};
 
@@ -66,9 +67,10 @@ fn save(args: &TrackArgs, path: &Path, console: Console<'_>) -> Result<Ending, C
         TableFormat::Json => LineFormat::Document,
         TableFormat::JsonLines => LineFormat::Lines,
     };
+    let display = ProgressDisplay::new(console, Interrupt::Ends(NOTHING));
     let mut found = None;
     let written = save_rows(path, format, |out| {
-        let tracked = track(&args.request(), input(args), console.session(), out, lines);
+        let tracked = track(&args.request(), input(args), display.session(), out, lines);
         let is_whole = tracked.as_ref().is_ok_and(|tracked| tracked.stopped.is_none());
         found = Some(tracked);
         if is_whole { Ok(()) } else { Err(io::Error::other("tracking ended")) }

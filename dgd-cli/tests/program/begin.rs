@@ -125,6 +125,21 @@ fn a_skeleton_of_a_recording_runs_and_is_fitted() {
     let value = |name: &str| fitted["parameters"][name]["value"].as_f64().expect("a number");
     assert!((value("tau_y") - 2.0).abs() < 1e-3, "{}", value("tau_y"));
     assert!((value("k_y_u") - 3.0).abs() < 1e-3, "{}", value("k_y_u"));
+    // The same of compressed text, which is copied, and of a table that is not text.
+    for (name, file) in [("zipped", "run.csv.gz"), ("binary", "run.parquet")] {
+        let run = ["simulate", "plant/plant.dgd", "--data", "plant/data.csv", "-o", file];
+        dgd_in(folder.path(), &run).done();
+        let made = dgd_in(folder.path(), &["new", name, "--from", file]).done();
+        assert!(made.err.contains("inputs: `u`; outputs: `y`"), "{}", made.err);
+        let read = |path: &str| {
+            let model = "plant/plant.dgd";
+            dgd_in(folder.path(), &["simulate", model, "--data", path]).done().out
+        };
+        assert_eq!(read(&format!("{name}/data.csv")), read("plant/data.csv"), "{file}");
+        let (project, model) = (folder.path().join(name), format!("{name}.dgd"));
+        dgd_in(&project, &["check", &model]).done();
+        dgd_in(&project, &["fit", &model, "--data", "data.csv"]).done();
+    }
     let named = dgd_in(folder.path(), &["new", "b", "--from", "run.csv", "--outputs", "z"]);
     named.refused(2, &["no such column", "`u`, `y`"]);
 }
@@ -184,6 +199,36 @@ fn stamps_stay_stamps() {
     let json = lag(&csv, &["--format", "json"]).json();
     assert_eq!(json["start"], "2026-11-21T10:00:00Z");
     assert_eq!(json["time"][1], 0.2);
+    // So they do in the tables of other commands.
+    let folder = folder_with(&[
+        ("lag.dgd", LAG),
+        ("run.csv", csv.as_bytes()),
+        ("sets.csv", b"y [m]\n1\n2\n"),
+    ]);
+    let first = |args: &[&str], column: usize| -> Vec<String> {
+        let run = dgd_in(folder.path(), &[args, &["--data", "run.csv", "--quiet"]].concat()).done();
+        let cell = |line: &str| line.split(',').nth(column).unwrap_or_default().to_owned();
+        run.out.lines().take(3).map(cell).collect()
+    };
+    assert_eq!(first(&["track", "lag.dgd", "--noise", "y=0.01"], 0), expected[..3]);
+    assert_eq!(first(&["simulate", "lag.dgd", "--ensemble", "sets.csv"], 1), expected[..3]);
+    dgd_in(
+        folder.path(),
+        &["invert", "lag.dgd", "--data", "run.csv", "--for", "e", "-o", "missing.csv"],
+    )
+    .done();
+    let missing = fs::read_to_string(folder.path().join("missing.csv")).expect("it was written");
+    assert_eq!(times(&missing)[..3], expected[..3]);
+    for args in [
+        &["track", "lag.dgd", "--noise", "y=0.01", "-o", "t.json"][..],
+        &["invert", "lag.dgd", "--for", "e", "-o", "t.json"],
+    ] {
+        dgd_in(folder.path(), &[args, &["--data", "run.csv"]].concat()).done();
+        let text = fs::read_to_string(folder.path().join("t.json")).expect("it was written");
+        let json: Value = serde_json::from_str(&text).expect("JSON");
+        let start = json.get("start").unwrap_or(&json["settings"]["start"]);
+        assert_eq!(start, "2026-11-21T10:00:00Z", "{args:?}");
+    }
     // What was written is read again.
     lag(&run.out, &[]);
 }

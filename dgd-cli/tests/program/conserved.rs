@@ -131,14 +131,14 @@ output h [m]
 
     let moving = folder(tank, "time [s],q_in [m^3/s]\n0,0.1\n");
     let run = steady(&moving, &["--data", &path(&moving, "data.csv")]);
-    run.refused(3, &["no steady state", "`filled` changes by 1.000e-1 m^3/s", "`meter`"]);
+    run.refused(3, &["no steady state", "`filled` changes by 0.1 m^3/s", "`meter`"]);
     // A loop that is filled has none either, and its volume says so: 0.3/3 m of `h_2` a second.
     let filled = LOOP
         .replace("= 0.06\n", "= 0.06\ninput q_in [m^3/s] hold\n")
         .replace("= -q\n", "= q_in - q\n");
     let filled = folder(&filled, "time [s],q_in [m^3/s]\n0,0.3\n");
     let run = steady(&filled, &["--data", &path(&filled, "data.csv")]);
-    run.refused(3, &["no steady state", "`h_2` together with `h_1` changes by 1.000e-1 m/s"]);
+    run.refused(3, &["no steady state", "`h_2` together with `h_1` changes by 0.1 m/s"]);
 }
 
 #[test]

@@ -143,6 +143,12 @@ fn a_fit_that_ctrl_c_stops_writes_the_best_so_far() {
     args.extend(["--data", DATA].repeat(8));
     let mut child = started(&args);
     wait_until_it_minds_ctrl_c(&mut child);
+    // A first simulation is kept: there is a best so far.
+    let journal = folder.path().join(".fitted.dgd-journal");
+    while fs::metadata(&journal).map_or(0, |file| file.len()) <= 64 {
+        assert!(child.try_wait().expect("a child").is_none(), "it ended by itself");
+        std::thread::sleep(Duration::from_millis(1));
+    }
     interrupt(&child);
     let run = Run::of(&child.wait_with_output().expect("it ends"));
     assert_eq!(run.code, 130, "{}", run.err);
@@ -205,6 +211,81 @@ fn a_copy_of_the_program_goes_on_whatever_its_time_stamp() {
     resumed.current_dir(root()).args(&args).args(["100", "--resume"]);
     let resumed = Run::of(&resumed.output().expect("the copy starts")).done();
     assert!(resumed.err.contains("going on with"), "{}", resumed.err);
+}
+
+/// A run that takes days: a long rod, shaken many times a second.
+#[cfg(target_os = "linux")]
+const LONG: &[u8] = b"\
+model rod
+size N = 2000
+parameter tau [s] = 1  in 0.1 .. 10
+state T[1..N] [1] = 0
+equation first: tau*der(T[1]) = sin(50 [1/s]*time) - T[1]
+for i in 2..N { equation cell[i]: tau*der(T[i]) = T[i-1] - T[i] }
+output near [1] = T[1]  noise 0.1 [1]
+";
+
+/// Presses Ctrl-C when a command has computed for a while, and how that ends.
+#[cfg(target_os = "linux")]
+fn interrupted(args: &[&str]) -> Run {
+    let mut child = started(args);
+    wait_until_it_minds_ctrl_c(&mut child);
+    std::thread::sleep(Duration::from_millis(1500));
+    assert!(child.try_wait().expect("a child").is_none(), "it ended by itself");
+    interrupt(&child);
+    let pressed = std::time::Instant::now();
+    let run = Run::of(&child.wait_with_output().expect("it ends"));
+    assert!(pressed.elapsed() < Duration::from_secs(20), "{:?}", pressed.elapsed());
+    assert_eq!(run.code, 130, "{}", run.err);
+    run
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn ctrl_c_stops_within_a_run_and_the_rows_so_far_are_kept() {
+    let folder = folder_with(&[("rod.dgd", LONG), ("sets.csv", b"tau [s]\n1\n2\n")]);
+    let (model, out) = (path(&folder, "rod.dgd"), path(&folder, "run.csv"));
+    let until = ["--until", "1e4", "--rtol", "1e-9"];
+    let often = ["--every", "0.01", "-o", &out];
+    let run = interrupted(&[&["simulate", &model], &until[..], &often].concat());
+    assert!(
+        run.err.contains("stopped by Ctrl-C at ") && run.err.contains(" of 10000 s"),
+        "{}",
+        run.err
+    );
+    assert_eq!(listing(&folder), ["rod.dgd", "run.partial.csv", "sets.csv"]);
+    let kept = fs::read_to_string(folder.path().join("run.partial.csv")).expect("it was written");
+    let near = column(&kept, "near [1]");
+    assert!(near.len() > 2 && near.iter().all(|value| value.is_finite()), "{}", near.len());
+    assert!(run.err.contains(&format!("({} rows)", near.len())), "{}", run.err);
+
+    let sets = path(&folder, "sets.csv");
+    let seldom = ["--every", "10"];
+    let run =
+        interrupted(&[&["simulate", &model, "--ensemble", &sets], &until[..], &seldom].concat());
+    assert!(run.err.contains("the result has the 0 of 2 sets that were done"), "{}", run.err);
+    let of = ["--of", "near", "--to", "tau", "--format", "json"];
+    let run = interrupted(&[&["sensitivity", &model], &of[..], &until, &seldom].concat());
+    let told = run.json();
+    assert!(
+        told["error"].as_str().is_some_and(|words| words.contains("Ctrl-C")),
+        "{}",
+        told["error"]
+    );
+    let run = interrupted(&[&["linearize", &model, "--at", "1e4"], &until[2..]].concat());
+    assert!(run.err.contains("there is no result"), "{}", run.err);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_fit_whose_first_simulation_ctrl_c_stops_says_that_nothing_is_kept() {
+    let data = b"time [s],near [1]\n0,0\n1e3,0.1\n2e3,0.1\n3e3,0\n1e4,0.1\n";
+    let folder = folder_with(&[("rod.dgd", LONG), ("d.csv", data)]);
+    let (model, data, out) =
+        (path(&folder, "rod.dgd"), path(&folder, "d.csv"), path(&folder, "out"));
+    let run = interrupted(&["fit", &model, "--data", &data, "--steps", "adaptive", "-o", &out]);
+    assert!(run.err.contains("before the first simulation had ended"), "{}", run.err);
+    assert!(!folder.path().join("out").exists());
 }
 
 #[cfg(target_os = "linux")]

@@ -147,6 +147,8 @@ fn a_result_says_what_it_was_made_of() {
     let (one, again) = (run(&[]), run(&[]));
     assert_eq!(one, again);
     assert_eq!(one["seed"], 7);
+    let schema: Value = serde_json::from_str(&dgd(&["schema"]).done().out).expect("JSON");
+    assert_eq!(one["schema"], schema["version"]);
     assert_eq!(one["data"][0]["file"], DATA);
     assert!(one["data"][0]["digest"].as_str().is_some_and(|text| text.starts_with("fnv1a-128:")));
     let folder = folder_with(&[("sets.csv", b"c0 [m]\n270\n")]);

@@ -123,7 +123,7 @@ fn verify(name: &str, copies: &[&str], is_left_out: fn(&str) -> bool) -> usize {
 
 #[test]
 fn the_tutorial_goes_as_it_is_told() {
-    assert_eq!(verify("docs/tutorial.md", &["examples/tutorial"], |_| false), 7);
+    assert_eq!(verify("docs/tutorial.md", &["examples/tutorial"], |_| false), 9);
 }
 
 #[test]

@@ -942,6 +942,29 @@ Right:
     equation level: 2*der(h) = 0.01 [m/s]
     saturate h <= 3 [m]
 "
+E411 "equations that are linearly dependent" "
+Each equation has unknowns of its own to determine, and still some of them say the same of them, such as one that is a
+multiple of another. `dgd check` notes it where it is so wherever it looks, with the parameters as they are; a run would
+find no values to begin with. Often a flow or a force is balanced twice.
+
+Wrong:
+
+    state a = 1
+    unknown b
+    unknown c
+    equation decay:  der(a) = -b / 1 [s]
+    equation share:  b + c = a
+    equation double: 2*b + 2*c = 2*a
+
+Right:
+
+    state a = 1
+    unknown b
+    unknown c
+    equation decay: der(a) = -b / 1 [s]
+    equation share: b + c = a
+    equation ratio: b = 3*c
+"
 E430 "derivative of an element that cannot be solved for" "
 The derivative of an element stands in one equation, linearly, and without other derivatives. An
 equation that needs it besides reads an `unknown` instead. The same is said where so many equations of

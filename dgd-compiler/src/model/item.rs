@@ -217,6 +217,7 @@ impl<'a> Resolver<'a> {
             ));
         };
         let Definition::Unknown { index, .. } = entry.definition else {
+            let unit = own_unit.map(|unit| format!(" [{}]", unit.symbol)).unwrap_or_default();
             return Err(diagnostics.error(
                 Diagnostic::new(
                     Code::E205,
@@ -229,7 +230,7 @@ impl<'a> Resolver<'a> {
                     ),
                 )
                 .label(entry.span, "declared here")
-                .help(format!("say what it reads: `output {} = …`", name.text)),
+                .help(format!("write `output {0}{unit} = {0}`", name.text)),
             ));
         };
         let declared = entry.unit.unwrap_or_else(|| Ok(Unit::one()))?;

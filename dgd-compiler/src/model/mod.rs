@@ -343,14 +343,44 @@ impl Model {
                 && unit.offset == 0.0
                 && unit.datum.is_none()
         };
-        units.find(is_same).map_or_else(|| describe(dimension), |unit| unit.symbol.clone())
+        let declared = units.find(is_same).map(|unit| unit.symbol.clone());
+        declared.or_else(|| self.composed(dimension)).unwrap_or_else(|| describe(dimension))
+    }
+
+    /// The coherent SI unit of a dimension, put together as the model puts its units together: where friction is in
+    /// N*m*s/rad, a torque is in N*m, and what a state in W changes by is in W/s.
+    fn composed(&self, dimension: Dimension) -> Option<String> {
+        let is_it = |symbol: &String| {
+            parse_unit(symbol).is_ok_and(|unit| {
+                unit.dimension == dimension && unit.factor == 1.0 && unit.offset == 0.0
+            })
+        };
+        let mut products = self.declared_units().flat_map(|unit| {
+            let above = unit.symbol.split('/').next().unwrap_or_default();
+            let ends = above.match_indices('*').map(|(at, _)| at).chain([above.len()]);
+            ends.skip(1).map(|end| above[..end].to_owned()).collect::<Vec<_>>()
+        });
+        if let Some(product) = products.find(&is_it) {
+            return Some(product);
+        }
+        // A unit with a name says more than a rate.
+        if describe(dimension).chars().all(char::is_alphanumeric) {
+            return None;
+        }
+        let of_unknowns =
+            self.unknowns.iter().map(|unknown| unknown.declared.unit.of_differences());
+        let mut rates = of_unknowns.map(|unit| {
+            let is_simple = !unit.symbol.contains('/');
+            if is_simple { format!("{}/s", unit.symbol) } else { format!("({})/s", unit.symbol) }
+        });
+        rates.find(is_it)
     }
 
     /// The unit that differences of this dimension are best read in: that of the first quantity which measures the same.
     pub fn familiar(&self, dimension: Dimension) -> Unit {
         let mut units = self.declared_units().map(Unit::of_differences);
         let fits = |unit: &Unit| unit.dimension == dimension && unit.offset == 0.0;
-        let named = units.find(fits).or_else(|| parse_unit(&describe(dimension)).ok());
+        let named = units.find(fits).or_else(|| parse_unit(&self.spelling(dimension)).ok());
         named.unwrap_or_else(|| Unit { symbol: describe(dimension), dimension, ..Unit::one() })
     }
 

@@ -333,7 +333,7 @@ mod tests {
         let time: Vec<f64> = (0..5000).map(|i| f64::from(i) * 0.1).collect();
         let gap = |i: i32| if i % 3 == 0 { f64::NAN } else { f64::from(i).sin() };
         let values: Vec<f64> = (0..5000).map(gap).collect();
-        let columns = [Written { name: "q, \"a\"", unit: &unit, values: &values }];
+        let columns = [Written::new("q, \"a\"", &unit, &values)];
         let folder = tempfile::tempdir().expect("a folder for the test");
         let path = folder.path().join("a.parquet");
         let rows = |out: &mut dyn std::io::Write| write_table(out, Some(&time), &columns);

@@ -2,6 +2,7 @@
 
 use dgd_identify::Estimate;
 use dgd_runtime::System;
+use dgd_runtime::signature::number::short;
 
 use super::discovery::{FoundEffect, ParameterValue};
 use super::model_spread::ModelSpread;
@@ -80,11 +81,11 @@ impl Found<'_> {
                 let difference = difference / unit.factor.abs();
                 let symbol = &unit.symbol;
                 format!(
-                    "a measurement of `{name}`: the two differ by up to {difference:.2e} {symbol}"
+                    "a measurement of `{name}`: the two differ by up to {} {symbol}",
+                    short(difference, 3)
                 )
             }
-            None => "a test with other inputs, perhaps; this recording cannot tell them apart"
-                .to_owned(),
+            None => "a test with other inputs: this recording cannot tell them apart".to_owned(),
         }
     }
 }

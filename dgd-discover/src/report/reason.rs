@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use dgd_runtime::System;
+use dgd_runtime::signature::number::short;
 
 use crate::fit::{Data, Fitted, chi_square, mean, slack};
 use crate::library::StructureId;
@@ -247,7 +248,7 @@ fn ratio(value: f64) -> String {
         _ if value < 9.995 => format!("{value:.2}"),
         _ if value < 99.95 => format!("{value:.1}"),
         _ if value < 1e6 => format!("{value:.0}"),
-        _ => format!("{value:.1e}"),
+        _ => short(value, 2),
     }
 }
 
@@ -255,7 +256,7 @@ fn ratio(value: f64) -> String {
 pub(crate) fn significant(value: f64) -> String {
     let magnitude = value.abs().log10().floor();
     if value == 0.0 || !(-3.0..6.0).contains(&magnitude) {
-        return if value == 0.0 { "0".to_owned() } else { format!("{value:.2e}") };
+        return short(value, 3);
     }
     let decimals = (2.0 - magnitude).max(0.0) as usize;
     let text = format!("{value:.decimals$}");
@@ -307,7 +308,7 @@ mod tests {
     #[test]
     fn numbers_are_short() {
         let shown = [935.4, 3.957, 0.0123, 94_123.0, 52.0, 0.0, 9.4e7, 2e-5].map(significant);
-        assert_eq!(shown, ["935", "3.96", "0.0123", "94123", "52", "0", "9.40e7", "2.00e-5"]);
+        assert_eq!(shown, ["935", "3.96", "0.0123", "94123", "52", "0", "9.4·10⁷", "2·10⁻⁵"]);
         assert_eq!([0.999, 9.996, 99.96, 206.4].map(ratio), ["1.00", "10.0", "100", "206"]);
     }
 }

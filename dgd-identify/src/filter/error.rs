@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use dgd_runtime::signature::number::short;
+
 use dgd_runtime::{InputError, IntegrateError};
 
 use crate::error::{EstimateError, TrialFailure, WrongLength};
@@ -78,7 +80,7 @@ impl fmt::Display for FilterError {
                 "the model was compiled without derivatives to the start value of `{unknown}`"
             ),
             Self::Option(Missing { of, value, expected }) => {
-                write!(f, "{of} is {value:e} in SI units and must be {expected}")
+                write!(f, "{of} is {} in SI units and must be {expected}", short(*value, 6))
             }
             Self::NothingMeasured => {
                 write!(f, "no output has a noise: a filter weighs its samples by it")

@@ -156,13 +156,20 @@ pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
         let ended = estimate_by_loss(&stepped, &variables, z, data, of, &mut total)?;
         // From a plain no other steps lead.
         let ends = matches!(total.termination, Some(Termination::Stopped | Termination::Flat));
-        let next = if ends { None } else { stepping.next(problem, &variables, &ended.z)? };
+        let next =
+            if ends { None } else { stepping.next(&unwatched(problem), &variables, &ended.z)? };
         let Some(next) = next else {
             let Ended { z, at, sigma } = ended;
             return Ok(finish(&stepped, &variables, &z, &at, sigma, stepping, total));
         };
         (stepping, z) = (next, ended.z);
     }
+}
+
+/// The same with simulations that nobody stops: those that a result needs, where there is one.
+pub(crate) fn unwatched<'a>(problem: &OutputErrorProblem<'a>) -> OutputErrorProblem<'a> {
+    let options = Options { watched: None, ..problem.options };
+    OutputErrorProblem { options, ..problem.clone() }
 }
 
 /// Where an estimation ended.
@@ -193,6 +200,7 @@ fn estimate_by_loss(
     let Ended { z, sigma, .. } = ended;
     let noise = sigma.iter().map(|sigma| sigma.map(Noise::Known)).collect();
     let known = OutputErrorProblem { noise, ..problem.clone() };
+    // Where the search was stopped, this one is stopped before its second simulation.
     estimate(&known, variables, z, data, of, total)
 }
 
@@ -206,7 +214,8 @@ fn estimate(
     total: &mut Total,
 ) -> Result<Ended, EstimateError> {
     let is_squares = problem.loss == Loss::Squares;
-    let simulated = |z: &[f64], sigma: &[Option<f64>]| {
+    let patient = unwatched(problem);
+    let of_problem = |problem: &OutputErrorProblem<'_>, z: &[f64], sigma: &[Option<f64>]| {
         let simulated = || simulate_all(problem, variables, z, sigma);
         let Some(of) = of else { return simulated() };
         let key = of.of(&problem.options).of(&z);
@@ -214,10 +223,12 @@ fn estimate(
         let key = if is_squares { key } else { key.of(&(problem.loss, sigma)) };
         kept_success(problem.keeping.journal, key.value(), simulated)
     };
+    let simulated = |z: &[f64], sigma: &[Option<f64>]| of_problem(problem, z, sigma);
     let least = least_noise(problem);
     let mut sigma = if is_squares {
         first_noise(problem, &least)
     } else {
+        let problem = if total.evaluations == 0 { problem } else { &patient };
         noise_of_medians(problem, variables, &z, &least, 1.0).map_err(EstimateError::Start)?
     };
     let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
@@ -229,8 +240,10 @@ fn estimate(
     } else {
         problem.stopping.reduction.max(problem.negligible_reduction / freedom)
     };
+    let is_first = total.evaluations == 0;
     total.evaluations += 1;
-    let first = simulated(&z, &sigma).map_err(EstimateError::Start)?;
+    let first = of_problem(if is_first { problem } else { &patient }, &z, &sigma)
+        .map_err(EstimateError::Start)?;
     let mut at = weigh(problem, variables, &z, &sigma, first);
     for round in 1.. {
         let left = problem.stopping.evaluations.saturating_sub(total.evaluations);
@@ -253,7 +266,7 @@ fn estimate(
         let next = if is_squares {
             estimated_noise(problem, &at.sums, &sigma, &least, spread)
         } else {
-            noise_of_medians(problem, variables, &z, &least, spread)
+            noise_of_medians(&patient, variables, &z, &least, spread)
                 .map_err(EstimateError::Start)?
         };
         let stable = next.iter().zip(&sigma).all(|(next, sigma)| match (next, sigma) {
@@ -268,7 +281,7 @@ fn estimate(
             at.sums
         } else {
             total.evaluations += 1;
-            simulated(&z, &sigma).map_err(EstimateError::Start)?
+            of_problem(&patient, &z, &sigma).map_err(EstimateError::Start)?
         };
         at = weigh(problem, variables, &z, &sigma, sums);
     }

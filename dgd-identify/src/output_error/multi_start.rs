@@ -16,9 +16,9 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dgd_runtime::Direction;
 use dgd_runtime::for_identify::parameter_size;
 use dgd_runtime::parallel::in_parallel_by_model;
+use dgd_runtime::{Direction, Watched};
 
 use crate::error::EstimateError;
 use crate::minimise::levenberg_marquardt::Termination;
@@ -165,6 +165,7 @@ pub fn fit_from(
         };
         let end = match fit(&from_point) {
             Ok(fit) => PointEnd::Fitted(Box::new(fit)),
+            Err(error) if k > 0 && error.is_stopped() => PointEnd::LeftOut,
             Err(error) => PointEnd::Failed(error),
         };
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -200,6 +201,10 @@ impl Watch for Silent<'_> {
 
     fn is_stopped(&self) -> bool {
         self.0.is_stopped()
+    }
+
+    fn watched(&self) -> Option<&'static Watched> {
+        self.0.watched()
     }
 }
 

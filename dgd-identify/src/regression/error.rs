@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use dgd_runtime::signature::number::short;
+
 use dgd_runtime::InputError;
 
 use crate::error::EstimateError;
@@ -189,8 +191,9 @@ impl fmt::Display for RegressionError {
                     if slowest.is_finite() {
                         write!(
                             f,
-                            "{gap}`{unknown}` moves by {slowest:.3e} {unit} per second at least, and \
-                             {limit:.3e} are allowed"
+                            "{gap}`{unknown}` moves by {} {unit} per second at least, and {} are allowed",
+                            short(*slowest, 3),
+                            short(*limit, 3)
                         )?;
                     } else {
                         write!(f, "{gap}no measured output says how fast `{unknown}` moves")?;

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use dgd_signature::number::short;
+
 use crate::solved::Solved;
 use crate::system::{Pattern, Point, Storage, Unit};
 
@@ -28,12 +30,7 @@ impl Reading {
 impl fmt::Display for Reading {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Reading { name, value, unit } = self;
-        let is_plain = *value == 0.0 || (1e-3..1e6).contains(&value.abs());
-        if is_plain {
-            write!(f, "`{name}` = {value}")?;
-        } else {
-            write!(f, "`{name}` = {value:e}")?;
-        }
+        write!(f, "`{name}` = {}", short(*value, 6))?;
         if unit == "1" { Ok(()) } else { write!(f, " {unit}") }
     }
 }

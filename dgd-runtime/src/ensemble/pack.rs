@@ -26,6 +26,7 @@ use crate::integrate::drive::Drive;
 use crate::integrate::fixed_step::Steps;
 use crate::integrate::record::projection::{Projection, Rows};
 use crate::integrate::start::consistent::start_values;
+use crate::integrate::watched::Watched;
 use crate::integrate::{verify_inputs, verify_request};
 use crate::linalg::norm::Tolerances;
 use crate::linalg::width::{Width, Work};
@@ -188,7 +189,8 @@ impl<'a, S: Solved> Pack<'a, S> {
                 }
                 is_empty &= self.seats[l].is_none();
             }
-            if is_empty {
+            // Who was to come is run one by one, and stops at once.
+            if is_empty || self.options.watched.is_some_and(Watched::is_stopped) {
                 return;
             }
             self.width.run(Step(self));

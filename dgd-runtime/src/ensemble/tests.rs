@@ -3,9 +3,9 @@
 #![allow(clippy::duplicate_mod, reason = "the steppers' tests have the same problems")]
 
 use super::pack::Pack;
-use super::{Member, Wanted};
+use super::{Member, Trajectory, Wanted, run_part};
 use crate::linalg::width::Width;
-use crate::{Inputs, Options, find_method};
+use crate::{Failure, Inputs, IntegrateError, Options, Watched, find_method};
 use support::problems::{Logistic, LogisticStacked};
 
 #[path = "../../tests/support/mod.rs"]
@@ -42,5 +42,26 @@ fn all_widths_give_the_same_bits() {
         if Width::widest() == Width::Avx512 {
             assert_eq!(at(Width::Avx2), widest);
         }
+    }
+}
+
+#[test]
+fn members_stop_when_they_are_asked_to() {
+    static WATCHED: Watched = Watched::new();
+    let system = LogisticStacked::of::<Logistic>();
+    let inputs = Inputs::constant(&[0.0]);
+    let p = [1.0, 2.0, 0.1];
+    let members = [Member { p: &p, inputs: &inputs, start: &[] }; 20];
+    let options = Options { watched: Some(&WATCHED), ..Options::default() };
+    let times = [0.0, 5.0];
+    let run = || {
+        let kept = |_, outcome: Result<Trajectory<'_>, Failure>| outcome.map(|one| one.to_kept());
+        run_part(&system, &members, &times, &options, Wanted::Values, kept)
+    };
+    assert!(run().iter().all(Result::is_ok));
+    WATCHED.stop();
+    for outcome in run() {
+        let error = outcome.expect_err("it is stopped").error;
+        assert!(matches!(error, IntegrateError::Stopped { t: 0.0 }), "{error}");
     }
 }

@@ -29,6 +29,7 @@ mod segments;
 mod simulation;
 pub(crate) mod start;
 mod step;
+pub(crate) mod watched;
 
 use crate::error::IntegrateError;
 use crate::solution::Solution;
@@ -67,6 +68,9 @@ impl<S: Solved> Simulation<'_, S> {
         let order = kind.estimate_order(self.tolerances.rtol);
         let mut controller = Controller::new(h, order, kind.law());
         loop {
+            if let Some(watched) = self.watched {
+                watched.passes(self.t)?;
+            }
             // A step may end with an event, which delays make a discontinuity of.
             let end = self.stop().min(until);
             if self.t < end {

@@ -12,6 +12,7 @@ use crate::integrate::late::moving_jump::MovingJumps;
 use crate::integrate::methods::catalogue::Method;
 use crate::integrate::methods::stepper::{Base, Directions, Stepper};
 use crate::integrate::record::projection::Projection;
+use crate::integrate::watched::Watched;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem};
 use crate::signal::Side;
@@ -41,6 +42,7 @@ pub(super) struct Simulation<'a, S: Solved> {
     pub(super) problem: &'a Problem<'a, S>,
     pub(super) tolerances: Tolerances,
     pub(super) max_steps: usize,
+    pub(super) watched: Option<&'static Watched>,
     pub(super) initial_step: Option<f64>,
     pub(super) method: &'static Method,
     pub(super) stepper: Stepper<S>,
@@ -109,6 +111,7 @@ impl<'a, S: Solved> Simulation<'a, S> {
             problem,
             tolerances,
             max_steps: options.max_steps,
+            watched: options.watched,
             initial_step: options.initial_step,
             method: options.method,
             stepper,

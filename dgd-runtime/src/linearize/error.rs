@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use dgd_signature::number::short;
+
 use crate::error::IntegrateError;
 
 /// Why a model is not linearised at a point.
@@ -162,7 +164,8 @@ impl fmt::Display for SteadyStateError {
             Self::Undetermined { t, equation, residual, unknown } => write!(
                 f,
                 "no steady state was found at t = {t} s: equation `{equation}` depends on the others, with \
-                 {residual:.2e} left of it, and leaves `{unknown}` open"
+                 {} left of it, and leaves `{unknown}` open",
+                short(*residual, 3)
             ),
             Self::Drifts { t, equation, unknown, with, rate, unit } => {
                 write!(
@@ -176,14 +179,16 @@ impl fmt::Display for SteadyStateError {
                 let space = if with.is_empty() { "" } else { " " };
                 write!(
                     f,
-                    "{space}changes by {rate:.3e} {unit}/s with these inputs, by equation `{equation}`: change the \
-                     inputs, or linearise at a time of a run"
+                    "{space}changes by {} {unit}/s with these inputs, by equation `{equation}`: change the \
+                     inputs, or linearise at a time of a run",
+                    short(*rate, 4)
                 )
             }
             Self::NotAtRest { t, ran, equation, unknown, rate, unit } => write!(
                 f,
                 "no steady state was found at t = {t} s: with the inputs held, equation `{equation}` \
-                 still moves `{unknown}` by {rate:.2e} {unit}/s after {ran} s"
+                 still moves `{unknown}` by {} {unit}/s after {ran} s",
+                short(*rate, 3)
             ),
         }
     }
@@ -197,8 +202,9 @@ impl fmt::Display for NotLinearised {
             Self::NoSteadyState(error) => error.fmt(f),
             Self::Unstable { t, re } => write!(
                 f,
-                "the steady state at t = {t} s is unstable, with a pole at {re:.3e} 1/s: what is \
-                 measured does not stay close to it"
+                "the steady state at t = {t} s is unstable, with a pole at {} 1/s: what is \
+                 measured does not stay close to it",
+                short(*re, 4)
             ),
             Self::Run(error) => error.fmt(f),
             Self::NoModel(error) => error.fmt(f),

@@ -11,3 +11,4 @@ mod large;
 mod per_sample;
 mod singular;
 mod stiff;
+mod stopping;

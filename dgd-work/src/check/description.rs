@@ -7,6 +7,7 @@ use dgd_compiler::model::{Automaton, Declared, Interpolation, Model, Origin};
 use serde::Serialize;
 
 use crate::error::Mistake;
+use crate::output::columns::is_share;
 use crate::output::provenance::Provenance;
 
 /// What is in a model.
@@ -309,7 +310,7 @@ fn inputs(model: &Model) -> Vec<Input> {
 }
 
 fn states(dae: &Dae) -> Vec<State> {
-    let all = dae.unknowns.iter();
+    let all = dae.unknowns.iter().filter(|unknown| !is_share(&unknown.name));
     all.map(|unknown| State {
         name: unknown.name.clone(),
         unit: unknown.unit.symbol.clone(),

@@ -1,15 +1,15 @@
 //! Syntax, names, units and structure of a model, in every variant.
 
+mod dependent;
 mod description;
 mod unused;
 
 use std::path::{Path, PathBuf};
 
-use dgd_compiler::dae::assemble;
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::effects::Effect;
-use dgd_compiler::model::{Variant, resolve};
-use dgd_compiler::pipeline::Directions;
+use dgd_compiler::model::Variant;
+use dgd_compiler::pipeline::{Directions, compile_asts};
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
@@ -109,6 +109,7 @@ fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<C
     };
     let digest = provenance::of_model(&compilation.sources);
 
+    let mut notes = dependent::notes(&compiled);
     // What was not chosen must be sound too, one choice at a time.
     for Variant { name, choices, chosen } in &compiled.model.variants {
         if options.variants.iter().any(|(variant, _)| variant.text == *name) {
@@ -120,8 +121,9 @@ fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<C
             other.variants.push((variant, compilation.name("--variant", choice)));
             let mut own = Diagnostics::default();
             // Mistakes are collected: one choice's say nothing about the next.
-            let _: Result<_, Reported> = resolve(&compiled.asts, &other, &mut own)
-                .and_then(|model| assemble(&model, &mut own));
+            let other: Result<_, Reported> =
+                compile_asts(compiled.asts.clone(), &other, &Directions::None, &mut own);
+            notes.extend(other.iter().flat_map(dependent::notes));
             for diagnostic in own.sorted() {
                 compilation.diagnostics.error(diagnostic.clone());
             }
@@ -132,7 +134,13 @@ fn check_model(path: &Path, choices: &Choices, session: Session<'_>) -> Result<C
     }
 
     session.spare(&compilation.sources)?;
-    for note in unused::notes(&compiled.asts, &compilation.sources) {
+    let mut told = Vec::new();
+    for note in unused::notes(&compiled.asts, &compilation.sources).into_iter().chain(notes) {
+        // What no choice changes is noted once.
+        if told.contains(&note.message) {
+            continue;
+        }
+        told.push(note.message.clone());
         session.note(&note, &compilation.sources);
     }
     let path = path.display().to_string();

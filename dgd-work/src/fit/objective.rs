@@ -72,7 +72,9 @@ pub fn objective(
     }
     let task = Task::load(request, session)?;
     let problem = task.problem();
-    let (mut priors, options) = (problem.priors.clone(), problem.options);
+    // It is asked for values when whoever listened may be gone.
+    let options = Options { watched: None, ..problem.options };
+    let mut priors = problem.priors.clone();
     let noise = noise_of(&task, noise)?;
     let names = recording::names(&request.data);
     let Task { system, p, train: recordings, .. } = task;

@@ -2,7 +2,7 @@
 
 use dgd_identify::OutputErrorProblem;
 use dgd_plot::{Meaning, Text};
-use dgd_runtime::System;
+use dgd_runtime::{Options, System};
 
 use super::multi_start::Minima;
 use super::page::traces::traces;
@@ -44,7 +44,12 @@ pub(super) fn run(
         };
     let (mut fit, minima) = (found.fit.clone(), Minima::of(found));
     let is_converged = fit.termination.is_converged();
-    let train = task.evaluated(&problem, &fit, &request.data)?;
+    // What the result needs of the best so far, whoever stopped the search.
+    let result = OutputErrorProblem {
+        options: Options { watched: None, ..problem.options },
+        ..problem.clone()
+    };
+    let train = task.evaluated(&result, &fit, &request.data)?;
     let mut left_out = LeftOut::of(fit.termination, || task.unconverged(&fit, &request.data));
     if let Some(minima) = &minima {
         minima.push_left_out(&mut left_out);
@@ -59,7 +64,7 @@ pub(super) fn run(
         }
         valid => valid?,
     };
-    let linearised = place.map(|place| task.linearised(place, &problem, &fit, &train, request));
+    let linearised = place.map(|place| task.linearised(place, &result, &fit, &train, request));
     let intervals = Intervals::find(&request.intervals, &problem, &fit, task.session.seed)
         .map_err(|error| task.failed(error, &request.data))?;
     let recording_names = recording::names(&request.data);
@@ -68,7 +73,7 @@ pub(super) fn run(
     let information = request
         .intervals
         .information
-        .then(|| Origins::find(&problem, &fit, &train))
+        .then(|| Origins::find(&result, &fit, &train))
         .transpose()
         .map_err(|error| task.failed(error, &request.data))?;
     let mut reservations = reservations::of_recordings(&task.system, &fit.p, &task.train);
@@ -78,7 +83,7 @@ pub(super) fn run(
         fit.forget_uncertainty();
     }
     let ended = is_converged && !task.few.hide_stds() && !task.session.listener.is_stopped();
-    let left_over = LeftOver::find(&problem, &fit, &quality, ended)
+    let left_over = LeftOver::find(&result, &fit, &quality, ended)
         .map_err(|error| task.failed(error, &request.data))?;
     let outcome = Outcome {
         signature,

@@ -16,6 +16,7 @@ use dgd_identify::{
     fit_starts, nonlinear, operating_points,
 };
 use dgd_runtime::linearize::NotLinearised;
+use dgd_runtime::signature::number::short;
 use dgd_runtime::{Direction, Options, Problem, Signature, System};
 
 use crate::error::{WorkError, meant};
@@ -66,7 +67,10 @@ pub(super) struct Task<'s> {
 
 impl<'s> Task<'s> {
     pub(super) fn load(request: &FitRequest, session: Session<'s>) -> Result<Task<'s>, WorkError> {
-        let options = options(&request.solve)?;
+        let mut options = options(&request.solve)?;
+        if request.regression.estimator.simulates() {
+            options.watched = session.listener.watched();
+        }
         let mut compilation = Compilation::new(session.files);
         let options_of_model = compilation.options(&request.choices)?;
         let (free, fixed) = compilation.sought(&request.sought);
@@ -284,7 +288,9 @@ impl<'s> Task<'s> {
         tested: impl FnOnce() -> Result<Option<T>, WorkError>,
     ) -> Result<Option<T>, WorkError> {
         let is_stopped = || self.session.listener.is_stopped();
-        let valid = if is_stopped() { None } else { tested()? };
+        let tested = if is_stopped() { Ok(None) } else { tested() };
+        // One that was stopped on its way has failed as well.
+        let valid = if is_stopped() { None } else { tested? };
         if is_stopped() && !request.valid.is_empty() {
             left_out.push("validation recordings were not simulated");
             return Ok(None);
@@ -328,6 +334,10 @@ impl<'s> Task<'s> {
 
     pub(super) fn failed(&self, error: EstimateError, paths: &[PathBuf]) -> WorkError {
         match error {
+            error if error.is_stopped() => WorkError::Interrupted(
+                "stopped by Ctrl-C before the first simulation had ended: there is nothing to keep"
+                    .to_owned(),
+            ),
             EstimateError::NothingFree => WorkError::Usage(error.to_string()),
             EstimateError::NothingMeasured => {
                 let outputs: Vec<String> = self
@@ -386,7 +396,7 @@ impl<'s> Task<'s> {
                 let Direction::Parameter(i) = estimate.of else { return None };
                 let unit = &parameters[i].unit;
                 let value = unit.from_si(estimate.value);
-                Some(format!("`{}` = {value:.4e} {}", estimate.name, unit.symbol))
+                Some(format!("`{}` = {} {}", estimate.name, short(value, 5), unit.symbol))
             })
             .collect();
         let reason = fit

@@ -13,6 +13,7 @@ use crate::error::WorkError;
 use crate::model::load;
 use crate::request::{LinearizeAt, LinearizeRequest, RunRequest, Solve};
 use crate::run::Run;
+use crate::run::under_way::told;
 use crate::session::Session;
 
 pub use report::{Linearised, modes};
@@ -40,9 +41,11 @@ pub fn linearize(
     let loaded = load(&request.model, &request.choices, &Directions::None, session)?;
     let run = Run::prepare(&run_request(request), loaded, session)?;
     let from = run.times[0];
+    session.listener.begins(false);
     let Rest { at, conserved } = match request.at {
         LinearizeAt::Time(t) => {
-            let reached = OperatingPoint::reached(&run.problem(), from, t, &run.options);
+            let reach = || OperatingPoint::reached(&run.problem(), from, t, &run.options);
+            let reached = told(session, [from, t], reach);
             Rest { at: reached.map_err(failed)?, conserved: Vec::new() }
         }
         LinearizeAt::Steady => rest(&run.problem(), from, &run.options).map_err(failed)?,
@@ -60,6 +63,7 @@ pub fn linearize(
             rest(&problem, from, &run.options).map_err(failed)?
         }
     };
+    session.listener.ends();
     let system = dgd_runtime::linearize::linearize(&run.problem(), &at).map_err(failed)?;
     let poles = system.poles_beside(&conserved).map_err(failed)?;
     let signature = run.signature().clone();

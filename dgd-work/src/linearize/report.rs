@@ -17,7 +17,7 @@ use super::figure;
 use crate::output::columns::quotient;
 use crate::output::provenance::Provenance;
 use crate::output::quantity::of_differences;
-use crate::output::table::{push_table, significant};
+use crate::output::table::{exact, push_table, significant};
 use crate::request::LinearizeAt;
 
 /// Digits of what is shown.
@@ -98,7 +98,7 @@ impl Matrix<'_> {
         let stub = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0);
         let columns: Vec<Vec<String>> = (0..n)
             .map(|j| {
-                let entries = (0..m).map(|i| significant(self.value(i, j), DIGITS));
+                let entries = (0..m).map(|i| exact(self.value(i, j), DIGITS));
                 std::iter::once(self.columns[j].label()).chain(entries).collect()
             })
             .collect();
@@ -336,7 +336,7 @@ impl Linearised {
         let cells = |quantity: &Quantity| {
             [
                 quantity.name.clone(),
-                significant(quantity.value(), DIGITS),
+                exact(quantity.value(), DIGITS),
                 quantity.unit.symbol.to_string(),
             ]
         };
@@ -347,7 +347,7 @@ impl Linearised {
             let mut table = vec![heads[..columns].to_vec()];
             for (state, rate) in self.states.iter().zip(&self.rates) {
                 let [name, value, unit] = cells(state);
-                let slope = significant(rate.value(), 3);
+                let slope = exact(rate.value(), 3);
                 let row = [name, value, unit, slope, rate.unit.symbol.to_string()];
                 table.push(row[..columns].to_vec());
             }
@@ -400,9 +400,9 @@ impl Linearised {
             let im = if pole.im == 0.0 {
                 String::new()
             } else {
-                format!("± {}i", significant(pole.im, DIGITS))
+                format!("± {}i", exact(pole.im, DIGITS))
             };
-            let seconds = |value: f64| format!("{} s", significant(value, 5));
+            let seconds = |value: f64| format!("{} s", exact(value, 5));
             let is_zero = pole.is_on_axis();
             let pole = if is_zero { &Pole { re: 0.0, ..*pole } } else { pole };
             let time = if is_zero { "-".to_owned() } else { seconds(pole.time_constant().abs()) };
@@ -416,10 +416,10 @@ impl Linearised {
                 (false, false) => String::new(),
             };
             table.push([
-                format!("{} 1/s", significant(pole.re, DIGITS)),
+                format!("{} 1/s", exact(pole.re, DIGITS)),
                 im,
                 time,
-                or_none(pole.damping().map(|damping| significant(damping, 4))),
+                or_none(pole.damping().map(|damping| exact(damping, 4))),
                 or_none(pole.period().map(seconds)),
                 remark,
             ]);

@@ -66,11 +66,7 @@ impl TimeTable {
         let written: Vec<Written<'_>> = self
             .columns
             .iter()
-            .map(|column| Written {
-                name: &column.name,
-                unit: &column.unit,
-                values: &column.values,
-            })
+            .map(|column| Written::new(&column.name, &column.unit, &column.values))
             .collect();
         write_table_at(out, &self.times, self.epoch, &written)
     }
@@ -135,7 +131,13 @@ pub(crate) fn is_element(unknown: &str) -> bool {
     unknown.ends_with(']')
 }
 
-/// Whether the model does not declare this: a derivative, a combination or a share, which the table
+/// Whether it is the share of a switch's two sides with which a solution slides along it: the solver's own, and nothing
+/// that anybody measures.
+pub(crate) fn is_share(unknown: &str) -> bool {
+    unknown.starts_with("share(")
+}
+
+/// Whether the model does not declare this: a derivative or a combination, which the table
 /// has and the figure leaves out.
 pub(crate) fn is_added(unknown: &str) -> bool {
     unknown.ends_with(')')

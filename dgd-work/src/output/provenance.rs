@@ -9,10 +9,17 @@ use serde_json::{Value, json};
 
 use crate::session::Session;
 
+/// Version of the schema of results, `docs/results.schema.json`.
+///
+/// It counts on where a key goes, or means something else; keys that are new leave it as it is.
+pub const SCHEMA_VERSION: u32 = 1;
+
 /// What a result was made of, and by what: equal provenances and requests have equal results.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct Provenance {
+    /// Version of the schema of results: [`SCHEMA_VERSION`].
+    pub schema: u32,
     /// Version of dgd.
     pub version: &'static str,
     /// Seed of everything random.
@@ -41,7 +48,13 @@ impl DataFile {
 
 impl Provenance {
     pub(crate) fn new(session: Session<'_>, model: Option<String>, data: Vec<DataFile>) -> Self {
-        Provenance { version: env!("CARGO_PKG_VERSION"), seed: session.seed, model, data }
+        Provenance {
+            schema: SCHEMA_VERSION,
+            version: env!("CARGO_PKG_VERSION"),
+            seed: session.seed,
+            model,
+            data,
+        }
     }
 
     /// Adds it to a result for programs.

@@ -8,12 +8,11 @@ use std::fmt;
 use dgd_compiler::units::parse_unit;
 use dgd_discover::ParameterValue;
 use dgd_runtime::Unit;
+pub(crate) use dgd_runtime::signature::number::rounded;
+use dgd_runtime::signature::number::{decade, fixed, is_written_out, times_ten_to};
 
 /// Digits of a value whose standard deviation is not known.
 const DIGITS: i32 = 4;
-
-/// Powers of ten beside which a number is written out.
-const WRITTEN_OUT: std::ops::Range<i32> = -3..6;
 
 /// The unit of differences of values in a unit; differences have no zero of their own.
 pub(crate) fn of_differences(unit: &Unit) -> Unit {
@@ -68,7 +67,7 @@ impl fmt::Display for Quantity {
             return f.write_str("–");
         }
         let size = decade(value.abs().max(std.unwrap_or(0.0)));
-        let power = if WRITTEN_OUT.contains(&size) { 0 } else { size };
+        let power = if is_written_out(size) { 0 } else { size };
         let scale = 10_f64.powi(power);
         let Some(std) = std else {
             let digits = fixed(value / scale, DIGITS - 1 - (size - power));
@@ -86,51 +85,6 @@ impl fmt::Display for Quantity {
             write!(f, "({value} ± {std}{model}){}", times_ten_to(power))
         }
     }
-}
-
-/// A number with so many digits; whole numbers keep all of theirs.
-pub(crate) fn rounded(value: f64, digits: i32) -> String {
-    if !value.is_finite() {
-        return "–".to_owned();
-    }
-    let size = decade(value.abs());
-    if WRITTEN_OUT.contains(&size) {
-        fixed(value, (digits - 1 - size).max(0))
-    } else {
-        let mantissa = fixed(value / 10_f64.powi(size), digits - 1);
-        format!("{mantissa}{}", times_ten_to(size))
-    }
-}
-
-/// With so many decimals; with fewer than none, rounded to tens, hundreds and so on.
-fn fixed(value: f64, decimals: i32) -> String {
-    let text = if decimals >= 0 {
-        format!("{value:.*}", decimals.cast_unsigned() as usize)
-    } else {
-        let unit = 10_f64.powi(-decimals);
-        format!("{:.0}", (value / unit).round() * unit)
-    };
-    match text.strip_prefix('-') {
-        // Nobody writes −0.00.
-        Some(digits) if digits.bytes().all(|b| matches!(b, b'0' | b'.')) => digits.to_owned(),
-        Some(digits) => format!("−{digits}"),
-        None => text,
-    }
-}
-
-/// The power of ten of the first digit, 0 for zero.
-fn decade(x: f64) -> i32 {
-    if x > 0.0 { x.log10().floor() as i32 } else { 0 }
-}
-
-fn times_ten_to(power: i32) -> String {
-    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    if power == 0 {
-        return String::new();
-    }
-    let raised = |c: char| c.to_digit(10).map_or('⁻', |digit| DIGITS[digit as usize]);
-    let exponent: String = power.to_string().chars().map(raised).collect();
-    format!("·10{exponent}")
 }
 
 /// A probability; the smallest that so many resamples can show is a bound.
@@ -174,7 +128,10 @@ pub(crate) fn stretches(windows: impl IntoIterator<Item = [f64; 2]>) -> String {
     let decimals = decimals(windows.iter().map(|[_, until]| *until).fold(0.0, f64::max));
     let all: Vec<String> = windows
         .iter()
-        .map(|[from, until]| format!("{}–{} s", fixed(*from, decimals), fixed(*until, decimals)))
+        .map(|[from, until]| {
+            let [from, until] = [from, until].map(|t| fixed(*t, decimals));
+            if from == until { format!("{from} s") } else { format!("{from}–{until} s") }
+        })
         .collect();
     all.join(", ") + summary.as_deref().unwrap_or_default()
 }
@@ -219,16 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_rounded_to_their_digits() {
-        for (value, digits, shown) in [
-            (0.012_34, 2, "0.012"),
-            (4821.3, 2, "4821"),
-            (-0.000_01, 2, "−1.0·10⁻⁵"),
-            (1.0, 2, "1.0"),
-            (f64::INFINITY, 2, "–"),
-        ] {
-            assert_eq!(rounded(value, digits), shown);
-        }
+    fn probabilities_shares_and_times_are_in_words() {
         assert_eq!(probability(0.001, 999), "p ≤ 0.0010");
         assert_eq!(probability(0.034, 999), "p = 0.034");
         assert_eq!(percent(0.987), "99 %");
@@ -239,6 +187,7 @@ mod tests {
             "100–121 s, 200–222 s, 300–323 s, 400–424 s, 600–621 s, 700–722 s, 800–823 s, 900–924 s, 1200–1222 s, \
              1300–1323 s and 4 shorter ones; 14 in all, together 306 s"
         );
+        assert_eq!(stretches([[5.0, 5.0], [7.0, 900.0]]), "5 s, 7–900 s");
         assert_eq!(stretches([[0.01, 0.0402], [1.0, 1.2]]), "0.01–0.04 s, 1.00–1.20 s");
         assert_eq!(
             ["118.4", "0.01184"].map(|t| moment(t.parse().expect("a number"))),

@@ -39,3 +39,36 @@ pub(crate) fn significant(value: f64, digits: usize) -> String {
         _ => scientific,
     }
 }
+
+/// The same of a number that is known exactly: without zeros behind it, `52.75` and `200`.
+pub(crate) fn exact(value: f64, digits: usize) -> String {
+    let text = significant(value, digits);
+    let (mantissa, exponent) = match text.find('e') {
+        Some(at) => text.split_at(at),
+        None => (text.as_str(), ""),
+    };
+    if !mantissa.contains('.') {
+        return text;
+    }
+    format!("{}{exponent}", mantissa.trim_end_matches('0').trim_end_matches('.'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_numbers_end_where_they_end() {
+        for (value, shown) in [
+            (200.0, "200"),
+            (-0.5, "-0.5"),
+            (0.0, "0"),
+            (52.75, "52.75"),
+            (1.5e8, "1.5e8"),
+            (2e-9, "2e-9"),
+            (-0.002_892_45, "-0.00289245"),
+        ] {
+            assert_eq!(exact(value, 6), shown);
+        }
+    }
+}

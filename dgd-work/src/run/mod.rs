@@ -5,6 +5,7 @@ pub(crate) mod keeping;
 pub(crate) mod memory;
 pub(crate) mod recording;
 pub(crate) mod reservations;
+pub(crate) mod under_way;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{Automaton, Model, Origin, Transition};
@@ -13,6 +14,7 @@ use dgd_compiler::source::Sources;
 use dgd_data::Epoch;
 use dgd_execute::Engine;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
+use dgd_runtime::signature::number::short;
 use dgd_runtime::{
     BadRequest, Failure, Inputs, IntegrateError, Observations, Options, OtherMethod, Problem,
     Signature, Solution, Steps, System, automatic_method, choose_per_sample, consistent_start,
@@ -61,7 +63,8 @@ impl Run {
         loaded: LoadedModel,
         session: Session<'_>,
     ) -> Result<Run, WorkError> {
-        let options = options(&args.solve)?;
+        let watched = session.listener.watched();
+        let options = Options { watched, ..options(&args.solve)? };
         let LoadedModel { compiled, mut sources, digest, .. } = loaded;
         session.spare(&sources)?;
         let mut diagnostics = Diagnostics::default();
@@ -136,6 +139,12 @@ impl Run {
         Problem { system: &self.system, p: &self.p, inputs: &self.inputs, start: &self.start }
     }
 
+    /// When it begins and ends, s.
+    pub(crate) fn span(&self) -> [f64; 2] {
+        let at = |time: Option<&f64>| time.copied().unwrap_or(0.0);
+        [at(self.times.first()), at(self.times.last())]
+    }
+
     pub(crate) fn signature(&self) -> &Signature {
         self.system.signature()
     }
@@ -202,6 +211,12 @@ impl Run {
     fn finish(&self, result: Result<Solution, Failure>) -> Result<Reached, WorkError> {
         let (solution, stopped) = match result {
             Ok(solution) => (solution, None),
+            Err(Failure { error: IntegrateError::Stopped { .. }, partial })
+                if partial.is_empty() =>
+            {
+                let words = "stopped by Ctrl-C before the first row: there is nothing to keep";
+                return Err(WorkError::Interrupted(words.to_owned()));
+            }
             Err(Failure { error, partial }) if partial.is_empty() => {
                 return Err(WorkError::Computation(error.to_string()));
             }
@@ -385,7 +400,9 @@ fn times(args: &RunRequest, recording: Option<&Recording>) -> Result<Vec<f64>, W
     let rows = (last - first) / every;
     if rows > MOST_ROWS {
         return Err(WorkError::Usage(format!(
-            "`--every {every:e}` asks for {rows:.1e} rows; a run has at most {MOST_ROWS:e}"
+            "`--every {every:e}` asks for {} rows; a run has at most {}",
+            short(rows, 2),
+            short(MOST_ROWS, 2)
         )));
     }
     // A last step shorter than rounding is left out.

@@ -24,6 +24,7 @@ use dgd_compiler::pipeline::Directions;
 use dgd_compiler::source::Sources;
 use dgd_data::files::Files;
 use dgd_data::{FileSystem, Reading, Table};
+use dgd_identify::Of;
 use dgd_plot::{Figure, Text};
 use dgd_runtime::Options;
 use dgd_screen::redundant::Compared;
@@ -69,7 +70,8 @@ pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screening
     if units::unify(&mut tables, &wishes.same, &mut diagnostics).is_err() {
         return Err(WorkError::diagnosed(&diagnostics, sources));
     }
-    let mut recordings = screen_all(tables, &wishes);
+    session.listener.begins(false);
+    let mut recordings = screen_all(tables, &wishes, session);
     let mut of_model = None;
     if let Some(model) = &request.model {
         let LoadedModel { compiled, sources, digest, .. } =
@@ -78,10 +80,13 @@ pub fn screen(request: &ScreenRequest, session: Session<'_>) -> Result<Screening
         session.spare(&sources)?;
         let system = dgd_execute::Loaded::new(compiled.program);
         let model = Model { system: &system, dae: &compiled.dae, options: Options::default() };
-        for one in &mut recordings {
+        let n = recordings.len();
+        for (k, one) in recordings.iter_mut().enumerate() {
+            session.advanced("recordings compared with the model", k, Of::Exactly(n));
             model.look_at(one);
         }
     }
+    session.listener.ends();
     let (is_check, command) = (request.check, request.command.clone());
     let data = recordings.iter().map(|one| DataFile::new(&one.path, one.table.digest));
     let provenance = Provenance::new(session, of_model, data.collect());
@@ -262,7 +267,11 @@ fn wishes(request: &ScreenRequest, tables: &[(PathBuf, Table)]) -> Result<Wishes
 
 /// Screens recordings, of which columns of one name have one unit, and those that measure the same.
 /// What one recording says of two columns with alike names holds for all.
-fn screen_all(tables: Vec<(PathBuf, Table)>, wishes: &Wishes) -> Vec<Screened> {
+fn screen_all(
+    tables: Vec<(PathBuf, Table)>,
+    wishes: &Wishes,
+    session: Session<'_>,
+) -> Vec<Screened> {
     let units: Vec<Vec<String>> = tables
         .iter()
         .map(|(_, table)| table.columns.iter().map(|c| unit_of(c.unit.as_ref())).collect())
@@ -286,7 +295,9 @@ fn screen_all(tables: Vec<(PathBuf, Table)>, wishes: &Wishes) -> Vec<Screened> {
     }
     let screenings: Vec<Screening> = records
         .iter()
-        .map(|record| {
+        .enumerate()
+        .map(|(k, record)| {
+            session.advanced("recordings", k, Of::Exactly(records.len()));
             let at = |name: &String| record.channels.iter().position(|c| c.name == name);
             let pairs = |names: &[[String; 2]]| -> Vec<[usize; 2]> {
                 let pair = |[a, b]: &[String; 2]| {

@@ -2,6 +2,7 @@
 
 use dgd_compiler::units::{Unit, parse_unit};
 use dgd_data::Table;
+use dgd_runtime::signature::number::short;
 use dgd_screen::redundant::Kinship;
 use dgd_screen::{Estimate, Fault, Finding, Stretch, Weight};
 
@@ -327,8 +328,8 @@ impl Notice {
     pub(crate) fn certainty(&self) -> String {
         match self.p_value {
             None => "counted".to_owned(),
-            Some(p) if p < 1e-12 => "chance below 1e-12".to_owned(),
-            Some(p) => format!("chance {p:.0e}"),
+            Some(p) if p < 1e-12 => "chance below 10⁻¹²".to_owned(),
+            Some(p) => format!("chance {}", short(p, 1)),
         }
     }
 

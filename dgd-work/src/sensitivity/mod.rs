@@ -12,11 +12,12 @@ use serde_json::{Value, json};
 
 use crate::error::{Ended, WorkError, meant};
 use crate::model::{Compilation, LoadedModel};
-use crate::output::columns::quotient;
+use crate::output::columns::{is_share, quotient};
 use crate::output::figure::{self, Line, Subject};
 use crate::output::provenance::Provenance;
 use crate::output::{Kind, NamedColumn, TimeTable};
 use crate::request::SensitivityRequest;
+use crate::run::under_way::{stopped_by, told};
 use crate::run::{Reached, Run};
 use crate::session::Session;
 use crate::simulate::SolutionFacts;
@@ -41,6 +42,8 @@ pub struct Sensitivities {
     pub verification: Option<verify::Report>,
     /// Why it did not go to the end.
     pub stopped: Option<String>,
+    /// Whether that was because who watches stopped it.
+    pub is_interrupted: bool,
     /// What it was made of.
     pub provenance: Provenance,
     /// Titles of the derivatives in a figure.
@@ -78,16 +81,28 @@ pub fn sensitivity(
 ) -> Result<Sensitivities, WorkError> {
     let (loaded, of) = load(request, session)?;
     let run = Run::prepare(&request.run, loaded, session)?;
-    let Reached { solution, observations, stopped } = run.simulate_with_sensitivities()?;
+    session.listener.begins(false);
+    let reached = told(session, run.span(), || run.simulate_with_sensitivities());
+    let Reached { solution, observations, stopped } = reached?;
     for undefined in &solution.undefined {
         session.remark(&format!("note: {undefined}"));
     }
-    let verification = (request.verify_sensitivities && stopped.is_none())
+    let verified = (request.verify_sensitivities && stopped.is_none())
         .then(|| {
             let compared = compared(request, &run, &of);
-            verify::against_differences(&run, &solution, &observations, &compared)
+            verify::against_differences(&run, &solution, &observations, &compared, session)
         })
-        .transpose()?;
+        .transpose();
+    let (mut is_interrupted, mut stopped) = stopped_by(stopped.as_ref(), run.span());
+    let verification = match verified {
+        Err(_) if session.listener.is_stopped() => {
+            let words = "stopped by Ctrl-C: the sensitivities are not compared with differences";
+            (is_interrupted, stopped) = (true, Some(words.to_owned()));
+            None
+        }
+        verified => verified?,
+    };
+    session.listener.ends();
     let pairs = pairs(&run, &solution, &observations, &of, request.scaled);
     let trajectory = |of: &Of| {
         let (name, unit) = of.name_and_unit(run.signature());
@@ -109,7 +124,8 @@ pub fn sensitivity(
         solution: SolutionFacts::of(&solution),
         undefined: undefined.collect(),
         verification,
-        stopped: stopped.map(|error| error.to_string()),
+        stopped,
+        is_interrupted,
         provenance: run.provenance.clone(),
         titles: pairs.iter().map(Pair::title).collect(),
         table: TimeTable {
@@ -147,7 +163,8 @@ impl Sensitivities {
     /// How it ended: also with a derivative that differs from its difference.
     pub fn ended(&self) -> Ended {
         if let Some(error) = &self.stopped {
-            return Ended::Stopped(error.clone());
+            let ended = if self.is_interrupted { Ended::Interrupted } else { Ended::Stopped };
+            return ended(error.clone());
         }
         let wrong = self.verification.as_ref().and_then(verify::Report::wrong);
         wrong.map_or(Ended::Done, Ended::Stopped)
@@ -236,6 +253,7 @@ fn load(
         }
         let message = format!("no state and no output is called `{}`", name.text);
         let names = signature.unknowns.single.iter().map(|x| &*x.name);
+        let names = names.filter(|name| !is_share(name));
         // An output may bear the name of its unknown.
         let others = outputs.iter().copied();
         let known: Vec<&str> = names.chain(others.filter(|name| unknown(name).is_none())).collect();
@@ -247,7 +265,9 @@ fn load(
         return Err(WorkError::diagnosed(&compilation.diagnostics, compilation.sources));
     }
     if of.is_empty() {
-        of.extend((0..signature.unknowns.single.len()).map(Of::Unknown));
+        let unknowns = signature.unknowns.single.iter().enumerate();
+        let shown = unknowns.filter(|(_, unknown)| !is_share(&unknown.name));
+        of.extend(shown.map(|(i, _)| Of::Unknown(i)));
         // An output that reads its unknown says the same in another unit.
         let others = outputs.iter().enumerate();
         let single = signature.unknowns.single.len();
@@ -369,7 +389,7 @@ mod tests {
         }
         let Reached { solution, observations, .. } = reached;
         let compared = compared(&request, &run, &of);
-        Ok(verify::against_differences(&run, &solution, &observations, &compared)?.wrong())
+        Ok(verify::against_differences(&run, &solution, &observations, &compared, session)?.wrong())
     }
 
     #[test]

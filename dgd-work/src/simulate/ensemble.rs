@@ -1,6 +1,7 @@
 //! Trajectories for many sets of parameters and start values.
 
 use std::io::{self, Write};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::pipeline::Directions;
@@ -8,13 +9,13 @@ use dgd_data::write::{Written, write_header, write_rows};
 use dgd_page::Markup;
 use dgd_plot::{Envelope, Figure, Meaning, Panel, Series, Style, Text};
 use dgd_runtime::ensemble::{Member, Trajectory, members_at_a_time};
-use dgd_runtime::{Statistics, Unit, side};
+use dgd_runtime::{IntegrateError, Statistics, Unit, side};
 use serde_json::{Value, json};
 
 use crate::error::{Ended, WorkError};
 use crate::model::sets::{self, Set};
 use crate::model::{LoadedModel, load};
-use crate::output::columns::{in_unit, is_added, is_element};
+use crate::output::columns::{in_unit, is_added, is_element, is_share};
 use crate::output::page;
 use crate::output::provenance::DataFile;
 use crate::request::{SimulateRequest, Start};
@@ -50,7 +51,8 @@ fn shown(run: &Run) -> Vec<Shown> {
     let inputs = signature.inputs.iter().enumerate();
     let is_output = |name: &str| signature.outputs.iter().any(|output| output.name == name);
     let unknowns = (signature.unknowns.iter().enumerate())
-        .filter(|(_, unknown)| !is_element(&unknown.name) && !is_output(&unknown.name));
+        .filter(|(_, unknown)| !is_element(&unknown.name) && !is_share(&unknown.name))
+        .filter(|(_, unknown)| !is_output(&unknown.name));
     let outputs = signature.outputs.iter().enumerate();
     (inputs.map(|(i, input)| one(&input.name, &input.unit, Of::Input(i))))
         .chain(unknowns.map(|(i, unknown)| one(&unknown.name, &unknown.unit, Of::Unknown(i))))
@@ -70,6 +72,8 @@ pub struct Ensemble {
     written: usize,
     /// Numbers of sets, from 1, and why they failed.
     failed: Vec<(usize, String)>,
+    /// Whether who watches stopped them.
+    is_interrupted: bool,
     /// Values of all that is shown, in its unit, after the number of the set and the time.
     gathered: Vec<Vec<f64>>,
     /// Values of sets for a figure, SI.
@@ -129,6 +133,7 @@ impl Ensemble {
             statistics: Statistics::default(),
             written: 0,
             failed: Vec::new(),
+            is_interrupted: false,
             gathered: Vec::new(),
             drawn: Vec::new(),
         })
@@ -144,14 +149,14 @@ impl Ensemble {
         self.written
     }
 
-    /// Runs all sets, and holds of them what is asked for.
+    /// Runs all sets, and holds of them what is asked for. Where the session stops it, those that are done are held.
     ///
     /// # Errors
     ///
     /// It needs more memory than is free.
-    pub fn run(&mut self, hold: Hold) -> Result<(), WorkError> {
+    pub fn run(&mut self, hold: Hold, session: Session<'_>) -> Result<(), WorkError> {
         self.verify_memory(self.sets.len())?;
-        self.each(hold, |_, _| Ok(())).map_err(|error| WorkError::Found(error.to_string()))
+        self.each(hold, session, |_, _| Ok(())).map_err(|error| WorkError::Found(error.to_string()))
     }
 
     /// Refuses an ensemble that needs more memory than is free, and holds the results of so many sets at the
@@ -182,6 +187,7 @@ impl Ensemble {
     fn each(
         &mut self,
         hold: Hold,
+        session: Session<'_>,
         mut take: impl FnMut(usize, &[Vec<f64>]) -> io::Result<()>,
     ) -> io::Result<()> {
         let Self { run, sets, threads, shown, .. } = self;
@@ -190,6 +196,8 @@ impl Ensemble {
         let inputs: Vec<Vec<f64>> =
             (0..run.signature().inputs.len()).map(|i| input_values(run, i)).collect();
         let block = BLOCK * threads.max(1);
+        let (done, all) = (AtomicUsize::new(0), sets.len());
+        session.listener.begins(false);
         for (k, sets) in sets.chunks(block).enumerate() {
             let members: Vec<Member<'_>> = sets
                 .iter()
@@ -202,10 +210,12 @@ impl Ensemble {
             };
             let outcomes =
                 run.system.reduce_members(&members, times, options, threads, |_, one| {
-                    one.map_err(|failure| failure.error.to_string()).map(|trajectory| {
-                        let all = shown.iter().map(|shown| values(&trajectory, shown.of));
-                        (all.collect::<Vec<_>>(), trajectory.statistics)
-                    })
+                    let trajectory = one.map_err(|failure| failure.error)?;
+                    let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+                    let of = dgd_identify::Of::Exactly(all);
+                    session.advanced("sets", done, of);
+                    let all = shown.iter().map(|shown| values(&trajectory, shown.of));
+                    Ok((all.collect::<Vec<_>>(), trajectory.statistics))
                 });
             for (i, outcome) in outcomes.into_iter().enumerate() {
                 let number = k * block + i + 1;
@@ -222,10 +232,15 @@ impl Ensemble {
                             self.drawn.push(values);
                         }
                     }
-                    Err(error) => self.failed.push((number, error)),
+                    Err(IntegrateError::Stopped { .. }) => self.is_interrupted = true,
+                    Err(error) => self.failed.push((number, error.to_string())),
                 }
             }
+            if self.is_interrupted {
+                break;
+            }
         }
+        session.listener.ends();
         Ok(())
     }
 
@@ -234,27 +249,32 @@ impl Ensemble {
     /// # Errors
     ///
     /// Those of `out`.
-    pub fn write_csv(&mut self, out: &mut (impl Write + ?Sized), hold: Hold) -> io::Result<()> {
+    pub fn write_csv(
+        &mut self,
+        out: &mut (impl Write + ?Sized),
+        hold: Hold,
+        session: Session<'_>,
+    ) -> io::Result<()> {
         let units: Vec<(String, Unit)> =
             self.shown.iter().map(|shown| (shown.name.clone(), shown.unit.clone())).collect();
         let (plain, seconds) = (unit("1"), unit("s"));
-        let times = self.run.times.clone();
+        let (times, epoch) = (self.run.times.clone(), self.run.epoch);
         let columns =
             |numbers: &'_ [f64],
              values: &'_ [Vec<f64>],
              write: &mut dyn FnMut(&[Written<'_>]) -> io::Result<()>| {
                 let mut columns = vec![
-                    Written { name: "set", unit: &plain, values: numbers },
-                    Written { name: "time", unit: &seconds, values: &times },
+                    Written::new("set", &plain, numbers),
+                    Written { epoch, ..Written::new("time", &seconds, &times) },
                 ];
                 for ((name, unit), values) in units.iter().zip(values) {
-                    columns.push(Written { name, unit, values });
+                    columns.push(Written::new(name, unit, values));
                 }
                 write(&columns)
             };
         let empty = vec![Vec::new(); units.len()];
         columns(&[], &empty, &mut |columns| write_header(out, columns))?;
-        self.each(hold, |number, values| {
+        self.each(hold, session, |number, values| {
             let numbers = vec![number as f64; times.len()];
             columns(&numbers, values, &mut |columns| write_rows(out, columns))
         })
@@ -283,6 +303,9 @@ impl Ensemble {
                     json!({ "name": shown.name, "unit": shown.unit.symbol, "values": values })
                 })
                 .collect();
+            if let Some(start) = self.run.epoch.and_then(|epoch| epoch.stamp(0.0)) {
+                details.insert("start".to_owned(), json!(start));
+            }
             details.insert("set".to_owned(), json!(set));
             details.insert("time".to_owned(), json!(time));
             details.insert("columns".to_owned(), json!(columns));
@@ -292,6 +315,12 @@ impl Ensemble {
 
     /// How it ended: it stopped where sets failed.
     pub fn ended(&self) -> Ended {
+        if self.is_interrupted {
+            let (done, all) = (self.written, self.sets.len());
+            return Ended::Interrupted(format!(
+                "stopped by Ctrl-C: the result has the {done} of {all} sets that were done"
+            ));
+        }
         if self.failed.is_empty() {
             return Ended::Done;
         }

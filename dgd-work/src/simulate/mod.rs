@@ -17,12 +17,13 @@ use serde_json::{Value, json};
 use crate::error::{Ended, WorkError};
 use crate::model::load;
 use crate::output::agreement::Agreement;
-use crate::output::columns::{events, in_unit, is_added, is_element, per_sample};
+use crate::output::columns::{events, in_unit, is_added, is_element, is_share, per_sample};
 use crate::output::figure::{self, Line, Subject};
 use crate::output::provenance::Provenance;
 use crate::output::table::{push_table, significant};
 use crate::output::{Kind, NamedColumn, TimeTable};
 use crate::request::SimulateRequest;
+use crate::run::under_way::{stopped_by, told};
 use crate::run::{Measured, Reached, Run};
 use crate::session::Session;
 
@@ -46,6 +47,8 @@ pub struct Simulated {
     pub solution: SolutionFacts,
     /// Why it did not go to the end.
     pub stopped: Option<String>,
+    /// Whether that was because who watches stopped it.
+    pub is_interrupted: bool,
     /// How outputs are drawn over another quantity, if not over time.
     pub sweep: Option<Sweep>,
     /// Arrays of unknowns that no output shows, where they were asked for.
@@ -109,7 +112,9 @@ pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simul
     } else {
         fields::Wanted::default()
     };
-    let Reached { solution, mut observations, stopped } = run.simulate_with(&wanted.elements)?;
+    session.listener.begins(false);
+    let reached = told(session, run.span(), || run.simulate_with(&wanted.elements));
+    let Reached { solution, mut observations, stopped } = reached?;
     if let Some(seed) = request.noise_seed {
         noise::add(run.signature(), &mut observations, seed);
     }
@@ -117,18 +122,22 @@ pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simul
     if let Some(sweep) = &mut sweep
         && request.run.every.is_none()
         && request.noise_seed.is_none()
+        && stopped.is_none()
         && let Some(times) = over::between(&table.times)
     {
         run.times = times;
-        let Reached { solution, observations, .. } = run.simulate()?;
+        let Reached { solution, observations, .. } = told(session, run.span(), || run.simulate())?;
         sweep.fine = Some(self::table(&run, &solution, &observations));
     }
+    session.listener.ends();
+    let (is_interrupted, stopped) = stopped_by(stopped.as_ref(), run.span());
     Ok(Simulated {
         model: run.signature().name.to_string(),
         table,
         method: run.options.method.name,
         solution: SolutionFacts::of(&solution),
-        stopped: stopped.map(|error| error.to_string()),
+        stopped,
+        is_interrupted,
         fields: wanted.found(&solution, run.single_unknowns()),
         sweep,
         measured: run.measured,
@@ -221,7 +230,8 @@ impl Simulated {
 
     /// How it ended.
     pub fn ended(&self) -> Ended {
-        self.stopped.clone().map_or(Ended::Done, Ended::Stopped)
+        let ended = if self.is_interrupted { Ended::Interrupted } else { Ended::Stopped };
+        self.stopped.clone().map_or(Ended::Done, ended)
     }
 
     /// Its figure: over time, or over the quantity that was asked for.
@@ -313,7 +323,8 @@ fn table(run: &Run, solution: &Solution, observations: &Observations) -> TimeTab
     }
     for (i, unknown) in signature.unknowns.iter().enumerate() {
         let shown_as_output = || signature.outputs.iter().any(|output| output.name == unknown.name);
-        if !is_element(&unknown.name) && !shown_as_output() {
+        let is_shown = !is_element(&unknown.name) && !is_share(&unknown.name);
+        if is_shown && !shown_as_output() {
             let values = (0..solution.len()).map(|k| solution.y(k)[i]).collect();
             columns.push(NamedColumn::new(&unknown.name, &unknown.unit, Kind::Unknown, values));
         }

@@ -7,6 +7,7 @@ mod settings;
 use std::io::{self, Read, Write};
 
 use dgd_compiler::pipeline::{Compiled, Directions};
+use dgd_identify::Of;
 use dgd_identify::filter::{
     Alarm, Filter, FilterError, FilterProblem, Row, Sample, Tracked as Estimate,
 };
@@ -171,7 +172,7 @@ impl Tracking<'_> {
         let Tracking { asked, compiled, problem, .. } = &self;
         let settings = Settings::new(asked, compiled, problem, sample, &rows.measured)?;
         let used: Vec<bool> = settings.tuning.noise.iter().map(Option::is_some).collect();
-        let report = Report::new(problem, &used);
+        let report = Report::new(problem, &used, rows.epoch());
         let (filter, row) =
             Filter::begin(problem, &settings.tuning, sample).map_err(|error| failed(&error))?;
         self.session.remark(&settings.text(problem));
@@ -181,7 +182,9 @@ impl Tracking<'_> {
             kept: Vec::new(),
             tally: Tally::new(row.clone()),
         };
+        self.session.listener.begins(false);
         let ended = output.write(&settings, filter, row, rows, out, format);
+        self.session.listener.ends();
         // The estimates so far are worth telling.
         let remarks = output.tally.said(problem);
         let Output { kept, tally, .. } = output;
@@ -246,6 +249,10 @@ impl Output<'_> {
     ) -> Result<(), WorkError> {
         let Tracking { session, problem, .. } = self.tracking;
         let mut told = settings.json(problem);
+        let start = rows.epoch().and_then(|epoch| epoch.stamp(0.0));
+        if let (Some(start), Some(told)) = (start, told.as_object_mut()) {
+            told.insert("start".to_owned(), json!(start));
+        }
         self.tracking.provenance.push_json(&mut told);
         let head = match format {
             LineFormat::Csv => self.report.header(out),
@@ -282,6 +289,9 @@ impl Output<'_> {
                 return Ok(());
             }
             self.tally.take(&row, *session);
+            if let Some(most) = rows.most() {
+                session.advanced("rows", self.tally.rows, Of::AtMost(most));
+            }
             if self.tracking.request.keeps_rows {
                 self.kept.push(row);
             }

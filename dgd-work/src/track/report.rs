@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use dgd_data::Epoch;
 use dgd_data::write::{Written, write_header, write_rows};
 use dgd_identify::filter::{Alarm, FilterProblem, Row, Tracked};
 use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
@@ -33,10 +34,12 @@ pub(super) struct Report {
     parameters: Vec<Subject>,
     /// Outputs in use, with their positions.
     outputs: Vec<(usize, Subject)>,
+    /// The stamp of time zero, where times are stamps.
+    epoch: Option<Epoch>,
 }
 
 impl Report {
-    pub(super) fn new(problem: &FilterProblem<'_>, used: &[bool]) -> Self {
+    pub(super) fn new(problem: &FilterProblem<'_>, used: &[bool], epoch: Option<Epoch>) -> Self {
         let signature = problem.system.signature();
         let states = problem.states().into_iter();
         let states =
@@ -47,6 +50,7 @@ impl Report {
             states: states.collect(),
             parameters: parameters.map(|p| Subject::new(&p.name, &p.unit)).collect(),
             outputs: outputs.map(|(i, w)| (i, Subject::new(&w.name, &w.unit))).collect(),
+            epoch,
         }
     }
 
@@ -85,8 +89,9 @@ impl Report {
         }
         let square = row.filter(|row| row.samples > 0).map(|row| row.normalised_square);
         cells.push(("nis".to_owned(), &one, [square.unwrap_or(f64::NAN)]));
-        let columns: Vec<Written<'_>> =
-            cells.iter().map(|(name, unit, values)| Written { name, unit, values }).collect();
+        let mut columns: Vec<Written<'_>> =
+            cells.iter().map(|(name, unit, values)| Written::new(name, unit, values)).collect();
+        columns[0].epoch = self.epoch;
         write(&columns)
     }
 

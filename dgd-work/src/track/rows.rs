@@ -1,7 +1,7 @@
 //! Where rows come from: a file, or a stream as it is written. They are read one by one, and those that
 //! cannot be read are left out; with `--strict` a file is read whole before anything is computed.
 
-use std::io::Read;
+use std::io::{BufRead, Read};
 use std::path::Path;
 
 use dgd_compiler::dae::Dae;
@@ -9,7 +9,7 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
 use dgd_data::select::Gaps;
 use dgd_data::stream::Stream;
-use dgd_data::{self as data, FileSystem, Reading};
+use dgd_data::{self as data, Epoch, FileSystem, Reading};
 
 use crate::error::WorkError;
 use crate::request::TrackRequest;
@@ -46,6 +46,8 @@ pub(super) struct Rows<'a> {
     pub measured: Vec<bool>,
     from: f64,
     until: f64,
+    /// No more rows than so many, where that is known.
+    most: Option<usize>,
 }
 
 enum From {
@@ -99,6 +101,13 @@ impl<'a> Rows<'a> {
             None => recording.digest,
             Some(_) => (is_file && files.is_file(path)).then(whole).flatten(),
         };
+        let watched = session.listener.watched().is_some();
+        let most = match source {
+            None => Some(recording.times.len()),
+            Some(_) => {
+                (is_file && watched && files.is_file(path)).then(|| lines(files, path)).flatten()
+            }
+        };
         let measured = recording.measured.outputs.iter().map(Option::is_some).collect();
         let source = match source {
             Some(stream) => From::Stream { stream, values: Vec::new() },
@@ -118,7 +127,21 @@ impl<'a> Rows<'a> {
             measured,
             from,
             until,
+            most,
         })
+    }
+
+    /// No more rows than so many, where that is known and somebody looks.
+    pub(super) fn most(&self) -> Option<usize> {
+        self.most
+    }
+
+    /// The stamp of the first row, once that was read, where times are stamps.
+    pub(super) fn epoch(&self) -> Option<Epoch> {
+        match &self.source {
+            From::File { recording, .. } => recording.epoch,
+            From::Stream { stream, .. } => stream.epoch(),
+        }
     }
 
     /// Digest of the file; none of a stream.
@@ -170,6 +193,17 @@ impl<'a> Rows<'a> {
             }
         }
     }
+}
+
+/// Lines of a file: rows, and a few more.
+fn lines(files: &dyn FileSystem, path: &Path) -> Option<usize> {
+    let mut text = data::decompressed(files.open(path).ok()?).ok()?;
+    let (mut lines, mut line) = (0, Vec::new());
+    while text.read_until(b'\n', &mut line).ok()? > 0 {
+        lines += 1;
+        line.clear();
+    }
+    Some(lines)
 }
 
 /// Whether a regular file begins as Parquet does, which is not read row by row.

@@ -11,7 +11,7 @@ use std::io::Read;
 use std::path::Path;
 
 use dgd_data::files::{Files, write_folder};
-use dgd_data::{Disk, FileSystem};
+use dgd_data::{Disk, FileSystem, decompressed};
 
 use crate::args::NewArgs;
 use crate::console::Console;
@@ -60,12 +60,13 @@ pub(crate) fn run(args: &NewArgs, console: Console<'_>) -> Result<(), CommandErr
     Ok(())
 }
 
-/// The bytes of a recording, which may come in on standard input.
+/// The bytes of a recording, which may come in on standard input, and be compressed.
 fn bytes_of(path: &Path) -> Result<Vec<u8>, CommandError> {
     let failed =
         |why: String| CommandError::Found(format!("cannot read `{}`: {why}", path.display()));
     let mut bytes = Vec::new();
     let file = Disk.open(path).map_err(failed)?;
+    let file = decompressed(file).map_err(|error| failed(error.to_string()))?;
     file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(|error| failed(error.to_string()))?;
     if bytes.len() as u64 > MOST_BYTES {
         return Err(failed(format!("it is larger than {} GB", MOST_BYTES >> 30)));

@@ -14,6 +14,7 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::Sources;
 use dgd_compiler::units::{Unit, describe, parse_unit};
 use dgd_data::files::Files;
+use dgd_data::write::{Written, write_table_at};
 use dgd_data::{Column, Table, read_from};
 
 use super::commands;
@@ -29,6 +30,9 @@ pub(super) struct Skeleton {
 /// Rows that repeat the one before, as a share, from which on a column is held: a command, and not a measurement.
 const HELD: f64 = 0.5;
 
+/// How a Parquet file begins.
+const PARQUET: &[u8] = b"PAR1";
+
 /// A column that the model has.
 struct Quantity<'a> {
     /// As the file calls it.
@@ -41,7 +45,7 @@ struct Quantity<'a> {
     is_output: bool,
 }
 
-/// Makes a project of a recording.
+/// Makes a project of a recording, whose bytes are not compressed.
 ///
 /// # Errors
 ///
@@ -53,12 +57,6 @@ pub(super) fn of(
     outputs: &[String],
 ) -> Result<Skeleton, CommandError> {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    if bytes.starts_with(&[0x1f, 0x8b]) || bytes.starts_with(b"PAR1") {
-        return Err(CommandError::Found(format!(
-            "`{}` is compressed or Parquet, and `dgd new` copies CSV text: unpack it first",
-            path.display()
-        )));
-    }
     let name = path.display().to_string();
     let table = read_from(&name, bytes, &mut sources, &mut diagnostics);
     let table = table.map_err(|_| CommandError::diagnosed(&diagnostics, sources.clone()))?;
@@ -75,21 +73,49 @@ pub(super) fn of(
     }
     let duration = times.last().copied().unwrap_or(0.0).max(1e-9);
     let text = text(model, path, &quantities, duration);
-    let header = header(&table, &sources, &quantities);
-    let span = table.header;
-    let offset = bytes.len() - bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes).len();
-    let (start, end) = (span.start as usize + offset, span.end as usize + offset);
-    let data = [&bytes[..start], header.as_bytes(), &bytes[end..]].concat();
-    let mut written = vec![
+    let data = if bytes.starts_with(PARQUET) {
+        written(&table, &times, &quantities)
+    } else {
+        copied(&table, &sources, &quantities, bytes)
+    };
+    let mut files = vec![
         (format!("{model}.dgd"), text.into_bytes()),
         ("data.csv".to_owned(), data),
         ("README.md".to_owned(), readme(model, path).into_bytes()),
     ];
     if let Some(output) = quantities.iter().find(|one| one.is_output) {
         let (name, text) = effect(model, output);
-        written.push((format!("effects/{name}.dgd"), text.into_bytes()));
+        files.push((format!("effects/{name}.dgd"), text.into_bytes()));
     }
-    Ok(Skeleton { files: Files { written, removed: Vec::new() }, remarks })
+    Ok(Skeleton { files: Files { written: files, removed: Vec::new() }, remarks })
+}
+
+/// The text of a CSV file with another header line.
+fn copied(table: &Table, sources: &Sources, quantities: &[Quantity<'_>], bytes: &[u8]) -> Vec<u8> {
+    let header = header(table, sources, quantities);
+    let span = table.header;
+    let offset = bytes.len() - bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes).len();
+    let (start, end) = (span.start as usize + offset, span.end as usize + offset);
+    [&bytes[..start], header.as_bytes(), &bytes[end..]].concat()
+}
+
+/// The columns that the model has as CSV, in the units of the file.
+fn written(table: &Table, times: &[f64], quantities: &[Quantity<'_>]) -> Vec<u8> {
+    let unit = |one: &Quantity<'_>| dgd_runtime::Unit {
+        symbol: one.unit.symbol.clone().into(),
+        factor: 1.0,
+        offset: 0.0,
+    };
+    let units: Vec<dgd_runtime::Unit> = quantities.iter().map(unit).collect();
+    let columns: Vec<Written<'_>> = quantities
+        .iter()
+        .zip(&units)
+        .map(|(one, unit)| Written::new(&one.name, unit, &one.column.values))
+        .collect();
+    let mut text = Vec::new();
+    // Writing to memory does not fail.
+    let _ = write_table_at(&mut text, times, table.epoch, &columns);
+    text
 }
 
 fn is_usable(column: &Column) -> bool {

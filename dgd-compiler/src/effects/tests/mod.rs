@@ -380,6 +380,23 @@ fn a_torque_is_in_the_unit_that_the_model_writes() {
 }
 
 #[test]
+fn units_are_put_together_as_the_model_does() {
+    let spelling = |declared: &str, state: &str, rate: &str| {
+        let text = format!(
+            "model m\n{declared}\nstate x [{state}] = 1\nequation e: {rate}*der(x) = {rate} [{state}/s]\n"
+        );
+        let mut run = Run::new(&text);
+        let asts = [run.model.clone()];
+        let model = run.resolve(&asts).unwrap_or_else(|| panic!("{}", run.shown()));
+        model.spelling(model.equations[0].dimension)
+    };
+    assert_eq!(spelling("", "W", "1"), "W/s");
+    assert_eq!(spelling("", "J", "1"), "W");
+    assert_eq!(spelling("parameter b [N*m*s/rad] = 1", "N*m*s", "1"), "N*m");
+    assert_eq!(spelling("", "kg*m", "1"), "kg*m/s");
+}
+
+#[test]
 fn a_term_is_read_in_the_unit_of_the_first_quantity_that_measures_the_same() {
     let of = |declared: &str| {
         let text =

@@ -11,7 +11,7 @@ use super::expression::{close, expression, optional_unit};
 use super::lexical::TokenKind;
 use super::part::{self, is_binding};
 use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, dotted, name, token, word};
-use crate::diagnostics::{Code, Diagnostic, suggestion};
+use crate::diagnostics::{Code, Diagnostic, Edit, Fix, suggestion};
 use crate::syntax::ast::{
     Argument, Attribute, AttributeKind, Bound, Expr, ItemKind, Name, Unit, UnknownKind,
 };
@@ -272,6 +272,17 @@ fn attributes<'a>(
     mut input: Tokens<'a>,
 ) -> Parsed<'a, Vec<Attribute>> {
     let mut all: Vec<(&str, Attribute)> = Vec::new();
+    if input.first() == Some(TokenKind::Comma) {
+        let behind = input.behind_first();
+        if ATTRIBUTES.iter().any(|(word, _)| behind.starts_with_word(word)) {
+            let word = behind.first_text();
+            let message = format!("`{word}` has a comma in front of it");
+            return input.wrong(
+                Diagnostic::new(Code::E105, input.span(), message)
+                    .fix(Fix::safe(vec![Edit::replace(input.span(), " ")])),
+            );
+        }
+    }
     let is_attribute = ATTRIBUTES.iter().any(|(word, _)| input.starts_with_word(word));
     if input.first() != Some(TokenKind::Name) || allowed.is_empty() && !is_attribute {
         return Ok((input, Vec::new()));

@@ -307,6 +307,11 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
                     }
                     damping *= growth;
                 }
+                // What was stopped on its way says nothing of the point.
+                Err(_) if watch.is_stopped() => {
+                    minimum.termination = Termination::Stopped;
+                    return minimum;
+                }
                 Err(error) => {
                     (failed, near_failures) = (true, true);
                     minimum.failures += 1;

@@ -23,6 +23,7 @@ use crate::error::IntegrateError;
 use crate::integrate::methods::catalogue::{METHODS, Method, MethodKind, taylor_up_to};
 use crate::integrate::methods::taylor::order;
 use crate::integrate::simulation::Simulation;
+use crate::integrate::watched::Watched;
 use crate::linalg::norm::larger;
 use crate::problem::{Options, Problem};
 use crate::solution::Solution;
@@ -238,6 +239,7 @@ struct MeasuredRun<'a, S: Solved, C> {
     problem: Problem<'a, S>,
     times: &'a [f64],
     max_steps: usize,
+    watched: Option<&'static Watched>,
     grid: Grid,
     start: C,
     gauge: Gauge<C>,
@@ -248,8 +250,8 @@ impl<'a, S: Solved, C: Carried<S>> MeasuredRun<'a, S, C> {
     fn new(simulation: &Simulation<'a, S>, times: &'a [f64], grid: Grid) -> Self {
         let (start, sizes) = started(simulation);
         let gauge = Gauge::new(simulation.tolerances, sizes);
-        let Simulation { problem, max_steps, method, .. } = *simulation;
-        Self { problem: *problem, times, max_steps, grid, start, gauge, method }
+        let Simulation { problem, max_steps, watched, method, .. } = *simulation;
+        Self { problem: *problem, times, max_steps, watched, grid, start, gauge, method }
     }
 }
 
@@ -257,9 +259,9 @@ impl<S: Solved, C: Carried<S>> Task<S, C> for MeasuredRun<'_, S, C> {
     type Done = Result<Measured, IntegrateError>;
 
     fn with<M: FixedStep<S, C>>(self, mut stepper: M) -> Self::Done {
-        let Self { problem, times, max_steps, grid, mut start, mut gauge, method } = self;
+        let Self { problem, times, max_steps, watched, grid, mut start, mut gauge, method } = self;
         let Problem { system, p, inputs, .. } = problem;
-        let course = Course { system, p, inputs, times, grid, max_steps };
+        let course = Course { system, p, inputs, times, grid, max_steps, watched };
         match sweep(&course, &mut stepper, &mut start, Some(&mut gauge), &mut Nothing) {
             Ok(_) => Ok(gauge.measured()),
             Err(stopped) => stopped.into_error(max_steps, |t| {

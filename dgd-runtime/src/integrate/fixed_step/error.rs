@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use dgd_signature::number::short;
+
 use crate::integrate::methods::catalogue::{Method, MethodKind};
 use crate::integrate::methods::tableaux::RungeKuttaTableau;
 use crate::integrate::methods::taylor;
@@ -152,7 +154,8 @@ impl fmt::Display for PerSampleError {
             Self::Inaccurate { per_sample, method, error } => write!(
                 f,
                 "with {per_sample} steps per sample by `{method}` the local error is still \
-                 {error:.1e} times the tolerance; {INSTEAD}"
+                 {} times the tolerance; {INSTEAD}",
+                short(*error, 2)
             ),
         }
     }

@@ -43,6 +43,7 @@ use crate::integrate::methods::tableaux::{EqualSteps, RungeKuttaTableau};
 use crate::integrate::methods::taylor::order;
 use crate::integrate::request;
 use crate::integrate::simulation::Simulation;
+use crate::integrate::watched::Watched;
 use crate::problem::{Options, Problem};
 use crate::signal::Segment;
 use crate::solution::Solution;
@@ -199,6 +200,7 @@ struct Streamed<'a, S: Solved, C, K> {
     problem: Problem<'a, S>,
     times: &'a [f64],
     max_steps: usize,
+    watched: Option<&'static Watched>,
     count: Count,
     start: C,
     sink: &'a mut K,
@@ -211,9 +213,9 @@ impl<'a, S: Solved, C: Carried<S>, K: Sink> Streamed<'a, S, C, K> {
         count: Count,
         sink: &'a mut K,
     ) -> Self {
-        let Simulation { problem, max_steps, .. } = *simulation;
+        let Simulation { problem, max_steps, watched, .. } = *simulation;
         let (start, _) = started(simulation);
-        Self { problem: *problem, times, max_steps, count, start, sink }
+        Self { problem: *problem, times, max_steps, watched, count, start, sink }
     }
 }
 
@@ -221,10 +223,10 @@ impl<S: Solved, C: Carried<S>, K: Sink> Task<S, C> for Streamed<'_, S, C, K> {
     type Done = Result<(), IntegrateError>;
 
     fn with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
-        let Self { problem, times, max_steps, mut count, mut start, sink } = self;
+        let Self { problem, times, max_steps, watched, mut count, mut start, sink } = self;
         let Problem { system, p, inputs, .. } = problem;
         let grid = Grid::new(sample_interval(inputs, times), count.n);
-        let course = Course { system, p, inputs, times, grid, max_steps };
+        let course = Course { system, p, inputs, times, grid, max_steps, watched };
         match sweep(&course, &mut method, &mut start, None, sink) {
             Ok(_) => Ok(()),
             Err(stopped) => stopped.into_error(max_steps, |t| count.refuse(t)),
@@ -238,6 +240,7 @@ struct WholeRun<'a, S: Solved, C> {
     problem: Problem<'a, S>,
     times: &'a [f64],
     max_steps: usize,
+    watched: Option<&'static Watched>,
     count: Count,
     start: C,
     gauge: Gauge<C>,
@@ -253,8 +256,8 @@ impl<'a, S: Solved, C: Carried<S>> WholeRun<'a, S, C> {
     ) -> Self {
         let (start, sizes) = started(simulation);
         let gauge = Gauge::new(simulation.tolerances, sizes);
-        let max_steps = simulation.max_steps;
-        Self { problem: *simulation.problem, times, max_steps, count, start, gauge, solution }
+        let Simulation { problem, max_steps, watched, .. } = *simulation;
+        Self { problem: *problem, times, max_steps, watched, count, start, gauge, solution }
     }
 }
 
@@ -262,7 +265,8 @@ impl<S: Solved, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
     type Done = Result<(), IntegrateError>;
 
     fn with<M: FixedStep<S, C>>(self, mut method: M) -> Self::Done {
-        let Self { problem, times, max_steps, mut count, start, mut gauge, solution } = self;
+        let Self { problem, times, max_steps, watched, mut count, start, mut gauge, solution } =
+            self;
         let Problem { system, p, inputs, .. } = problem;
         let interval = sample_interval(inputs, times);
         let mut rows = if count.is_open() { head(times) } else { times.len() };
@@ -272,7 +276,8 @@ impl<S: Solved, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
             gauge.reset();
             let gauged = if count.is_open() { Some(&mut gauge) } else { None };
             let grid = Grid::new(interval, count.n);
-            let course = Course { system, p, inputs, times: &times[..rows], grid, max_steps };
+            let times_now = &times[..rows];
+            let course = Course { system, p, inputs, times: times_now, grid, max_steps, watched };
             let mut now = start.clone();
             match sweep(&course, &mut method, &mut now, gauged, solution) {
                 Ok(steps) => {

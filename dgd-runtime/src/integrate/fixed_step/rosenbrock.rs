@@ -83,6 +83,9 @@ impl<S: Solved> Simulation<'_, S> {
             }
             let h = (end - begin) / count as f64;
             for k in 1..=count {
+                if let Some(watched) = self.watched {
+                    watched.passes(self.t)?;
+                }
                 let t_new = if k == count { end } else { begin + k as f64 * h };
                 self.linearize_for_step(solution);
                 let outcome = self.try_step(h, Variables::All, solution);

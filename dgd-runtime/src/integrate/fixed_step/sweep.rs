@@ -18,6 +18,7 @@ use super::grid::Grid;
 use super::method::{Equations, FixedStep, Made};
 use super::segment_inputs::SegmentInputs;
 use crate::error::IntegrateError;
+use crate::integrate::watched::Watched;
 use crate::linalg::norm::Tolerances;
 use crate::linalg::norm::larger;
 use crate::signal::{Inputs, Segment, Side};
@@ -32,6 +33,7 @@ pub(crate) struct Course<'a, S> {
     pub(crate) times: &'a [f64],
     pub(crate) grid: Grid,
     pub(crate) max_steps: usize,
+    pub(crate) watched: Option<&'static Watched>,
 }
 
 impl<S> Course<'_, S> {
@@ -94,12 +96,14 @@ impl<C: Clone> Gauge<C> {
 pub(crate) enum Stopped {
     /// More steps than allowed.
     TooMany { t: f64 },
+    /// Whoever waited for it asked it to.
+    Asked { t: f64 },
     /// The step from this time leads to what is not finite.
     NotFinite { t: f64 },
 }
 
 impl Stopped {
-    /// The error of more than `max_steps` steps, or what is made of a step that is not finite.
+    /// The error of more than `max_steps` steps, that of one who was stopped, or what is made of a step that is not finite.
     pub(crate) fn into_error<T>(
         self,
         max_steps: usize,
@@ -107,6 +111,7 @@ impl Stopped {
     ) -> Result<T, IntegrateError> {
         match self {
             Self::TooMany { t } => Err(IntegrateError::TooManySteps { t, steps: max_steps }),
+            Self::Asked { t } => Err(IntegrateError::Stopped { t }),
             Self::NotFinite { t } => not_finite(t),
         }
     }
@@ -123,7 +128,7 @@ pub(crate) fn sweep<S: Solved, C: Carried<S>, M: FixedStep<S, C>>(
     mut gauge: Option<&mut Gauge<C>>,
     sink: &mut impl Sink,
 ) -> Result<usize, Stopped> {
-    let Course { system, p, inputs, times, grid, max_steps } = *course;
+    let Course { system, p, inputs, times, grid, max_steps, watched } = *course;
     let (mut t, until) = (times[0], times[times.len() - 1]);
     let mut next = now.clone();
     let mut row = now.clone();
@@ -149,6 +154,9 @@ pub(crate) fn sweep<S: Solved, C: Carried<S>, M: FixedStep<S, C>>(
         }
         let h = (end - begin) / count as f64;
         for k in 1..=count {
+            if watched.is_some_and(|watched| watched.passes(t).is_err()) {
+                return Err(Stopped::Asked { t });
+            }
             method.step(equations, t, h, now, &mut next);
             let made = Made { t, h, from: &*now, to: &next };
             if let Some(gauge) = &mut gauge {

@@ -1,6 +1,7 @@
 //! Consistent values: where a run begins, and where inputs or modes have changed.
 
 pub(crate) mod consistent;
+pub(crate) mod dependent;
 pub(crate) mod measured;
 
 use crate::algebraic::AlgebraicPoint;

@@ -62,13 +62,17 @@ pub fn invert(request: &InvertRequest, session: Session<'_>) -> Result<Missing, 
         noise: &noise,
         bandwidth: request.bandwidth,
     };
+    session.listener.begins(false);
     let found = invert_equation(&problem).map_err(|error| refused(label, &error))?;
     let twin = request
         .with_estimate
         .then(|| twin::estimate(&terms, &run, &recording, &noise, session))
         .flatten();
+    session.listener.ends();
     let used: Vec<Sensor> = sensors.into_iter().flatten().collect();
-    Ok(Missing::new(request, terms.system().signature(), found, units, used, twin, run.provenance))
+    let signature = terms.system().signature();
+    let missing = Missing::new(request, signature, found, units, used, twin, run.provenance);
+    Ok(missing.since(run.epoch))
 }
 
 /// The model with room for what the equation lacks.

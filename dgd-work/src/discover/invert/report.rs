@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::io;
 
+use dgd_data::Epoch;
 use dgd_identify::inversion::{Inverted, Source};
 use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
 use dgd_runtime::{Signature, Unit};
@@ -13,6 +14,7 @@ use super::sensors::Sensor;
 use super::twin::Twin;
 use crate::output::columns::{Kind, NamedColumn, TimeTable};
 use crate::output::provenance::Provenance;
+use crate::output::quantity::{moment, stretches};
 use crate::output::table::significant;
 use crate::request::InvertRequest;
 
@@ -37,6 +39,8 @@ pub struct Missing {
     pub twin: Option<Twin>,
     /// What it was made of.
     pub provenance: Provenance,
+    /// The stamp of time zero, where the data has stamps.
+    epoch: Option<Epoch>,
     unit: Unit,
     /// Spelling of its unit in SI.
     si: String,
@@ -81,7 +85,13 @@ impl Missing {
             found,
             twin,
             provenance,
+            epoch: None,
         }
+    }
+
+    /// The same with times that are stamps from this one on.
+    pub(super) fn since(self, epoch: Option<Epoch>) -> Self {
+        Missing { epoch, ..self }
     }
 
     /// The unit of its integral over time, in SI: of a flow in cubic metres per second that is cubic metres.
@@ -137,7 +147,7 @@ impl Missing {
             columns.push(column("estimate", &self.unit, &value));
             columns.push(column("estimate_std", &self.unit, &std));
         }
-        TimeTable { times: times.clone(), epoch: None, columns }
+        TimeTable { times: times.clone(), epoch: self.epoch, columns }
     }
 
     /// Writes the table as CSV.
@@ -204,11 +214,11 @@ impl Missing {
             let missing = &self.found.missing;
             let _ = writeln!(
                 text,
-                "largest    {} ± {} {} at {} s",
+                "largest    {} ± {} {} at {}",
                 in_unit(missing.value[k]),
                 in_unit(missing.std[k]),
                 self.unit.symbol,
-                self.found.times[k]
+                moment(self.found.times[k])
             );
         }
         if let Some(integral) = &self.found.integral {
@@ -231,11 +241,11 @@ impl Missing {
                 significant(self.found.left_out, DIGITS)
             );
         }
-        let windows: Vec<String> =
-            self.windows().iter().map(|[from, to]| format!("{from}–{to} s")).collect();
-        let _ = match windows.as_slice() {
-            [] => writeln!(text, "nothing stands out of the sensors' noise"),
-            _ => writeln!(text, "stands out {}", shortened(&windows)),
+        let windows = self.windows();
+        let _ = if windows.is_empty() {
+            writeln!(text, "nothing stands out of the sensors' noise")
+        } else {
+            writeln!(text, "stands out {}", stretches(windows))
         };
         if let Some(twin) = &self.twin {
             let _ = writeln!(
@@ -331,16 +341,6 @@ fn add(panel: &mut Panel, name: Text, times: &[f64], [value, std]: [&Vec<f64>; 2
         high: edge(BAND),
     });
     panel.series.push(Series::new(name, Style::Line, times.to_vec(), edge(0.0)));
-}
-
-/// The first few, and how many more.
-fn shortened(windows: &[String]) -> String {
-    const MOST: usize = 6;
-    let shown = windows[..windows.len().min(MOST)].join(", ");
-    match windows.len().checked_sub(MOST) {
-        Some(more) if more > 0 => format!("{shown} and {more} more times"),
-        _ => shown,
-    }
 }
 
 impl Serialize for Missing {

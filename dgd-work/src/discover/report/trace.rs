@@ -26,7 +26,7 @@ pub(super) fn table(unexplained: &[Unexplained]) -> Result<Option<Vec<u8>>, Work
         columns.push((format!("{}_std", trace.target()), unit, at(trace, &trace.std, times)));
     }
     let columns: Vec<Written<'_>> =
-        columns.iter().map(|(name, unit, values)| Written { name, unit, values }).collect();
+        columns.iter().map(|(name, unit, values)| Written::new(name, unit, values)).collect();
     let mut text = Vec::new();
     write_table(&mut text, Some(&first.trace.times), &columns)
         .map_err(|error| WorkError::Found(error.to_string()))?;

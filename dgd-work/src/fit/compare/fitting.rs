@@ -102,6 +102,7 @@ fn of_contender(name: &str, error: WorkError) -> WorkError {
         WorkError::Found(words) => WorkError::Found(told(&words)),
         WorkError::Usage(words) => WorkError::Usage(told(&words)),
         WorkError::Computation(words) => WorkError::Computation(told(&words)),
+        WorkError::Interrupted(words) => WorkError::Interrupted(told(&words)),
     }
 }
 

@@ -113,6 +113,12 @@ impl LeftOver {
                 signature.name
             );
         }
+        if self.is_larger || !self.coloured.is_empty() {
+            let _ = writeln!(
+                text,
+                "`dgd discover` with the same recordings looks for what the model misses."
+            );
+        }
         let Some(spread) = &self.spread else { return };
         if self.is_shown() {
             let _ = writeln!(

@@ -20,10 +20,12 @@ mod extrapolate;
 mod moved;
 mod report;
 
+use dgd_identify::Of as Count;
 use dgd_runtime::{Direction, Observations, Options, Signature, Solution};
 
 use crate::error::WorkError;
 use crate::run::Run;
+use crate::session::Session;
 use extrapolate::{Difference, Quotient, extrapolated};
 use moved::{Moved, moved};
 pub use report::Report;
@@ -113,14 +115,21 @@ pub(crate) fn against_differences(
     solution: &Solution,
     observations: &Observations,
     all: &[Of],
+    session: Session<'_>,
 ) -> Result<Report, WorkError> {
     let signature = run.signature();
-    let options = Options { rtol: TIGHT, atol: TIGHT, ..Options::default() };
+    let watched = run.options.watched;
+    let options = Options { rtol: TIGHT, atol: TIGHT, watched, ..Options::default() };
     let given = Trajectory { solution: solution.clone(), observations: observations.clone() };
     let mut rows = Vec::new();
     for (j, direction) in signature.directions.iter().enumerate() {
         let size = direction_size(run, &given, j, *direction);
+        let of = Count::Exactly(signature.directions.len());
+        session.advanced("parameters compared", j, of);
         let moved = moved(run, &given, *direction, size, &options)?;
+        if session.listener.is_stopped() {
+            return Err(WorkError::Interrupted("stopped by Ctrl-C".to_owned()));
+        }
         for of in all {
             rows.push(compare(run, &given, &moved, *of, j, size));
         }

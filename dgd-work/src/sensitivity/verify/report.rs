@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use dgd_runtime::signature::number::short;
 use serde_json::{Value, json};
 
 /// How the sensitivities of a run compare.
@@ -124,10 +125,11 @@ impl Report {
                 None => writeln!(text, "  {name:<24} not compared{left_out}"),
                 Some(Worst { ratio, apart, at }) => writeln!(
                     text,
-                    "  {name:<24} {ratio:.1e} units at {at} s ({:.1e} of its scale, differences \
-                     good to {:.1e}), {} samples{left_out}{}",
-                    row.fraction(*apart),
-                    row.fraction(row.uncertainty),
+                    "  {name:<24} {} units at {at} s ({} of its scale, differences \
+                     good to {}), {} samples{left_out}{}",
+                    short(*ratio, 2),
+                    short(row.fraction(*apart), 2),
+                    short(row.fraction(row.uncertainty), 2),
                     row.compared,
                     if row.is_wrong(self.allowed) { "  WRONG" } else { "" },
                 ),
@@ -141,10 +143,11 @@ impl Report {
         let row = self.by_ratio().into_iter().find(|row| row.is_wrong(self.allowed))?;
         let Worst { ratio, apart, at } = row.worst.as_ref()?;
         Some(format!(
-            "{} differs from its difference by {:.1e} of its scale at {at} s, {ratio:.1e} \
+            "{} differs from its difference by {} of its scale at {at} s, {} \
              times the tolerance or what the difference is good to; {} times are allowed",
             row.name(),
-            row.fraction(*apart),
+            short(row.fraction(*apart), 2),
+            short(*ratio, 2),
             self.allowed
         ))
     }

@@ -1,0 +1,103 @@
+//! How far a single run is, told while it goes on.
+
+use std::sync::{Condvar, Mutex, PoisonError};
+use std::time::Duration;
+
+use dgd_identify::{Of, Progress};
+use dgd_runtime::{IntegrateError, Watched};
+
+use crate::output::quantity::moment;
+use crate::session::Session;
+
+/// Between two looks at the run.
+const BETWEEN: Duration = Duration::from_millis(100);
+
+/// Does some work that runs once from one time to another, s, while another thread tells the listener how much of it is
+/// done. Where nobody can look at runs, or there is no other thread, nothing is told.
+pub(crate) fn told<T>(
+    session: Session<'_>,
+    [from, until]: [f64; 2],
+    work: impl FnOnce() -> T,
+) -> T {
+    let Some(watched) = session.listener.watched() else { return work() };
+    watched.tell(from);
+    let end = End::default();
+    std::thread::scope(|scope| {
+        let tell = || {
+            while !end.comes_within(BETWEEN) {
+                session.listener.advanced(so_far(watched, from, until));
+            }
+        };
+        let teller = std::thread::Builder::new().spawn_scoped(scope, tell);
+        // Also where the work panics: the scope waits for its threads.
+        let _ends = Ends(&end);
+        drop(teller);
+        work()
+    })
+}
+
+/// Whether who watches stopped a run, and why it did not go to its end.
+pub(crate) fn stopped_by(
+    error: Option<&IntegrateError>,
+    [_, until]: [f64; 2],
+) -> (bool, Option<String>) {
+    match error {
+        None => (false, None),
+        Some(IntegrateError::Stopped { t }) => {
+            let (t, until) = (moment(*t), moment(until));
+            let words =
+                format!("stopped by Ctrl-C at {t} of {until}: the result has the rows up to there");
+            (true, Some(words))
+        }
+        Some(error) => (false, Some(error.to_string())),
+    }
+}
+
+fn so_far(watched: &Watched, from: f64, until: f64) -> Progress {
+    let part = (watched.reached() - from) / (until - from);
+    // A run of no length has no part of it behind it.
+    let percent = (100.0 * part).clamp(0.0, 100.0) as usize;
+    Progress { what: "percent simulated", done: percent, of: Of::Exactly(100) }
+}
+
+/// Whether the work is over.
+#[derive(Default)]
+struct End {
+    is_over: Mutex<bool>,
+    comes: Condvar,
+}
+
+impl End {
+    fn comes_within(&self, time: Duration) -> bool {
+        let is_over = self.is_over.lock().unwrap_or_else(PoisonError::into_inner);
+        let waited = self.comes.wait_timeout_while(is_over, time, |is_over| !*is_over);
+        *waited.unwrap_or_else(PoisonError::into_inner).0
+    }
+}
+
+/// Says that the work is over when it goes.
+struct Ends<'a>(&'a End);
+
+impl Drop for Ends<'_> {
+    fn drop(&mut self) {
+        *self.0.is_over.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        self.0.comes.notify_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_is_told_in_percent() {
+        static WATCHED: Watched = Watched::new();
+        for (reached, percent) in [(10.0, 0), (12.0, 10), (29.9, 99), (30.0, 100), (31.0, 100)] {
+            WATCHED.tell(reached);
+            let Progress { done, of, .. } = so_far(&WATCHED, 10.0, 30.0);
+            assert_eq!((done, of), (percent, Of::Exactly(100)));
+        }
+        // NaN is nothing.
+        assert_eq!(so_far(&WATCHED, 31.0, 31.0).done, 0);
+    }
+}
