@@ -40,16 +40,16 @@ class Problem:
 
     def rhs(self, t: float, y: Any) -> Array:
         """f, in the units of y over s."""
-        return array(self._native.rhs(t, packed(y)))
+        return array(self._native.rhs(self._at(t, y)))
 
     def jacobian(self, t: float, y: Any) -> Array:
         """df/dy, a row for each equation."""
         n = len(self.names)
-        return array(self._native.jacobian(t, packed(y))).reshape(n, n)
+        return array(self._native.jacobian(self._at(t, y))).reshape(n, n)
 
     def parameter_jacobian(self, t: float, y: Any) -> Array:
         """df/dp, a row for each equation and a column for each parameter of the model."""
-        return array(self._native.parameter_jacobian(t, packed(y))).reshape(len(self.names), -1)
+        return array(self._native.parameter_jacobian(self._at(t, y))).reshape(len(self.names), -1)
 
     def inputs(self, t: float) -> dict[str, float]:
         """Inputs at a time."""
@@ -58,8 +58,12 @@ class Problem:
 
     def outputs(self, t: float, y: Any) -> dict[str, float]:
         """Outputs at a time and place."""
-        values = array(self._native.outputs_at(t, packed(y))).tolist()
+        values = array(self._native.outputs_at(self._at(t, y))).tolist()
         return dict(zip((name for name, _ in self._native.outputs), values, strict=True))
+
+    @staticmethod
+    def _at(t: float, y: Any) -> tuple[float, bytes, None, None]:
+        return (t, packed(y), None, None)
 
     def __repr__(self) -> str:
         return f"<dgd.Problem in {', '.join(self.names)} over {self.span[0]:g} … {self.span[1]:g} s>"
