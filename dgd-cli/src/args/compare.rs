@@ -1,6 +1,6 @@
 //! Arguments of `compare`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::Args;
 use dgd_work::CompareRequest;

@@ -42,7 +42,9 @@ fn with_dimensions(expr: &Expr, spans: &mut Vec<Span>) {
         spans.push(expr.span);
     }
     if !matches!(&expr.kind, ExprKind::Element(..)) {
-        operands(expr).into_iter().for_each(|operand| with_dimensions(operand, spans));
+        for operand in operands(expr) {
+            with_dimensions(operand, spans);
+        }
     }
 }
 

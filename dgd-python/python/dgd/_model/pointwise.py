@@ -12,13 +12,14 @@ from .._data.bytes import Array, array, packed
 from .._data.incoming import recording
 from .._errors import UsageError
 from .._options import Names, Start, Values, names, native
-from .._points import Objective, Problem
+from .._points import Again, Objective, Problem
 from .asked import Asked, arguments
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from .._options import RunOptions
+    from .model import Model
 
 
 class Pointwise(Asked):
@@ -34,7 +35,7 @@ class Pointwise(Asked):
         """The equations with the inputs of a recording, point by point: ``rhs``, ``jacobian``, ``y0``, for SciPy."""
         given = self._recording(data, run)
         found = self._native.point_by_point(given.argument if given else None, native(run, params, start))
-        return Problem(found)
+        return Problem(found, self._again("problem", data, params=params, start=start, **run))
 
     def rhs(
         self, t: float, y: Any, inputs: Mapping[str, float] | None = None, params: Mapping[str, float] | None = None
@@ -78,7 +79,15 @@ class Pointwise(Asked):
         options = native(run, params, start, free=names(free), fix=names(fix), outputs=names(outputs), noise="declared")
         train, _ = self._recordings(data, None, run)
         sigma = [(name, float(value)) for name, value in (noise or {}).items()]
-        return Objective(self._native.objective(arguments(train), sigma, options))
+        found = self._native.objective(arguments(train), sigma, options)
+        given = dict(free=free, fix=fix, outputs=outputs, noise=noise, params=params, start=start)
+        return Objective(found, self._again("objective", data, **given, **run))
+
+    def _again(self, what: str, data: Any, **options: Any) -> Again:
+        """A call, to be made again."""
+        if TYPE_CHECKING:
+            assert isinstance(self, Model)
+        return self, what, data, options
 
     def _at(
         self, inputs: Mapping[str, float] | None, params: Mapping[str, float] | None
