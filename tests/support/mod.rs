@@ -16,6 +16,7 @@ use dgd_compiler::syntax::parse_setting;
 use dgd_execute::{Engine, Interpreted, Loaded};
 use dgd_runtime::{DelayedInput, Input, Interpolation, Signature};
 
+#[allow(unused_imports, reason = "no test binary uses all of it")]
 pub(crate) use normal::Noise;
 
 /// The repository's root.
