@@ -106,7 +106,7 @@ class Objective(_Again):
 
     >>> o = m.objective([df])
     >>> scipy.optimize.least_squares(o.residuals, o.x0, o.jacobian, o.bounds)
-    >>> pypesto.Objective(fun=o, grad=o.gradient, hess=o.hessian)
+    >>> pypesto.Objective(fun=o, grad=o.gradient, hess=o.hessian, res=o.residuals, sres=o.jacobian)
     """
 
     def __init__(self, native: _dgd.Objective, again: Again) -> None:
