@@ -225,12 +225,12 @@ fn inputs(command: &Command) -> Vec<PathBuf> {
         }
         Command::Fit(args) => {
             all.push(args.model.clone());
-            all.extend(args.data.iter().chain(&args.valid).cloned());
+            all.extend(args.given.all().cloned());
             Some(&args.choices)
         }
         Command::Compare(args) => {
             all.extend(args.contenders.iter().map(|one| compare::model_of(one)));
-            all.extend(args.data.iter().chain(&args.valid).cloned());
+            all.extend(args.given.all().cloned());
             None
         }
         Command::Track(args) => {
@@ -241,7 +241,7 @@ fn inputs(command: &Command) -> Vec<PathBuf> {
         }
         Command::Discover(args) => {
             all.push(args.model.clone());
-            all.extend(args.data.iter().chain(&args.valid).cloned());
+            all.extend(args.given.all().cloned());
             Some(&args.choices)
         }
         Command::Screen(args) => {

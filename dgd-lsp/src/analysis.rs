@@ -11,6 +11,7 @@ use dgd_compiler::pipeline::further_mistakes;
 use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::{Ast, Name, Target};
 use dgd_compiler::syntax::imports::{self, Loaded};
+use dgd_compiler::syntax::parse;
 use dgd_compiler::units::Dimension;
 
 use crate::files::Files;
@@ -46,7 +47,7 @@ pub(crate) fn analyse(path: &str, files: &Files) -> Analysis {
     let mut model = None;
     if asts[0].effect.is_some() {
         if diagnostics.check().is_ok() {
-            effect(path, &asts[0], files, &mut sources, &mut diagnostics);
+            effect(path, &asts[0], files, &mut sources, &mut dimensions, &mut diagnostics);
         }
     } else if asts[0].model.is_some() {
         let is_sound = diagnostics.check().is_ok();
@@ -61,6 +62,8 @@ pub(crate) fn analyse(path: &str, files: &Files) -> Analysis {
         if is_sound {
             take(&own, &mut diagnostics);
         }
+    } else if diagnostics.check().is_ok() {
+        library(&asts, &mut sources, &mut dimensions, &mut diagnostics);
     }
     let diagnostics = diagnostics.sorted().into_iter().cloned().collect();
     Analysis { sources, asts, model, dimensions, diagnostics, others: Vec::new() }
@@ -72,12 +75,34 @@ fn take(from: &Diagnostics, to: &mut Diagnostics) {
     }
 }
 
+/// Checks a library by itself: its functions, constants and `let`s, as a model that has nothing else would read them.
+fn library(
+    asts: &[Ast],
+    sources: &mut Sources,
+    dimensions: &mut BTreeMap<Span, Dimension>,
+    diagnostics: &mut Diagnostics,
+) {
+    let mut own = Diagnostics::default();
+    let main = Source { name: String::new(), text: "model library".to_owned() };
+    let Ok(main) = parse(sources.add(main), sources, &mut own) else { return };
+    let all: Vec<Ast> = std::iter::once(main).chain(asts.iter().cloned()).collect();
+    let _: Result<_, Reported> =
+        resolve_noting(&all, &ModelOptions::default(), Some(dimensions), &mut own);
+    // What a model would have to have besides is nothing that the library lacks.
+    let is_own =
+        |one: &&&Diagnostic| one.labels.first().is_some_and(|l| l.span.source == asts[0].source);
+    for diagnostic in own.sorted().iter().filter(is_own) {
+        diagnostics.error((*diagnostic).clone());
+    }
+}
+
 /// Checks an effect, and with the model that it is for where that lies above its folder.
 fn effect(
     path: &str,
     ast: &Ast,
     files: &Files,
     sources: &mut Sources,
+    dimensions: &mut BTreeMap<Span, Dimension>,
     diagnostics: &mut Diagnostics,
 ) {
     let Ok(effect) = Effect::read(ast.clone(), diagnostics) else { return };
@@ -95,7 +120,10 @@ fn effect(
     let application =
         Application { effect: &effect, arguments: Vec::new(), span: effect.name.span };
     let _: Result<_, Reported> = apply(&asts, &[application], Blending::Applied, diagnostics)
-        .and_then(|applied| resolve(&applied.asts, &ModelOptions::default(), diagnostics))
+        .and_then(|applied| {
+            let options = ModelOptions::default();
+            resolve_noting(&applied.asts, &options, Some(dimensions), diagnostics)
+        })
         .and_then(|model| assemble(&model, diagnostics));
 }
 

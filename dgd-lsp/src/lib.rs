@@ -6,6 +6,7 @@
 
 mod analysis;
 mod answer;
+mod dimensions;
 mod files;
 mod places;
 mod server;

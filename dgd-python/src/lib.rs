@@ -38,10 +38,8 @@ fn _dgd(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(guard::panic_for_test, module)?)?;
     module.add_class::<data::Table>()?;
     module.add_class::<model::Model>()?;
-    module.add_class::<results::Simulated>()?;
-    module.add_class::<results::Sensitivities>()?;
-    module.add_class::<results::Fitted>()?;
-    module.add_class::<results::Discovered>()?;
+    module.add_class::<results::Run>()?;
+    module.add_class::<results::Found>()?;
     module.add_class::<points::Equations>()?;
     module.add_class::<points::Objective>()?;
     module.add_class::<tracker::Tracker>()

@@ -10,7 +10,8 @@ use dgd_data::open::{Entry, read_import};
 use dgd_data::{Disk, FileSystem, InMemory, Layers};
 use dgd_work::{
     CheckRequest, Choices, DiscoverRequest, FitRequest, RunRequest, SensitivityRequest, Session,
-    SimulateRequest, WorkError, check, discover, equations, fit, objective, sensitivity, simulate,
+    SimulateRequest, Solve, Sought, WorkError, check, discover, equations, fit, objective,
+    sensitivity, simulate,
 };
 use pyo3::prelude::*;
 
@@ -23,7 +24,7 @@ use crate::options::{
     SimulateOptions, SolveOptions, SoughtOptions, TrackOptions,
 };
 use crate::points::{Equations, Objective};
-use crate::results::{Discovered, Fitted, Sensitivities, Simulated};
+use crate::results::{Found, Run};
 use crate::tracker::Tracker;
 
 /// The folder of effects beside a model.
@@ -110,24 +111,39 @@ fn effects_beside(model: &Path, files: &dyn FileSystem) -> InMemory {
 }
 
 impl Model {
-    /// Does something long with the model's texts and these recordings.
-    fn work<T: Send + 'static>(
+    /// Does something long: what is asked for is prepared here, with the files of its recordings, and done in a thread.
+    /// What came of it, and what was remarked.
+    fn work<R: Send + 'static, T: Send + 'static>(
         &self,
-        py: Python<'_>,
-        task: Task,
-        files: InMemory,
-        options: &SessionOptions,
-        observer: &Arc<Observer>,
-        work: impl FnOnce(Session<'_>) -> Result<T, WorkError> + Send + 'static,
-    ) -> PyResult<T> {
-        let (seed, threads) = (options.seed, options.threads);
+        (py, task): (Python<'_>, Task),
+        options: &Bound<'_, PyAny>,
+        progress: Option<Py<PyAny>>,
+        prepare: impl FnOnce(&mut InMemory) -> PyResult<R>,
+        work: impl FnOnce(&R, Session<'_>) -> Result<T, WorkError> + Send + 'static,
+    ) -> PyResult<(T, Vec<String>)> {
+        let mut files = InMemory::default();
+        let request = prepare(&mut files)?;
+        let SessionOptions { seed, threads } = options.extract()?;
         let above = self.texts.clone().and(files);
-        supervised(py, task, observer, move |observer| {
+        let observer = Arc::new(Observer::new(progress));
+        let result = supervised(py, task, &observer, move |observer| {
             let files = Layers { above: &above, below: &Disk };
             let session = Session::new(observer).with_files(&files).with_seed(seed);
             let threads = threads.unwrap_or(session.threads).max(1);
-            work(session.with_threads(threads))
-        })
+            work(&request, session.with_threads(threads))
+        })?;
+        Ok((result, observer.remarks()))
+    }
+
+    /// What all requests have: what is chosen, what is estimated, and how a model is run.
+    fn shared(
+        &self,
+        py: Python<'_>,
+        options: &Bound<'_, PyAny>,
+    ) -> PyResult<(Choices, Sought, Solve)> {
+        let choices = options.extract::<SetOptions>()?.beside(&self.choices);
+        let sought = options.extract::<SoughtOptions>()?.request();
+        Ok((choices, sought, options.extract::<SolveOptions>()?.request(py)?))
     }
 
     fn run(
@@ -138,11 +154,10 @@ impl Model {
         files: &mut InMemory,
     ) -> PyResult<RunRequest> {
         let mut run = RunRequest::new(&self.path);
-        run.choices = options.extract::<SetOptions>()?.beside(&self.choices);
+        (run.choices, _, run.solve) = self.shared(py, options)?;
         run.data = data.map(|recording| recording.put(files));
         let every = options.extract::<RunOptions>()?.every;
         run.every = options::maybe_positive(py, "every", every)?;
-        run.solve = options.extract::<SolveOptions>()?.request(py)?;
         Ok(run)
     }
 
@@ -157,8 +172,7 @@ impl Model {
         let own: FitOptions = options.extract()?;
         let mut request = FitRequest::new(&self.path, put_all(data, files));
         request.valid = put_all(valid, files);
-        request.choices = options.extract::<SetOptions>()?.beside(&self.choices);
-        request.sought = options.extract::<SoughtOptions>()?.request();
+        (request.choices, request.sought, request.solve) = self.shared(py, options)?;
         request.outputs = own.outputs;
         request.noise = options::noise_from(py, &own.noise)?;
         request.evaluations = own.evaluations;
@@ -170,7 +184,6 @@ impl Model {
         request.regression.estimator = options::estimator(py, &own.estimator)?;
         request.regression.smoothing = options::maybe_positive(py, "smoothing", own.smoothing)?;
         request.regression.steady = own.steady;
-        request.solve = options.extract::<SolveOptions>()?.request(py)?;
         request.figures = true;
         request.command = own.command;
         Ok(request)
@@ -229,18 +242,15 @@ impl Model {
         py: Python<'_>,
         data: Option<Recording>,
         options: &Bound<'_, PyAny>,
-    ) -> PyResult<Simulated> {
-        let mut files = InMemory::default();
-        let mut request = SimulateRequest::new(self.run(py, data, options, &mut files)?);
-        request.noise_seed = options.extract::<SimulateOptions>()?.noise_seed;
-        // The result may be drawn later.
-        request.fields = true;
-        let observer = Arc::new(Observer::default());
-        let session = options.extract()?;
-        let inner = self.work(py, Task::Simulate, files, &session, &observer, move |session| {
-            simulate(&request, session)
-        })?;
-        Ok(Simulated { inner, remarks: observer.remarks() })
+    ) -> PyResult<Run> {
+        let prepare = |files: &mut InMemory| {
+            let mut request = SimulateRequest::new(self.run(py, data, options, files)?);
+            request.noise_seed = options.extract::<SimulateOptions>()?.noise_seed;
+            // The result may be drawn later.
+            request.fields = true;
+            Ok(request)
+        };
+        self.work((py, Task::Simulate), options, None, prepare, simulate).map(Run::new)
     }
 
     fn sensitivity(
@@ -248,17 +258,14 @@ impl Model {
         py: Python<'_>,
         data: Option<Recording>,
         options: &Bound<'_, PyAny>,
-    ) -> PyResult<Sensitivities> {
-        let mut files = InMemory::default();
-        let mut request = SensitivityRequest::new(self.run(py, data, options, &mut files)?);
-        let own: SensitivityOptions = options.extract()?;
-        (request.of, request.to, request.scaled) = (own.of, own.to, own.scaled);
-        let observer = Arc::new(Observer::default());
-        let session = options.extract()?;
-        let inner = self.work(py, Task::Simulate, files, &session, &observer, move |session| {
-            sensitivity(&request, session)
-        })?;
-        Ok(Sensitivities { inner, remarks: observer.remarks() })
+    ) -> PyResult<Run> {
+        let prepare = |files: &mut InMemory| {
+            let mut request = SensitivityRequest::new(self.run(py, data, options, files)?);
+            let own: SensitivityOptions = options.extract()?;
+            (request.of, request.to, request.scaled) = (own.of, own.to, own.scaled);
+            Ok(request)
+        };
+        self.work((py, Task::Simulate), options, None, prepare, sensitivity).map(Run::new)
     }
 
     fn fit(
@@ -268,15 +275,10 @@ impl Model {
         valid: Vec<Recording>,
         options: &Bound<'_, PyAny>,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<Fitted> {
-        let mut files = InMemory::default();
-        let request = self.fit_request(py, data, valid, options, &mut files)?;
-        let observer = Arc::new(Observer::new(progress));
-        let session = options.extract()?;
-        let inner = self.work(py, Task::Fit, files, &session, &observer, move |session| {
-            fit(&request, session)
-        })?;
-        Ok(Fitted::new(inner, observer.remarks()))
+    ) -> PyResult<Found> {
+        let prepare = |files: &mut InMemory| self.fit_request(py, data, valid, options, files);
+        let fitted = self.work((py, Task::Fit), options, progress, prepare, fit)?;
+        Ok(Found::new(Task::Fit, fitted))
     }
 
     fn objective(
@@ -286,13 +288,10 @@ impl Model {
         noise: Vec<(String, f64)>,
         options: &Bound<'_, PyAny>,
     ) -> PyResult<Objective> {
-        let mut files = InMemory::default();
-        let request = self.fit_request(py, data, Vec::new(), options, &mut files)?;
-        let observer = Arc::new(Observer::default());
-        let session = options.extract()?;
-        let inner = self.work(py, Task::Fit, files, &session, &observer, move |session| {
-            objective(&request, &noise, session)
-        })?;
+        let prepare = |files: &mut InMemory| self.fit_request(py, data, Vec::new(), options, files);
+        let made =
+            move |request: &FitRequest, session: Session<'_>| objective(request, &noise, session);
+        let (inner, _) = self.work((py, Task::Fit), options, None, prepare, made)?;
         Ok(Objective::new(inner))
     }
 
@@ -302,13 +301,8 @@ impl Model {
         data: Option<Recording>,
         options: &Bound<'_, PyAny>,
     ) -> PyResult<Equations> {
-        let mut files = InMemory::default();
-        let request = self.run(py, data, options, &mut files)?;
-        let observer = Arc::new(Observer::default());
-        let session = options.extract()?;
-        let inner = self.work(py, Task::Simulate, files, &session, &observer, move |session| {
-            equations(&request, session)
-        })?;
+        let prepare = |files: &mut InMemory| self.run(py, data, options, files);
+        let (inner, _) = self.work((py, Task::Simulate), options, None, prepare, equations)?;
         Ok(Equations::new(inner))
     }
 
@@ -319,30 +313,25 @@ impl Model {
         valid: Vec<Recording>,
         options: &Bound<'_, PyAny>,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<Discovered> {
-        let mut files = InMemory::default();
-        let own: DiscoverOptions = options.extract()?;
-        let mut request = DiscoverRequest::new(&self.path, put_all(data, &mut files));
-        request.valid = put_all(valid, &mut files);
-        request.choices = options.extract::<SetOptions>()?.beside(&self.choices);
-        request.sought = options.extract::<SoughtOptions>()?.request();
-        request.effects = own.effects;
-        request.budget = options::maybe_positive(py, "budget", own.budget)?;
-        request.solve = options.extract::<SolveOptions>()?.request(py)?;
-        request.command = own.command;
-        let observer = Arc::new(Observer::new(progress));
-        let session = options.extract()?;
-        let inner = self.work(py, Task::Discover, files, &session, &observer, move |session| {
-            discover(&request, session)
-        })?;
-        Ok(Discovered::new(inner, observer.remarks()))
+    ) -> PyResult<Found> {
+        let prepare = |files: &mut InMemory| {
+            let own: DiscoverOptions = options.extract()?;
+            let mut request = DiscoverRequest::new(&self.path, put_all(data, files));
+            request.valid = put_all(valid, files);
+            (request.choices, request.sought, request.solve) = self.shared(py, options)?;
+            request.effects = own.effects;
+            request.budget = options::maybe_positive(py, "budget", own.budget)?;
+            request.command = own.command;
+            Ok(request)
+        };
+        let discovered = self.work((py, Task::Discover), options, progress, prepare, discover)?;
+        Ok(Found::new(Task::Discover, discovered))
     }
 
     fn track(&self, py: Python<'_>, options: &Bound<'_, PyAny>) -> PyResult<Tracker> {
         let own: TrackOptions = options.extract()?;
         let mut request = dgd_work::TrackRequest::new(&self.path, "rows");
-        request.choices = options.extract::<SetOptions>()?.beside(&self.choices);
-        request.sought = options.extract::<SoughtOptions>()?.request();
+        (request.choices, request.sought, request.solve) = self.shared(py, options)?;
         request.estimator = options::tracker(py, &own.estimator)?;
         request.outputs = own.outputs;
         request.process_noise = own.process_noise;
@@ -351,7 +340,6 @@ impl Model {
         request.forgetting = own.forgetting;
         request.gate = options::maybe_positive(py, "gate", own.gate)?;
         request.strict = true;
-        request.solve = options.extract::<SolveOptions>()?.request(py)?;
         Ok(Tracker::new(request, self.texts.clone()))
     }
 }

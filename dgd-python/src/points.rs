@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use dgd_runtime::Signature;
+use dgd_runtime::Unit;
 use dgd_work::{At, WorkError};
 use pyo3::prelude::*;
 
@@ -12,6 +12,10 @@ use crate::numbers::Numbers;
 
 /// Names and units.
 type Names = Vec<(String, String)>;
+
+/// A time in s, unknowns, inputs and parameters; those of the recording and of the model where there are none.
+#[derive(FromPyObject)]
+struct Point(f64, Numbers, Option<Numbers>, Option<Numbers>);
 
 /// The equations of a model, evaluated point by point in declared units. Matrices come row by row.
 #[pyclass(frozen, module = "dgd._dgd")]
@@ -28,59 +32,47 @@ impl Equations {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn names(&self, of: impl FnOnce(&Signature) -> Names) -> Names {
-        of(self.inner().signature())
-    }
-
     /// Evaluates something at a point.
+    #[allow(clippy::needless_pass_by_value)]
     fn at(
         &self,
         py: Python<'_>,
-        t: f64,
-        [y, u, p]: [Option<Numbers>; 3],
+        Point(t, y, u, p): Point,
         evaluate: fn(&dgd_work::Equations, At<'_>) -> Result<Vec<f64>, WorkError>,
     ) -> PyResult<Numbers> {
-        let [y, u, p] = [&y, &u, &p].map(|numbers| numbers.as_ref().map(|one| one.0.as_slice()));
-        let at = At { t, y: y.unwrap_or_default(), u, p };
+        let [u, p] = [&u, &p].map(|numbers| numbers.as_ref().map(|one| one.0.as_slice()));
+        let at = At { t, y: &y.0, u, p };
         guarded(py, Task::Simulate, || evaluate(&self.inner(), at)).map(Numbers)
     }
+}
+
+/// A name and a unit.
+fn named(name: &impl ToString, unit: &Unit) -> (String, String) {
+    (name.to_string(), unit.symbol.to_string())
 }
 
 #[pymethods]
 impl Equations {
     #[getter]
     fn unknowns(&self) -> Names {
-        self.names(|signature| {
-            let one = |i| {
-                let unit = &signature.unknowns.unit(i).symbol;
-                (signature.unknowns.name(i).to_string(), unit.to_string())
-            };
-            (0..signature.unknowns.len()).map(one).collect()
-        })
+        let inner = self.inner();
+        let unknowns = &inner.signature().unknowns;
+        (0..unknowns.len()).map(|i| named(&unknowns.name(i), unknowns.unit(i))).collect()
     }
 
     #[getter]
     fn inputs(&self) -> Names {
-        self.names(|signature| {
-            let inputs = signature.inputs.iter();
-            inputs.map(|u| (u.name.to_string(), u.unit.symbol.to_string())).collect()
-        })
+        self.inner().signature().inputs.iter().map(|u| named(&u.name, &u.unit)).collect()
     }
 
     #[getter]
     fn parameters(&self) -> Names {
-        self.names(|signature| {
-            let parameters = signature.parameters.iter();
-            parameters.map(|p| (p.name.to_string(), p.unit.symbol.to_string())).collect()
-        })
+        self.inner().signature().parameters.iter().map(|p| named(&p.name, &p.unit)).collect()
     }
 
     #[getter]
     fn outputs(&self) -> Names {
-        self.names(|signature| {
-            let outputs = signature.outputs.iter();
-            outputs.map(|w| (w.name.to_string(), w.unit.symbol.to_string())).collect()
-        })
+        self.inner().signature().outputs.iter().map(|w| named(&w.name, &w.unit)).collect()
     }
 
     #[getter]
@@ -106,52 +98,20 @@ impl Equations {
         guarded(py, Task::Simulate, || self.inner().inputs(t)).map(Numbers)
     }
 
-    #[pyo3(signature = (t, y, u=None, p=None))]
-    fn rhs(
-        &self,
-        py: Python<'_>,
-        t: f64,
-        y: Numbers,
-        u: Option<Numbers>,
-        p: Option<Numbers>,
-    ) -> PyResult<Numbers> {
-        self.at(py, t, [Some(y), u, p], dgd_work::Equations::rhs)
+    fn rhs(&self, py: Python<'_>, point: Point) -> PyResult<Numbers> {
+        self.at(py, point, dgd_work::Equations::rhs)
     }
 
-    #[pyo3(signature = (t, y, u=None, p=None))]
-    fn jacobian(
-        &self,
-        py: Python<'_>,
-        t: f64,
-        y: Numbers,
-        u: Option<Numbers>,
-        p: Option<Numbers>,
-    ) -> PyResult<Numbers> {
-        self.at(py, t, [Some(y), u, p], dgd_work::Equations::jacobian)
+    fn jacobian(&self, py: Python<'_>, point: Point) -> PyResult<Numbers> {
+        self.at(py, point, dgd_work::Equations::jacobian)
     }
 
-    #[pyo3(signature = (t, y, u=None, p=None))]
-    fn parameter_jacobian(
-        &self,
-        py: Python<'_>,
-        t: f64,
-        y: Numbers,
-        u: Option<Numbers>,
-        p: Option<Numbers>,
-    ) -> PyResult<Numbers> {
-        self.at(py, t, [Some(y), u, p], dgd_work::Equations::parameter_jacobian)
+    fn parameter_jacobian(&self, py: Python<'_>, point: Point) -> PyResult<Numbers> {
+        self.at(py, point, dgd_work::Equations::parameter_jacobian)
     }
 
-    #[pyo3(signature = (t, y, u=None, p=None))]
-    fn outputs_at(
-        &self,
-        py: Python<'_>,
-        t: f64,
-        y: Numbers,
-        u: Option<Numbers>,
-        p: Option<Numbers>,
-    ) -> PyResult<Numbers> {
-        self.at(py, t, [Some(y), u, p], dgd_work::Equations::outputs)
+    fn outputs_at(&self, py: Python<'_>, point: Point) -> PyResult<Numbers> {
+        self.at(py, point, dgd_work::Equations::outputs)
     }
 }
 

@@ -4,9 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use dgd_data::files::{Files, write_folder};
-use dgd_work::{Kind, TimeTable, WorkError};
+use dgd_plot::Figure;
+use dgd_work::{
+    Discovered, Fitted, Kind, NamedColumn, Sensitivities, Simulated, TimeTable, WorkError,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde_json::Value;
 
 use crate::errors::Task;
 use crate::figure;
@@ -16,8 +20,8 @@ use crate::numbers::Numbers;
 /// Name, unit, kind and values of a column.
 type Column = (String, String, &'static str, Numbers);
 
-fn columns(table: &TimeTable) -> Vec<Column> {
-    let one = |column: &dgd_work::NamedColumn| {
+fn named(columns: &[NamedColumn]) -> Vec<Column> {
+    let one = |column: &NamedColumn| {
         let kind = match column.kind {
             Kind::Input => "input",
             Kind::Unknown => "state",
@@ -27,93 +31,85 @@ fn columns(table: &TimeTable) -> Vec<Column> {
         let values = Numbers(column.in_unit());
         (column.name.clone(), column.unit.symbol.to_string(), kind, values)
     };
-    table.columns.iter().map(one).collect()
+    columns.iter().map(one).collect()
 }
 
-fn csv(table: &TimeTable) -> Result<Vec<u8>, WorkError> {
-    let mut text = Vec::new();
-    table.write_csv(&mut text).map_err(|error| WorkError::Found(error.to_string()))?;
-    Ok(text)
-}
-
-/// Names and contents of files.
-fn contents(files: Files) -> Vec<(String, Vec<u8>)> {
-    files.written
-}
-
-/// States and outputs over time.
-#[pyclass(frozen, module = "dgd._dgd")]
-pub(crate) struct Simulated {
-    pub inner: dgd_work::Simulated,
-    pub remarks: Vec<String>,
-}
-
-#[pymethods]
-impl Simulated {
-    #[getter]
-    fn time(&self) -> Numbers {
-        Numbers(self.inner.table.times.clone())
-    }
-
-    #[getter]
-    fn columns(&self) -> Vec<Column> {
-        columns(&self.inner.table)
-    }
-
-    #[getter]
-    fn details(&self) -> String {
-        self.inner.details().to_string()
-    }
-
+/// What is known over time: by a simulation, or of its derivatives.
+pub(crate) trait OverTime: Send + Sync {
+    fn table(&self) -> &TimeTable;
+    /// What was differentiated.
+    fn trajectories(&self) -> &[NamedColumn];
+    fn details(&self) -> Value;
     /// Why it did not go to the end.
-    #[getter]
-    fn stopped(&self) -> Option<&str> {
-        self.inner.stopped.as_deref()
-    }
-
-    #[getter]
-    fn remarks(&self) -> Vec<String> {
-        self.remarks.clone()
-    }
-
-    fn csv(&self, py: Python<'_>) -> PyResult<Vec<u8>> {
-        guarded(py, Task::Simulate, || csv(&self.inner.table))
-    }
-
-    fn figure<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        figure::dictionary(py, &guarded(py, Task::Simulate, || Ok(self.inner.figure()))?)
-    }
-
-    fn page(&self, py: Python<'_>, command: &str) -> PyResult<String> {
-        guarded(py, Task::Simulate, || Ok(self.inner.page(command)))
-    }
+    fn stopped(&self) -> Option<&str>;
+    fn figure(&self) -> Figure;
+    fn page(&self, command: &str) -> String;
 }
 
-/// Derivatives over time.
+/// Says where a result has what [`OverTime`] asks for; its trajectories stand in the second place.
+macro_rules! over_time {
+    ($result:ty, $trajectories:expr) => {
+        impl OverTime for $result {
+            fn table(&self) -> &TimeTable {
+                &self.table
+            }
+
+            fn trajectories(&self) -> &[NamedColumn] {
+                let trajectories: fn(&Self) -> &[NamedColumn] = $trajectories;
+                trajectories(self)
+            }
+
+            fn details(&self) -> Value {
+                <$result>::details(self)
+            }
+
+            fn stopped(&self) -> Option<&str> {
+                self.stopped.as_deref()
+            }
+
+            fn figure(&self) -> Figure {
+                <$result>::figure(self)
+            }
+
+            fn page(&self, command: &str) -> String {
+                <$result>::page(self, command)
+            }
+        }
+    };
+}
+
+over_time!(Simulated, |_| &[]);
+over_time!(Sensitivities, |all| &all.trajectories);
+
+/// States and outputs over time, or their derivatives.
 #[pyclass(frozen, module = "dgd._dgd")]
-pub(crate) struct Sensitivities {
-    pub inner: dgd_work::Sensitivities,
-    pub remarks: Vec<String>,
+pub(crate) struct Run {
+    inner: Box<dyn OverTime>,
+    remarks: Vec<String>,
+}
+
+impl Run {
+    pub(crate) fn new((inner, remarks): (impl OverTime + 'static, Vec<String>)) -> Self {
+        Run { inner: Box::new(inner), remarks }
+    }
 }
 
 #[pymethods]
-impl Sensitivities {
+impl Run {
     #[getter]
     fn time(&self) -> Numbers {
-        Numbers(self.inner.table.times.clone())
+        Numbers(self.inner.table().times.clone())
     }
 
-    /// The derivatives: of the first thing to all, of the second, ….
+    /// Derivatives: of the first thing to all, of the second, ….
     #[getter]
     fn columns(&self) -> Vec<Column> {
-        columns(&self.inner.table)
+        named(&self.inner.table().columns)
     }
 
-    /// What was differentiated: its own values.
     #[getter]
     fn trajectories(&self) -> Vec<Column> {
-        let columns_of = self.inner.trajectories.clone();
-        columns(&TimeTable { columns: columns_of, ..TimeTable::default() })
+        named(self.inner.trajectories())
     }
 
     #[getter]
@@ -123,7 +119,7 @@ impl Sensitivities {
 
     #[getter]
     fn stopped(&self) -> Option<&str> {
-        self.inner.stopped.as_deref()
+        self.inner.stopped()
     }
 
     #[getter]
@@ -132,7 +128,12 @@ impl Sensitivities {
     }
 
     fn csv(&self, py: Python<'_>) -> PyResult<Vec<u8>> {
-        guarded(py, Task::Simulate, || csv(&self.inner.table))
+        guarded(py, Task::Simulate, || {
+            let mut text = Vec::new();
+            let written = self.inner.table().write_csv(&mut text);
+            written.map_err(|error| WorkError::Found(error.to_string()))?;
+            Ok(text)
+        })
     }
 
     fn figure<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -144,117 +145,132 @@ impl Sensitivities {
     }
 }
 
-/// Estimates and the fitted model.
-#[pyclass(frozen, module = "dgd._dgd")]
-pub(crate) struct Fitted {
-    inner: Mutex<dgd_work::Fitted>,
-    remarks: Vec<String>,
+/// What recordings tell: estimates, or what a model lacks.
+pub(crate) trait Findings: Send {
+    fn json(&self) -> Value;
+    fn text(&self) -> String;
+    /// The text of the fitted or corrected model, as a file in this folder.
+    fn model_text(&self, folder: &Path) -> String;
+    /// Why they are not what they should be.
+    fn reservations(&self) -> &[String];
+    /// Whether there would have been more to do.
+    fn is_cut_short(&self) -> bool;
+    /// Figures with what they are of: nothing for all, an estimate for its profile.
+    fn figures(&self) -> Vec<(Option<String>, Figure)>;
+    fn page(&self) -> Result<String, WorkError>;
+    /// The folder of results.
+    fn files(&self, folder: &Path) -> Result<Files, WorkError>;
 }
 
-impl Fitted {
-    pub(crate) fn new(inner: dgd_work::Fitted, remarks: Vec<String>) -> Self {
-        Fitted { inner: Mutex::new(inner), remarks }
+impl Findings for Fitted {
+    fn json(&self) -> Value {
+        self.to_json().clone()
     }
 
-    fn inner(&self) -> MutexGuard<'_, dgd_work::Fitted> {
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-#[pymethods]
-impl Fitted {
-    #[getter]
-    fn json(&self) -> String {
-        self.inner().to_json().to_string()
-    }
-
-    #[getter]
     fn text(&self) -> String {
-        self.inner().to_text().to_owned()
+        self.to_text().to_owned()
     }
 
-    /// Why the estimates are not what they should be.
-    #[getter]
-    fn left_out(&self) -> Vec<String> {
-        self.inner().left_out.clone()
+    fn model_text(&self, folder: &Path) -> String {
+        Fitted::model_text(self, folder)
     }
 
-    #[getter]
-    fn remarks(&self) -> Vec<String> {
-        self.remarks.clone()
+    fn reservations(&self) -> &[String] {
+        &self.left_out
     }
 
-    /// The text of the fitted model, as a file in this folder.
-    #[allow(clippy::needless_pass_by_value)]
-    fn model_text(&self, py: Python<'_>, folder: PathBuf) -> PyResult<String> {
-        guarded(py, Task::Fit, || Ok(self.inner().model_text(&folder)))
-    }
-
-    fn page(&self, py: Python<'_>) -> PyResult<String> {
-        guarded(py, Task::Fit, || Ok(self.inner().page()))
-    }
-
-    /// Figures with what they are of: nothing for the recordings, an estimate for its profile.
-    fn figures<'py>(&self, py: Python<'py>) -> PyResult<Vec<(Option<String>, Bound<'py, PyDict>)>> {
-        let figures = self.inner().figures.clone();
-        let one =
-            |one: &dgd_work::FitFigure| Ok((one.of.clone(), figure::dictionary(py, &one.figure)?));
-        figures.iter().map(one).collect()
-    }
-
-    /// Writes the folder of results.
-    #[allow(clippy::needless_pass_by_value)]
-    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        guarded(py, Task::Load, || {
-            let files = self.inner().files(&folder);
-            Ok(write_folder(&folder, &files)?)
-        })
-    }
-}
-
-/// What a model lacks.
-#[pyclass(frozen, module = "dgd._dgd")]
-pub(crate) struct Discovered {
-    inner: Mutex<dgd_work::Discovered>,
-    remarks: Vec<String>,
-}
-
-impl Discovered {
-    pub(crate) fn new(inner: dgd_work::Discovered, remarks: Vec<String>) -> Self {
-        Discovered { inner: Mutex::new(inner), remarks }
-    }
-
-    fn inner(&self) -> MutexGuard<'_, dgd_work::Discovered> {
-        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-#[pymethods]
-impl Discovered {
-    #[getter]
-    fn json(&self) -> String {
-        self.inner().to_json().to_string()
-    }
-
-    #[getter]
-    fn text(&self) -> String {
-        self.inner().to_text(None)
-    }
-
-    /// The text of the corrected model.
-    #[getter]
-    fn corrected(&self) -> String {
-        self.inner().discovery.corrected.clone()
-    }
-
-    #[getter]
     fn is_cut_short(&self) -> bool {
-        self.inner().discovery.is_cut_short
+        !self.left_out.is_empty()
+    }
+
+    fn figures(&self) -> Vec<(Option<String>, Figure)> {
+        self.figures.iter().map(|one| (one.of.clone(), one.figure.clone())).collect()
+    }
+
+    fn page(&self) -> Result<String, WorkError> {
+        Ok(Fitted::page(self))
+    }
+
+    fn files(&self, folder: &Path) -> Result<Files, WorkError> {
+        Ok(Fitted::files(self, folder))
+    }
+}
+
+impl Findings for Discovered {
+    fn json(&self) -> Value {
+        self.to_json()
+    }
+
+    fn text(&self) -> String {
+        self.to_text(None)
+    }
+
+    fn model_text(&self, _: &Path) -> String {
+        self.discovery.corrected.clone()
+    }
+
+    fn reservations(&self) -> &[String] {
+        &self.reservations
+    }
+
+    fn is_cut_short(&self) -> bool {
+        self.discovery.is_cut_short
+    }
+
+    fn figures(&self) -> Vec<(Option<String>, Figure)> {
+        vec![(None, self.figure())]
+    }
+
+    fn page(&self) -> Result<String, WorkError> {
+        Discovered::page(self)
+    }
+
+    fn files(&self, _: &Path) -> Result<Files, WorkError> {
+        Discovered::files(self)
+    }
+}
+
+/// Estimates, or what a model lacks.
+#[pyclass(frozen, module = "dgd._dgd")]
+pub(crate) struct Found {
+    inner: Mutex<Box<dyn Findings>>,
+    task: Task,
+    remarks: Vec<String>,
+}
+
+impl Found {
+    pub(crate) fn new(
+        task: Task,
+        (inner, remarks): (impl Findings + 'static, Vec<String>),
+    ) -> Self {
+        Found { inner: Mutex::new(Box::new(inner)), task, remarks }
+    }
+
+    fn inner(&self) -> MutexGuard<'_, Box<dyn Findings>> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[pymethods]
+impl Found {
+    #[getter]
+    fn json(&self) -> String {
+        self.inner().json().to_string()
+    }
+
+    #[getter]
+    fn text(&self) -> String {
+        self.inner().text()
     }
 
     #[getter]
     fn reservations(&self) -> Vec<String> {
-        self.inner().reservations.clone()
+        self.inner().reservations().to_vec()
+    }
+
+    #[getter]
+    fn is_cut_short(&self) -> bool {
+        self.inner().is_cut_short()
     }
 
     #[getter]
@@ -262,26 +278,32 @@ impl Discovered {
         self.remarks.clone()
     }
 
-    /// Names and contents of the folder of results.
-    fn files(&self, py: Python<'_>) -> PyResult<Vec<(String, Vec<u8>)>> {
-        guarded(py, Task::Discover, || self.inner().files().map(contents))
+    #[allow(clippy::needless_pass_by_value)]
+    fn model_text(&self, py: Python<'_>, folder: PathBuf) -> PyResult<String> {
+        guarded(py, self.task, || Ok(self.inner().model_text(&folder)))
     }
 
     fn page(&self, py: Python<'_>) -> PyResult<String> {
-        guarded(py, Task::Discover, || self.inner().page())
+        guarded(py, self.task, || self.inner().page())
     }
 
-    fn figure<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        figure::dictionary(py, &guarded(py, Task::Discover, || Ok(self.inner().figure()))?)
+    fn figures<'py>(&self, py: Python<'py>) -> PyResult<Vec<(Option<String>, Bound<'py, PyDict>)>> {
+        let figures = guarded(py, self.task, || Ok(self.inner().figures()))?;
+        figures.into_iter().map(|(of, one)| Ok((of, figure::dictionary(py, &one)?))).collect()
     }
 
-    /// Writes the folder of results.
+    /// Names and contents of the files of a folder of results.
+    #[allow(clippy::needless_pass_by_value)]
+    fn files(&self, py: Python<'_>, folder: PathBuf) -> PyResult<Vec<(String, Vec<u8>)>> {
+        guarded(py, self.task, || Ok(self.inner().files(&folder)?.written))
+    }
+
+    /// Writes them.
     #[allow(clippy::needless_pass_by_value)]
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
-        guarded(py, Task::Load, || write(&folder, &self.inner().files()?))
+        guarded(py, Task::Load, || {
+            let files = self.inner().files(&folder)?;
+            Ok(write_folder(&folder, &files)?)
+        })
     }
-}
-
-fn write(folder: &Path, files: &Files) -> Result<(), WorkError> {
-    Ok(write_folder(folder, files)?)
 }

@@ -13,27 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import DATA, MODEL, ROOT, Columns, columns
+from conftest import COOLING, DATA, MODEL, ROOT, Columns, columns, cup
 
 import dgd
 
 CSV = str(DATA / "circulation.csv")
-
-COOLING = """\
-model cooling
-parameter tau [s] = 100 in 1 .. 1e4
-state T [K] = 80
-equation cooling: tau*der(T) = -T
-output T [K] noise 0.1
-"""
-
-
-def cup(tau: float, seed: int) -> Columns:
-    """A cup that cools, by its closed formula."""
-    t = np.linspace(0, 400, 81)
-    noise = 0.1 * np.random.default_rng(seed).normal(size=t.size)
-    return {"time [s]": t, "T [K]": 75 * np.exp(-t / tau) + noise}
-
 
 def same(mine: object, theirs: object, place: str = "") -> None:
     """Checks that results agree, but for what names files and versions of numbers cannot agree in."""

@@ -121,25 +121,6 @@ def test_xarray_in_and_out(circulation: Columns) -> None:
     assert np.array_equal(s["sensitivity"].sel(of="p_r", to="c0"), direct)
 
 
-def test_scipy_solves_and_fits_what_the_model_says(circulation: Columns) -> None:
-    scipy_integrate = pytest.importorskip("scipy.integrate")
-    scipy_optimize = pytest.importorskip("scipy.optimize")
-    m = dgd.load(MODEL)
-    problem = m.problem(circulation)
-    solved = scipy_integrate.solve_ivp(
-        problem.rhs, (0, 120), problem.y0, "Radau", [60, 120], jac=problem.jacobian, rtol=1e-9, atol=1e-12, max_step=0.5
-    )
-    run = m.simulate(circulation, until=120.0, rtol=1e-10)
-    assert np.allclose(solved.y[0], run["h_r"][[60, 120]], rtol=1e-6)
-    o = m.objective(circulation)
-    found = scipy_optimize.least_squares(o.residuals, o.x0, o.jacobian, o.bounds, x_scale=np.abs(o.x0))
-    f = m.fit(circulation, noise="declared")
-    for name, value in f.params.items():
-        assert abs(found.x[o.names.index(name)] - value) < 0.01 * f.std[name], name
-    scaled = scipy_optimize.approx_fprime(np.ones_like(o.x0), lambda z: o(z * o.x0), 1e-7)
-    assert np.allclose(o.gradient(o.x0) * o.x0, scaled, rtol=1e-3, atol=1e-3 * np.abs(scaled).max())
-
-
 def test_matlab_and_las_files_by_packages_that_read_them(circulation: Columns, tmp_path: object) -> None:
     scipy_io = pytest.importorskip("scipy.io")
     lasio = pytest.importorskip("lasio")

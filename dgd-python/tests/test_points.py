@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from conftest import MODEL, Columns
@@ -100,3 +103,15 @@ def test_gauss_and_newton_come_to_the_fit(circulation: Columns) -> None:
         assert abs(x[o.names.index(name)] - value) < 0.01 * f.std[name], name
     with pytest.raises(dgd.FitError, match="data: "):
         o.residuals(np.where(np.array(o.names) == "M_ssp", np.nan, x))
+
+
+def test_what_is_minimised_can_be_copied_and_pickled(circulation: Columns) -> None:
+    m = dgd.load(MODEL)
+    short = {name: values[:121] for name, values in circulation.items()}
+    o = m.objective([short], free="c0", noise={"p_r": 0.02}, rtol=1e-8)
+    assert copy.copy(o) is o and copy.deepcopy([o])[0] is o
+    again = pickle.loads(pickle.dumps(o))
+    assert again.names == o.names and np.array_equal(again.residuals(o.x0), o.residuals(o.x0))
+    problem = m.problem(short, params={"c0": 280})
+    again = pickle.loads(pickle.dumps(problem))
+    assert np.array_equal(again.rhs(3.0, Y), problem.rhs(3.0, Y)) and copy.deepcopy(problem) is problem

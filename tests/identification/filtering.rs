@@ -7,8 +7,8 @@ use dgd_execute::Loaded;
 use dgd_identify::filter::{Estimator, Filter, FilterProblem, Row, Sample, Tuning, Walk};
 use dgd_runtime::{Column, Inputs, Interpolation, Options, System};
 use rand_pcg::Pcg64;
-use rand_pcg::rand_core::Rng;
 
+use crate::normal;
 use crate::support::{self, compiled_text};
 
 /// A tight solver, so that what is compared is the filter.
@@ -37,8 +37,7 @@ impl Normal {
     }
 
     pub(crate) fn next(&mut self) -> f64 {
-        let mut uniform = || ((self.0.next_u64() >> 11) + 1) as f64 / (1u64 << 53) as f64;
-        (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()
+        normal(&mut self.0)
     }
 }
 

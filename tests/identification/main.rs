@@ -14,3 +14,12 @@ mod nist;
 mod output_error;
 mod regression;
 mod uncertainty;
+
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
+
+/// A normal deviate by Box and Muller.
+fn normal(random: &mut Pcg64) -> f64 {
+    let mut uniform = || ((random.next_u64() >> 11) + 1) as f64 / (1u64 << 53) as f64;
+    (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()
+}

@@ -24,6 +24,8 @@ use dgd_runtime::{
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
+use crate::normal;
+
 const HEATER: &str = "\
 model heater
 input u [1] hold
@@ -51,12 +53,6 @@ fn system(text: &str) -> Interpreted {
 
 fn declared(system: &Interpreted) -> Vec<f64> {
     system.signature().parameters.iter().map(|parameter| parameter.value).collect()
-}
-
-/// A normal deviate by Box and Muller.
-fn normal(random: &mut Pcg64) -> f64 {
-    let mut uniform = || ((random.next_u64() >> 11) + 1) as f64 / (1u64 << 53) as f64;
-    (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()
 }
 
 /// A recording of the heater, one sample a second: its input steps every 25 s. The outputs are

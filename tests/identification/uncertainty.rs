@@ -19,6 +19,7 @@ use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
 use crate::examined;
+use crate::normal;
 use crate::support;
 use crate::support::compiled_text;
 
@@ -45,12 +46,6 @@ fn system(text: &str) -> Loaded {
 
 fn declared(system: &Loaded) -> Vec<f64> {
     system.signature().parameters.iter().map(|parameter| parameter.value).collect()
-}
-
-/// A normal deviate by Box and Muller.
-fn normal(random: &mut Pcg64) -> f64 {
-    let mut uniform = || ((random.next_u64() >> 11) + 1) as f64 / (1u64 << 53) as f64;
-    (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()
 }
 
 /// The heater's reading once a second, from the solution and not from a solver, with noise that is

@@ -2,6 +2,9 @@
 
 #![allow(dead_code, reason = "no test binary uses all of it")]
 
+#[path = "normal.rs"]
+mod normal;
+
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
@@ -12,6 +15,9 @@ use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::parse_setting;
 use dgd_execute::{Engine, Interpreted, Loaded};
 use dgd_runtime::{DelayedInput, Input, Interpolation, Signature};
+
+#[allow(unused_imports, reason = "no test binary uses all of it")]
+pub(crate) use normal::Noise;
 
 /// The repository's root.
 pub(crate) fn root() -> &'static Path {
@@ -149,22 +155,4 @@ pub(crate) fn input_values(
         u.extend(past.iter().map(|(name, input)| slope(&format!("{name}, {number}"), input)));
     }
     u
-}
-
-/// Numbers in (-1, 1) that are the same in every run: SplitMix64 (Steele, Lea, Flood 2014).
-pub(crate) struct Noise(u64);
-
-impl Noise {
-    pub(crate) fn new(seed: u64) -> Self {
-        Noise(seed)
-    }
-
-    pub(crate) fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
 }

@@ -1,11 +1,11 @@
 //! Arguments of `compare`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::Args;
-use dgd_work::{CompareRequest, Keep};
+use dgd_work::CompareRequest;
 
-use super::{SolveArgs, Sought};
+use super::{Given, SolveArgs};
 use crate::command_line::command_line;
 use crate::numbers::count;
 
@@ -16,21 +16,12 @@ pub(crate) struct CompareArgs {
     /// written; at least two
     #[arg(value_name = "CONTENDER", required = true, num_args = 2..)]
     pub contenders: Vec<String>,
-    /// A recording that all are fitted to; repeatable
-    #[arg(long, value_name = "FILE", required = true)]
-    pub data: Vec<PathBuf>,
-    /// A recording for validation, not used in the fits; repeatable
-    #[arg(long, value_name = "FILE")]
-    pub valid: Vec<PathBuf>,
     #[command(flatten)]
-    pub sought: Sought,
+    pub given: Given,
     /// Set a constant, a parameter or a start value, as in `c0=280` or 'F2=1.8e8 [Pa*s^2/m^6]', in every contender that
     /// has it
     #[arg(long, value_name = "NAME=VALUE")]
     pub set: Vec<String>,
-    /// Continue an earlier run that was ended, with the same input and `-o`; the result is the same
-    #[arg(long)]
-    pub resume: bool,
     /// Take the first contender for a special case of each other one, and test whether they do better than chance
     /// [default: contenders of one model that only have more effects]
     #[arg(long)]
@@ -45,11 +36,11 @@ pub(crate) struct CompareArgs {
 impl CompareArgs {
     /// For those who do the work; what is finished is kept beside `out`.
     pub(crate) fn request(&self, out: Option<&Path>) -> CompareRequest {
-        let mut request = CompareRequest::new(self.contenders.clone(), self.data.clone());
-        request.valid.clone_from(&self.valid);
-        request.sought = self.sought.request();
+        let mut request = CompareRequest::new(self.contenders.clone(), self.given.data.clone());
+        request.valid.clone_from(&self.given.valid);
+        request.sought = self.given.sought.request();
         request.set.clone_from(&self.set);
-        request.keep = Keep::new(out.map(Path::to_owned), self.resume);
+        request.keep = self.given.keep(out);
         request.nested = self.nested;
         request.evaluations = self.evaluations;
         request.solve = self.solve.request();

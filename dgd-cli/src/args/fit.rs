@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use dgd_identify::Loss;
-use dgd_work::{FitRequest, Keep, LinearizeAt};
+use dgd_work::{FitRequest, LinearizeAt};
 
 use super::single::place;
-use super::{Choices, SolveArgs, Sought};
+use super::{Choices, Given, SolveArgs};
 use crate::command_line::command_line;
 use crate::numbers::{count, not_negative, positive, whole};
 
@@ -18,23 +18,14 @@ pub(crate) struct FitArgs {
     pub model: PathBuf,
     #[command(flatten)]
     pub choices: Choices,
-    /// A recording to fit to; repeatable
-    #[arg(long, value_name = "FILE", required = true)]
-    pub data: Vec<PathBuf>,
-    /// A recording for validation, not used in the fit; repeatable
-    #[arg(long, value_name = "FILE")]
-    pub valid: Vec<PathBuf>,
     #[command(flatten)]
-    pub sought: Sought,
+    pub given: Given,
     /// Outputs to fit [default: all that were measured]
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub outputs: Vec<String>,
     /// Where the weights of the outputs come from
     #[arg(long, value_enum, default_value_t = NoiseFrom::Estimated)]
     pub noise: NoiseFrom,
-    /// Continue an earlier run that was ended, with the same input and `-o`; the result is the same
-    #[arg(long)]
-    pub resume: bool,
     /// Maximum number of simulations in a search, or of evaluations where nothing is simulated [default: 200;
     /// regressions 2000, models without states 5000]
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
@@ -208,16 +199,16 @@ impl LossName {
 impl FitArgs {
     /// For those who do the work; what is finished is kept beside `out`.
     pub(crate) fn request(&self, out: Option<&Path>) -> FitRequest {
-        let mut request = FitRequest::new(&self.model, self.data.clone());
+        let mut request = FitRequest::new(&self.model, self.given.data.clone());
         request.choices = self.choices.request();
-        request.valid.clone_from(&self.valid);
-        request.sought = self.sought.request();
+        request.valid.clone_from(&self.given.valid);
+        request.sought = self.given.sought.request();
         request.outputs.clone_from(&self.outputs);
         request.noise = match self.noise {
             NoiseFrom::Declared => dgd_work::NoiseFrom::Declared,
             NoiseFrom::Estimated => dgd_work::NoiseFrom::Estimated,
         };
-        request.keep = Keep::new(out.map(Path::to_owned), self.resume);
+        request.keep = self.given.keep(out);
         request.evaluations = self.evaluations;
         request.search.loss = self.search.loss.request();
         request.search.starts = self.search.starts;

@@ -25,7 +25,7 @@ use invert::InvertArgs;
 pub(crate) use new::NewArgs;
 use screen::ScreenArgs;
 pub(crate) use single::{LinearizeArgs, RunArgs, SensitivityArgs, SimulateArgs};
-pub(crate) use solve::{Choices, SolveArgs, Sought, Start};
+pub(crate) use solve::{Choices, Given, SolveArgs, Sought, Start};
 pub(crate) use text::{
     CheckArgs, CompletionsArgs, EmitArgs, ExplainArgs, FmtArgs, LspArgs, ManArgs, Stage,
 };

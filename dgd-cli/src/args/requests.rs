@@ -1,6 +1,6 @@
 //! What is typed, as requests to those who do the work.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use dgd_work::{
     AdoptRequest, DiscoverRequest, Keep, RunRequest, SensitivityRequest, SimulateRequest, Solve,
@@ -8,8 +8,8 @@ use dgd_work::{
 };
 
 use super::{
-    AdoptArgs, Choices, DiscoverArgs, RunArgs, SensitivityArgs, SimulateArgs, SolveArgs, Sought,
-    Start, TrackArgs, Tracker,
+    AdoptArgs, Choices, DiscoverArgs, Given, RunArgs, SensitivityArgs, SimulateArgs, SolveArgs,
+    Sought, Start, TrackArgs, Tracker,
 };
 use crate::command_line::command_line;
 
@@ -24,6 +24,18 @@ impl Sought {
     /// For those who do the work.
     pub(crate) fn request(&self) -> dgd_work::Sought {
         dgd_work::Sought::new(self.free.clone(), self.fix.clone())
+    }
+}
+
+impl Given {
+    /// The recordings, those for validation last.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &PathBuf> {
+        self.data.iter().chain(&self.valid)
+    }
+
+    /// Where finished work is kept: beside `out`.
+    pub(crate) fn keep(&self, out: Option<&Path>) -> Keep {
+        Keep::new(out.map(Path::to_owned), self.resume)
     }
 }
 
@@ -94,13 +106,13 @@ impl SensitivityArgs {
 impl DiscoverArgs {
     /// For those who do the work; what is finished is kept beside `out`.
     pub(crate) fn request(&self, out: Option<&Path>) -> DiscoverRequest {
-        let mut request = DiscoverRequest::new(&self.model, self.data.clone());
+        let mut request = DiscoverRequest::new(&self.model, self.given.data.clone());
         request.choices = self.choices.request();
-        request.valid.clone_from(&self.valid);
+        request.valid.clone_from(&self.given.valid);
         request.effects.clone_from(&self.effects);
         request.budget = self.budget;
-        request.sought = self.sought.request();
-        request.keep = Keep::new(out.map(Path::to_owned), self.resume);
+        request.sought = self.given.sought.request();
+        request.keep = self.given.keep(out);
         request.solve = self.solve.request();
         request.command = command_line();
         request

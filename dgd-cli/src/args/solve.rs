@@ -21,6 +21,22 @@ pub(crate) struct Sought {
     pub fix: Vec<String>,
 }
 
+/// What is estimated, and from what.
+#[derive(Debug, Args)]
+pub(crate) struct Given {
+    /// A recording to fit to; repeatable
+    #[arg(long, value_name = "FILE", required = true)]
+    pub data: Vec<PathBuf>,
+    /// A recording for validation, not used in fits; repeatable
+    #[arg(long, value_name = "FILE")]
+    pub valid: Vec<PathBuf>,
+    #[command(flatten)]
+    pub sought: Sought,
+    /// Continue an earlier run that was ended, with the same input and `-o`; the result is the same
+    #[arg(long)]
+    pub resume: bool,
+}
+
 /// How a model is run.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct SolveArgs {

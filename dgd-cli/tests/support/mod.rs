@@ -2,6 +2,9 @@
 
 #![allow(dead_code, reason = "not every test binary uses all of it")]
 
+#[path = "../../../tests/support/normal.rs"]
+mod normal;
+
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -10,6 +13,8 @@ use std::time::Duration;
 
 use serde_json::Value;
 use tempfile::TempDir;
+
+pub(crate) use normal::Normal;
 
 /// What a command left behind.
 pub(crate) struct Run {
@@ -184,22 +189,4 @@ pub(crate) fn column(csv: &str, header: &str) -> Vec<f64> {
     lines
         .map(|line| line.split(',').nth(at).unwrap_or_default().parse().unwrap_or(f64::NAN))
         .collect()
-}
-
-/// Standard normal numbers: SplitMix64 and Box and Muller's transform.
-pub(crate) struct Normal(pub(crate) u64);
-
-impl Normal {
-    pub(crate) fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        ((z >> 11) + 1) as f64 / (1u64 << 53) as f64
-    }
-
-    pub(crate) fn next(&mut self) -> f64 {
-        (-2.0 * self.uniform().ln()).sqrt() * (std::f64::consts::TAU * self.uniform()).cos()
-    }
 }

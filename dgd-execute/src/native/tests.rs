@@ -1,5 +1,8 @@
 //! Machine code against the interpreter, on programs that no model file has.
 
+#[path = "../../../tests/support/normal.rs"]
+mod normal;
+
 use std::fmt::Write as _;
 
 use cranelift_codegen::isa;
@@ -12,28 +15,12 @@ use dgd_compiler::program::{
 use dgd_compiler::source::{Source, Sources};
 use dgd_runtime::Point;
 
+use normal::Noise;
+
 use super::plan::{ARGUMENTS, Plan};
 use super::{Native, Refused};
 use crate::system::Perform;
 use crate::{Engine, Interpreted, Loaded};
-
-/// Numbers in (-1, 1) that are the same in every run: SplitMix64 (Steele, Lea, Flood 2014).
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^= z >> 31;
-        (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        ((0.5 * (self.next() + 1.0) * n as f64) as usize).min(n - 1)
-    }
-}
 
 /// Numbers at which functions do something special.
 const SPECIAL: [f64; 8] =
@@ -174,7 +161,7 @@ fn compare(program: &Program, noise: &mut Noise) {
 #[test]
 fn random_expressions_and_loops_give_the_bits_of_the_interpreter() {
     for seed in 0..40 {
-        let mut noise = Noise(seed);
+        let mut noise = Noise::new(seed);
         let text = model(&mut noise, 6);
         compare(&program(&text), &mut noise);
     }
@@ -182,7 +169,7 @@ fn random_expressions_and_loops_give_the_bits_of_the_interpreter() {
 
 #[test]
 fn functions_of_several_pieces_give_the_bits_of_the_interpreter() {
-    let mut noise = Noise(99);
+    let mut noise = Noise::new(99);
     let program = program(&model(&mut noise, 150));
     let plan = Plan::new(program.function(FunctionKind::OutputJacobians)).expect("a plan");
     assert!(plan.pieces.len() > 2, "{} pieces", plan.pieces.len());
@@ -194,7 +181,7 @@ fn functions_of_several_pieces_give_the_bits_of_the_interpreter() {
 
 #[test]
 fn a_function_is_compiled_when_it_has_been_called_often() {
-    let program = program(&model(&mut Noise(3), 1));
+    let program = program(&model(&mut Noise::new(3), 1));
     let native = Native::for_host(&program, |_| 2);
     let compiled = |kind| native.called(&program, kind).is_some();
     let calls = [(); 4].map(|()| compiled(FunctionKind::Rhs));
@@ -204,7 +191,7 @@ fn a_function_is_compiled_when_it_has_been_called_often() {
 
 #[test]
 fn the_interpreter_takes_over_on_other_machines() {
-    let program = program(&model(&mut Noise(3), 2));
+    let program = program(&model(&mut Noise::new(3), 2));
     let unknown = || {
         isa::lookup_by_name("sparc-unknown-linux-gnu")
             .map_err(|error| Refused::Machine(error.to_string()))
@@ -215,7 +202,7 @@ fn the_interpreter_takes_over_on_other_machines() {
     let message = loaded.compile().expect_err("no code").to_string();
     assert!(message.starts_with("there is no native code: not for this machine"), "{message}");
     let interpreted = Interpreted::new(program.clone());
-    let at = At::random(&program, &mut Noise(1));
+    let at = At::random(&program, &mut Noise::new(1));
     for function in &program.functions {
         assert_eq!(at.bits(&loaded.0, function), at.bits(&interpreted.0, function));
     }
@@ -223,7 +210,7 @@ fn the_interpreter_takes_over_on_other_machines() {
 
 #[test]
 fn asked_for_the_interpreter_there_is_no_native_code() {
-    let program = program(&model(&mut Noise(3), 1));
+    let program = program(&model(&mut Noise::new(3), 1));
     let loaded = Loaded::with_engine(program, Engine::Interpreter);
     let message = loaded.compile().expect_err("no code").to_string();
     assert_eq!(message, "there is no native code: it was not asked for");
@@ -231,10 +218,10 @@ fn asked_for_the_interpreter_there_is_no_native_code() {
 
 #[test]
 fn clones_share_code_and_outlive_the_first() {
-    let program = program(&model(&mut Noise(8), 2));
+    let program = program(&model(&mut Noise::new(8), 2));
     let first = Loaded::with_engine(program.clone(), Engine::Native);
     first.compile().expect("native code");
-    let at = At::random(&program, &mut Noise(4));
+    let at = At::random(&program, &mut Noise::new(4));
     let function = program.function(FunctionKind::SensitivityLinearize);
     let expected = at.bits(&first.0, function);
     let clones = [first.clone(), first.clone()];
@@ -254,9 +241,9 @@ fn clones_share_code_and_outlive_the_first() {
 #[test]
 #[should_panic(expected = "lengths of arguments and results")]
 fn short_slices_are_refused_before_the_code_runs() {
-    let program = program(&model(&mut Noise(3), 1));
+    let program = program(&model(&mut Noise::new(3), 1));
     let loaded = Loaded::with_engine(program.clone(), Engine::Native);
-    let mut at = At::random(&program, &mut Noise(1));
+    let mut at = At::random(&program, &mut Noise::new(1));
     at.arrays[0].pop();
     at.bits(&loaded.0, program.function(FunctionKind::Rhs));
 }

@@ -15,7 +15,7 @@ use lsp_types::{
 };
 
 use super::Context;
-use crate::places;
+use crate::{dimensions, places};
 
 pub(super) fn hover(params: &HoverParams, context: &Context<'_>) -> Option<Hover> {
     let analysis = context.analysis?;
@@ -33,8 +33,8 @@ pub(super) fn hover(params: &HoverParams, context: &Context<'_>) -> Option<Hover
         let _ = write!(text, "`{}`: {}", function.name, function.doc);
     }
     // The innermost expression around the cursor.
-    let around = analysis
-        .dimensions
+    let dimensions = dimensions::all(analysis);
+    let around = dimensions
         .iter()
         .filter(|(span, _)| span.source == SourceId(0) && span.start <= byte && byte <= span.end);
     if let Some((span, dimension)) = around.min_by_key(|(span, _)| span.end - span.start) {

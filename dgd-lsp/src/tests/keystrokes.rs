@@ -1,35 +1,16 @@
 //! How long it takes from a keystroke to its diagnostics.
 
 use std::fs;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use serde_json::json;
 
-use super::{Editor, address, models};
+use super::{Editor, address, files, models};
 
 /// How long a keystroke may take.
 const MOST: Duration = Duration::from_millis(20);
 /// How often each is typed; the fastest counts, as other programs only slow it down.
 const TIMES: usize = 9;
-
-/// All files of the repository, in order.
-fn files() -> Vec<PathBuf> {
-    let mut folders = vec![models()];
-    let mut all = Vec::new();
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).expect("a folder") {
-            let path = entry.expect("an entry").path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|ending| ending == "dgd") {
-                all.push(path);
-            }
-        }
-    }
-    all.sort();
-    all
-}
 
 /// Measures the program as it is released: `.ci/nightly` calls it so, and prints the table.
 #[test]

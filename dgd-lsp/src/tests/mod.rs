@@ -1,5 +1,6 @@
 //! Sessions with an editor, in memory.
 
+mod everywhere;
 mod fixes;
 mod keystrokes;
 mod sessions;
@@ -68,7 +69,11 @@ impl Editor {
     }
 
     fn receive(&mut self) -> Option<Message> {
-        let message = self.connection.receiver.recv_timeout(Duration::from_mins(1)).ok()?;
+        self.hears_within(Duration::from_mins(1))
+    }
+
+    fn hears_within(&mut self, time: Duration) -> Option<Message> {
+        let message = self.connection.receiver.recv_timeout(time).ok()?;
         if let Message::Notification(notification) = &message {
             let uri = notification.params["uri"].as_str().unwrap_or_default().to_owned();
             self.told.insert(uri, notification.params["diagnostics"].clone());
@@ -122,6 +127,24 @@ fn address(path: &Path) -> String {
 
 fn models() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the repository").join("models")
+}
+
+/// All files of the repository, in order.
+fn files() -> Vec<PathBuf> {
+    let mut folders = vec![models()];
+    let mut all = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "dgd") {
+                all.push(path);
+            }
+        }
+    }
+    all.sort();
+    all
 }
 
 fn model(name: &str) -> (PathBuf, String) {

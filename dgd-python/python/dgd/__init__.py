@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from ._dgd import __version__
 
 if TYPE_CHECKING:
-    from ._declared import Quantity
+    from ._model.declared import Quantity
     from ._errors import (
         DataError,
         DgdError,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         SimulationError,
         UsageError,
     )
-    from ._model import Model, load, parse
+    from ._model.model import Model, load, parse
     from ._points import Objective, Problem
     from ._results.discovery import Discovery, Effect
     from ._results.fit import Fit, Interval
@@ -50,10 +50,10 @@ _PLACES = {
     "Place": "_errors",
     "SimulationError": "_errors",
     "UsageError": "_errors",
-    "Model": "_model",
-    "Quantity": "_declared",
-    "load": "_model",
-    "parse": "_model",
+    "Model": "_model.model",
+    "Quantity": "_model.declared",
+    "load": "_model.model",
+    "parse": "_model.model",
     "Objective": "_points",
     "Problem": "_points",
     "Discovery": "_results.discovery",

@@ -2,15 +2,43 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _dgd
 from ._data.bytes import Array, array, packed
 
+if TYPE_CHECKING:
+    from typing_extensions import Self, TypeAlias
 
-class Problem:
+    from ._model.model import Model
+
+#: The model, the name of its method, the recordings and the options of the call.
+Again: "TypeAlias" = "tuple[Model, str, Any, dict[str, Any]]"
+
+
+class _Again:
+    """What never changes, and is pickled as the call that made it: optimisers copy what they minimise."""
+
+    def __init__(self, again: Again) -> None:
+        self._again = again
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: object) -> Self:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _made, self._again
+
+
+def _made(model: Model, what: str, data: Any, options: dict[str, Any]) -> Any:
+    return getattr(model, what)(data, **options)
+
+
+class Problem(_Again):
     """The equations M dy/dt = f(t, y) of a model with the inputs of a recording, in declared units.
 
     >>> problem = m.problem(df)
@@ -20,7 +48,8 @@ class Problem:
     does not solve it; its row of f is in SI units.
     """
 
-    def __init__(self, native: _dgd.Equations) -> None:
+    def __init__(self, native: _dgd.Equations, again: Again) -> None:
+        super().__init__(again)
         self._native = native
         #: Names of y.
         self.names: list[str] = [name for name, _ in native.unknowns]
@@ -40,16 +69,16 @@ class Problem:
 
     def rhs(self, t: float, y: Any) -> Array:
         """f, in the units of y over s."""
-        return array(self._native.rhs(t, packed(y)))
+        return array(self._native.rhs(self._at(t, y)))
 
     def jacobian(self, t: float, y: Any) -> Array:
         """df/dy, a row for each equation."""
         n = len(self.names)
-        return array(self._native.jacobian(t, packed(y))).reshape(n, n)
+        return array(self._native.jacobian(self._at(t, y))).reshape(n, n)
 
     def parameter_jacobian(self, t: float, y: Any) -> Array:
         """df/dp, a row for each equation and a column for each parameter of the model."""
-        return array(self._native.parameter_jacobian(t, packed(y))).reshape(len(self.names), -1)
+        return array(self._native.parameter_jacobian(self._at(t, y))).reshape(len(self.names), -1)
 
     def inputs(self, t: float) -> dict[str, float]:
         """Inputs at a time."""
@@ -58,14 +87,18 @@ class Problem:
 
     def outputs(self, t: float, y: Any) -> dict[str, float]:
         """Outputs at a time and place."""
-        values = array(self._native.outputs_at(t, packed(y))).tolist()
+        values = array(self._native.outputs_at(self._at(t, y))).tolist()
         return dict(zip((name for name, _ in self._native.outputs), values, strict=True))
+
+    @staticmethod
+    def _at(t: float, y: Any) -> tuple[float, bytes, None, None]:
+        return (t, packed(y), None, None)
 
     def __repr__(self) -> str:
         return f"<dgd.Problem in {', '.join(self.names)} over {self.span[0]:g} … {self.span[1]:g} s>"
 
 
-class Objective:
+class Objective(_Again):
     """What a fit makes small: half the sum of squares of ``residuals``, as a function of ``x`` in declared units.
 
     Residuals are (simulated - measured) / noise of all samples, and (p - mean) / std of priors. The objective is the
@@ -73,10 +106,11 @@ class Objective:
 
     >>> o = m.objective([df])
     >>> scipy.optimize.least_squares(o.residuals, o.x0, o.jacobian, o.bounds)
-    >>> pypesto.Objective(fun=o, grad=o.gradient, hess=o.hessian)
+    >>> pypesto.Objective(fun=o, grad=o.gradient, hess=o.hessian, res=o.residuals, sres=o.jacobian)
     """
 
-    def __init__(self, native: _dgd.Objective) -> None:
+    def __init__(self, native: _dgd.Objective, again: Again) -> None:
+        super().__init__(again)
         self._native = native
         variables = native.variables
         #: What x is: parameters by name, start values as ``x(0)``.

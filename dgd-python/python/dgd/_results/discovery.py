@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from .. import _dgd
-from .._errors import pythonic
-from .._show.plot import draw
-from .._show.report import Report
 from .._show.table import number, table
+from .found import Findings
 
 if TYPE_CHECKING:
-    from .._model import Model
+    from .._model.model import Model
 
 
 @dataclass(frozen=True)
@@ -32,16 +28,15 @@ class Effect:
     result: dict[str, Any] = field(repr=False)
 
 
-class Discovery:
+class Discovery(Findings):
     """A search: ``verdict`` is ``"sufficient"``, ``"effects"`` or ``"unexplained"``; ``effects`` lists what was found.
 
     ``model`` is the corrected model, ``diff`` how its text differs, ``report()`` the page, ``result`` all that
     ``result.json`` of ``dgd discover`` has.
     """
 
-    def __init__(self, native: _dgd.Discovered, model: Callable[[str], Model]) -> None:
-        self._native = native
-        self.result: dict[str, Any] = json.loads(native.json)
+    def __init__(self, native: _dgd.Found, model: Callable[[str], Model]) -> None:
+        super().__init__(native)
         self.verdict: str = self.result["verdict"]
         self.effects: list[Effect] = [_effect(entry) for entry in self.result["effects"]]
         #: What no known effect explains: ``target``, ``windows`` and a ``description`` of each.
@@ -51,9 +46,7 @@ class Discovery:
         #: Whether the search ended before it had tried everything.
         self.cut_short: bool = native.is_cut_short
         #: Why the recordings may not say what they are asked.
-        self.reservations: list[str] = [pythonic(words) for words in native.reservations]
-        self.provenance: dict[str, Any] = self.result["provenance"]
-        self.remarks: list[str] = native.remarks
+        self.reservations: list[str] = self._reservations()
         self._make = model
         self._model: Model | None = None
 
@@ -61,29 +54,14 @@ class Discovery:
     def model(self) -> Model:
         """The corrected model; the given one where nothing was found."""
         if self._model is None:
-            self._model = self._make(self._native.corrected)
+            self._model = self._make(self._native.model_text("."))
         return self._model
 
     @property
     def diff(self) -> str:
         """How the corrected model's text differs from the given one's."""
-        files = dict(self._native.files())
+        files = dict(self._native.files("."))
         return next(text for name, text in files.items() if name.endswith(".diff")).decode()
-
-    def plot(self) -> Any:
-        """A `matplotlib` figure: measured less simulated, before and after."""
-        return draw(self._native.figure())
-
-    def report(self) -> Report:
-        """The page ``report.html`` of ``dgd discover -o``."""
-        return Report(self._native.page())
-
-    def save(self, folder: str | os.PathLike[str]) -> None:
-        """Writes the folder of ``dgd discover -o``: the corrected model, its diff, ``result.json`` and ``report.html``."""
-        self._native.save(os.fspath(folder))
-
-    def __str__(self) -> str:
-        return pythonic(self._native.text)
 
     def __repr__(self) -> str:
         names = ", ".join(effect.name for effect in self.effects)

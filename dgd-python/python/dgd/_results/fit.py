@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -12,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _dgd
-from .._errors import UsageError, pythonic
+from .._errors import UsageError
 from .._show.plot import draw
-from .._show.report import Report
 from .._show.table import number, table
+from .found import Findings
 
 if TYPE_CHECKING:
-    from .._model import Model
+    from .._model.model import Model
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class Interval:
         return draw(self.figure)
 
 
-class Fit:
+class Fit(Findings):
     """A fit: ``params["c0"]`` is an estimate in its declared unit, ``std["c0"]`` its standard error, ``cov`` the covariance.
 
     A fit that ended in no minimum has ``converged == False``; ``left_out`` says why, and a warning was given.
@@ -55,14 +53,13 @@ class Fit:
 
     def __init__(
         self,
-        native: _dgd.Fitted,
+        native: _dgd.Found,
         model: Callable[[str], Model],
         folder: str,
         profiled: Callable[[Model, list[str]], Fit],
     ) -> None:
-        self._native = native
+        super().__init__(native)
         self._profiled = profiled
-        self.result: dict[str, Any] = json.loads(native.json)
         entries: dict[str, Any] = self.result["parameters"]
         #: Estimates of parameters, in their declared units.
         self.params: dict[str, float] = {name: _float(entry["value"]) for name, entry in entries.items()}
@@ -75,11 +72,9 @@ class Fit:
         #: The fitted model, with the start values of the first recording.
         self.model: Model = model(native.model_text(folder))
         #: Why the estimates are not what they should be; nothing where the fit came to its end.
-        self.left_out: list[str] = [pythonic(words) for words in native.left_out]
+        self.left_out: list[str] = self._reservations()
         #: Whether the fit ended in a minimum.
         self.converged: bool = bool(self.result.get("converged", not self.left_out))
-        self.provenance: dict[str, Any] = self.result["provenance"]
-        self.remarks: list[str] = native.remarks
 
     @property
     def cov(self) -> NDArray[np.float64]:
@@ -136,24 +131,6 @@ class Fit:
     def _matrix(self, key: str) -> NDArray[np.float64]:
         rows = self.result.get(key) or [[None] * len(self.names)] * len(self.names)
         return np.array([[_float(value) for value in row] for row in rows], dtype=float)
-
-    def plot(self) -> Any:
-        """A `matplotlib` figure: each output of each recording, fitted and measured."""
-        figures = [figure for name, figure in self._native.figures() if name is None]
-        if not figures:
-            raise UsageError("an estimator that simulates nothing has no curves to draw")
-        return draw(figures[0])
-
-    def report(self) -> Report:
-        """The page ``report.html`` of ``dgd fit -o``: how good the fit is and what to think of it."""
-        return Report(self._native.page())
-
-    def save(self, folder: str | os.PathLike[str]) -> None:
-        """Writes the folder of ``dgd fit -o``: the fitted model, ``result.json`` and ``report.html``."""
-        self._native.save(os.fspath(folder))
-
-    def __str__(self) -> str:
-        return pythonic(self._native.text)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} = {number(value, 6)} {self.units[name]}" for name, value in self.params.items())

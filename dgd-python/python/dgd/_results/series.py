@@ -21,7 +21,37 @@ def _columns(native: list[tuple[str, str, str, bytearray]]) -> list[Column]:
     return [Column(name, unit, kind, array(values)) for name, unit, kind, values in native]
 
 
-class Simulation(Series):
+class _OfRun:
+    """What every result of a run has."""
+
+    def __init__(self, native: _dgd.Run, call: str) -> None:
+        self._native = native
+        self._call = call
+        self._details: dict[str, Any] = json.loads(native.details)
+        #: Name of the integration method.
+        self.method: str = self._details["method"]
+        #: What happened at events: ``t`` in s, ``modes``, ``from`` and ``to``.
+        self.events: list[dict[str, Any]] = self._details["events"]
+        #: What the result was made of: version, seed, digests of model and data.
+        self.provenance: dict[str, Any] = self._details["provenance"]
+        #: What was remarked on the way.
+        self.remarks: list[str] = native.remarks
+
+    def to_csv(self) -> str:
+        """The text that ``dgd simulate -o`` and ``dgd sensitivity -o`` write."""
+        return self._native.csv().decode()
+
+    def plot(self) -> Any:
+        """A `matplotlib` figure in the colours of the reports: inputs, states and outputs, simulated and measured; or
+        each trajectory and its derivatives."""
+        return draw(self._native.figure())
+
+    def report(self) -> Report:
+        """The page that the command writes with ``--plot run.html``."""
+        return Report(self._native.page(self._call))
+
+
+class Simulation(_OfRun, Series):
     """Inputs, states and outputs over time, each in its declared unit.
 
     An output named like a state takes its column. ``result["p_r"]`` is an array, ``result.units["p_r"]`` its unit;
@@ -29,33 +59,11 @@ class Simulation(Series):
     it. It can be given as a recording again.
     """
 
-    def __init__(self, native: _dgd.Simulated, origin: np.datetime64 | None, name: str, call: str) -> None:
-        super().__init__(array(native.time), _columns(native.columns), origin, name)
-        self._native = native
-        self._call = call
-        details: dict[str, Any] = json.loads(native.details)
-        #: Name of the integration method.
-        self.method: str = details["method"]
+    def __init__(self, native: _dgd.Run, origin: np.datetime64 | None, name: str, call: str) -> None:
+        _OfRun.__init__(self, native, call)
+        Series.__init__(self, array(native.time), _columns(native.columns), origin, name)
         #: Accepted and rejected steps.
-        self.steps: tuple[int, int] = (details["steps"], details["rejected"])
-        #: What happened at events: ``t`` in s, ``modes``, ``from`` and ``to``.
-        self.events: list[dict[str, Any]] = details["events"]
-        #: What the result was made of: version, seed, digests of model and data.
-        self.provenance: dict[str, Any] = details["provenance"]
-        #: What was remarked on the way.
-        self.remarks: list[str] = native.remarks
-
-    def to_csv(self) -> str:
-        """The text that ``dgd simulate -o`` writes."""
-        return self._native.csv().decode()
-
-    def plot(self) -> Any:
-        """A `matplotlib` figure: inputs, states and outputs, simulated and measured, in the colours of the reports."""
-        return draw(self._native.figure())
-
-    def report(self) -> Report:
-        """The page that ``dgd simulate --plot run.html`` writes."""
-        return Report(self._native.page(self._call))
+        self.steps: tuple[int, int] = (self._details["steps"], self._details["rejected"])
 
     def _as_raw(self) -> Raw:
         time = self.stamps if self.origin is not None else self.time
@@ -68,15 +76,16 @@ class Simulation(Series):
         return summary_of_series(repr(self)[1:-1], self)
 
 
-class Sensitivity:
+class Sensitivity(_OfRun):
     """Derivatives of states and outputs to parameters and start values over time.
 
     ``values[t, i, j]`` is ∂of[i]/∂to[j], in ``units[of[i], to[j]]``; ``result["p_r", "c0"]`` is one of them over time.
     """
 
     def __init__(
-        self, native: _dgd.Sensitivities, origin: np.datetime64 | None, name: str, call: str, scaled: bool
+        self, native: _dgd.Run, origin: np.datetime64 | None, name: str, call: str, scaled: bool
     ) -> None:
+        super().__init__(native, call)
         columns = _columns(native.columns)
         trajectories = _columns(native.trajectories)
         #: What was differentiated.
@@ -97,15 +106,8 @@ class Sensitivity:
         #: What was differentiated, over time.
         self.trajectories = Series(self.time, trajectories, origin, name)
         self._derivatives = Series(self.time, columns, origin, name)
-        self._native = native
-        self._call = call
-        details: dict[str, Any] = json.loads(native.details)
-        self.method: str = details["method"]
-        self.events: list[dict[str, Any]] = details["events"]
         #: When derivatives are not defined: ``from`` and ``until`` in s, and the ``equation`` because of which.
-        self.undefined: list[dict[str, Any]] = details["undefined"]
-        self.provenance: dict[str, Any] = details["provenance"]
-        self.remarks: list[str] = native.remarks
+        self.undefined: list[dict[str, Any]] = self._details["undefined"]
 
     def __getitem__(self, pair: tuple[str, str]) -> NDArray[np.float64]:
         of, to = pair
@@ -145,18 +147,6 @@ class Sensitivity:
     def to_arrow(self) -> Any:
         """A `pyarrow.Table` with a column for each derivative."""
         return self._derivatives.to_arrow()
-
-    def to_csv(self) -> str:
-        """The text that ``dgd sensitivity -o`` writes."""
-        return self._native.csv().decode()
-
-    def plot(self) -> Any:
-        """A `matplotlib` figure: each trajectory and its derivatives."""
-        return draw(self._native.figure())
-
-    def report(self) -> Report:
-        """The page that ``dgd sensitivity --plot run.html`` writes."""
-        return Report(self._native.page(self._call))
 
     def __repr__(self) -> str:
         of, to = ", ".join(self.of), ", ".join(self.to)

@@ -6,7 +6,7 @@ import shlex
 from typing import Any
 
 from .._errors import DgdError, UsageError
-from .._model import Model, parse
+from .._model.model import Model, parse
 
 _HELP = "write `%%dgd NAME`, and behind it `variant=CHOICE` for each variant, as in `%%dgd m flow=static`"
 

@@ -4,29 +4,26 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
-
-from . import _dgd
-from ._data.bytes import Array, array, packed
-from ._data.columns import Prepared
-from ._data.incoming import apart, recording, recordings
-from ._declared import Declared
-from ._errors import DgdWarning, SimulationError, UsageError, warn
-from ._options import Names, Start, Values, choices, names, native, settings
-from ._points import Objective, Problem
-from ._results.discovery import Discovery
-from ._results.fit import Fit
-from ._results.series import Sensitivity, Simulation
-from ._show.progress import Progress, Shown
-from ._track import Tracker
+from .. import _dgd
+from .._errors import DgdWarning, SimulationError, warn
+from .._options import Names, Start, Values, choices, names, native, settings
+from .._results.discovery import Discovery
+from .._results.fit import Fit
+from .._results.series import Sensitivity, Simulation
+from .._show.progress import Progress, Shown
+from .._track import Tracker
+from .asked import arguments
+from .pointwise import Pointwise
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from ._options import RunOptions
+    from .._options import RunOptions
+
+OfRun = TypeVar("OfRun", Simulation, Sensitivity)
 
 
 def load(
@@ -85,15 +82,11 @@ def _restored(
     return Model(_dgd.load(path, texts, variant, set, apply))
 
 
-class Model(Declared):
+class Model(Pointwise):
     """A model: what it declares, and what can be asked of it. It never changes, and any thread may use it.
 
     A pickle has its texts and options and the version of dgd. ``load`` and ``parse`` make one.
     """
-
-    def __init__(self, native_model: _dgd.Model) -> None:
-        super().__init__(native_model)
-        self._plain: _dgd.Equations | None = None
 
     def changed(
         self,
@@ -115,8 +108,6 @@ class Model(Declared):
         kept = {path: content for path, content in self._native.texts}
         kept[self.path] = text.encode()
         return Model(_dgd.load(self.path, list(kept.items()), variant, [] if is_whole else set_before, []))
-
-    # What can be asked of it.
 
     def simulate(
         self,
@@ -143,16 +134,8 @@ class Model(Declared):
         Raises :class:`SimulationError`, whose ``partial`` has what was reached, :class:`DataError` and
         :class:`UsageError`.
         """
-        options = native(run, params, start, every=every, noise_seed=noise_seed)
-        given = self._recording(data, run)
-        found = self._native.simulate(given.argument if given else None, options)
-        origin, name = (given.origin, given.name) if given else (None, self.name)
-        call = self._call("simulate", given, params=params, start=start, every=every, noise_seed=noise_seed, **run)
-        result = Simulation(found, origin, name, call)
-        warn(found.remarks)
-        if found.stopped is not None:
-            raise _stopped(found.stopped, result)
-        return result
+        ran = self._ran(self._native.simulate, data, run, params, start, every=every, noise_seed=noise_seed)
+        return _whole(Simulation(*ran), ran[0])
 
     def sensitivity(
         self,
@@ -171,16 +154,9 @@ class Model(Declared):
         All states and outputs, and all parameters, where nothing is named. ``scaled`` multiplies each derivative by its
         parameter. The rest is as for :meth:`simulate`.
         """
-        options = native(run, params, start, every=every, of=names(of), to=names(to), scaled=scaled)
-        given = self._recording(data, run)
-        found = self._native.sensitivity(given.argument if given else None, options)
-        origin, name = (given.origin, given.name) if given else (None, self.name)
-        call = self._call("sensitivity", given, of=names(of), to=names(to), scaled=scaled, params=params, **run)
-        result = Sensitivity(found, origin, name, call, scaled)
-        warn(found.remarks)
-        if found.stopped is not None:
-            raise _stopped(found.stopped, result)
-        return result
+        wanted: dict[str, Any] = dict(of=names(of), to=names(to), scaled=scaled, every=every)
+        ran = self._ran(self._native.sensitivity, data, run, params, start, **wanted)
+        return _whole(Sensitivity(*ran, scaled), ran[0])
 
     def fit(
         self,
@@ -237,20 +213,20 @@ class Model(Declared):
         )
         options = native(run, params, start, **calls)
         train, held_out = self._recordings(data, valid, run)
-        options["command"] = self._call("fit", train, valid=held_out or None, params=params, start=start, **calls, **run)
+        options["command"] = self._line("fit", train, valid=held_out or None, params=params, start=start, **calls, **run)
         with Shown(progress) as shown:
-            found = self._native.fit(_arguments(train), _arguments(held_out), options, shown.call)
+            found = self._native.fit(arguments(train), arguments(held_out), options, shown.call)
 
         def profiled(model: Model, wanted: list[str]) -> Fit:
             more = {**options, "set": [], "profile": wanted, "starts": 1, "bootstrap": 0}
-            again = model._native.fit(_arguments(train), _arguments(held_out), more, None)
+            again = model._native.fit(arguments(train), arguments(held_out), more, None)
             return model._fit(again, profiled)
 
         fitted = self._fit(found, profiled)
-        warn([*found.remarks, *found.left_out])
+        warn([*found.remarks, *found.reservations])
         return fitted
 
-    def _fit(self, found: _dgd.Fitted, profiled: Callable[[Model, list[str]], Fit]) -> Fit:
+    def _fit(self, found: _dgd.Found, profiled: Callable[[Model, list[str]], Fit]) -> Fit:
         folder = os.path.dirname(self.path) or "."
         return Fit(found, lambda text: self._with_text(text, is_whole=True), folder, profiled)
 
@@ -277,9 +253,11 @@ class Model(Declared):
         calls = dict(effects=folders, free=names(free), fix=names(fix), budget=budget)
         options = native(run, params, start, **calls)
         train, held_out = self._recordings(data, valid, run)
-        options["command"] = self._call("discover", train, valid=held_out or None, params=params, **calls, **run)
+        options["command"] = self._line(
+            "discover", train, valid=held_out or None, params=params, start=start, **calls, **run
+        )
         with Shown(progress) as shown:
-            found = self._native.discover(_arguments(train), _arguments(held_out), options, shown.call)
+            found = self._native.discover(arguments(train), arguments(held_out), options, shown.call)
         result = Discovery(found, lambda text: self._with_text(text, is_whole=False))
         cut_short = [words for words in found.reservations if found.is_cut_short and words.startswith("the search")]
         warn([*found.remarks, *cut_short])
@@ -321,130 +299,7 @@ class Model(Declared):
             forgetting=forgetting,
             gate=gate,
         )
-        return Tracker(self._native.track(options), run.get("units"), self._declared())
-
-    def problem(
-        self, data: Any = None, *, params: Values = None, start: Start = None, **run: Unpack[RunOptions]
-    ) -> Problem:
-        """The equations with the inputs of a recording, point by point: ``rhs``, ``jacobian``, ``y0``, for SciPy."""
-        given = self._recording(data, run)
-        found = self._native.point_by_point(given.argument if given else None, native(run, params, start))
-        return Problem(found)
-
-    def rhs(
-        self, t: float, y: Any, inputs: Mapping[str, float] | None = None, params: Mapping[str, float] | None = None
-    ) -> Array:
-        """f of the equations M dy/dt = f(t, y, u, p), in declared units; ``y`` is in the order of ``unknowns``.
-
-        ``inputs`` has a number for each input. For inputs that change over time, use :meth:`problem`.
-        """
-        equations = self._equations(inputs)
-        u, p = _by_name(equations.inputs, inputs, None), self._parameters(equations, params)
-        return array(equations.rhs(t, packed(y), u, p))
-
-    def jacobian(
-        self, t: float, y: Any, inputs: Mapping[str, float] | None = None, params: Mapping[str, float] | None = None
-    ) -> Array:
-        """df/dy, a row for each equation."""
-        equations = self._equations(inputs)
-        u, p = _by_name(equations.inputs, inputs, None), self._parameters(equations, params)
-        n = len(equations.unknowns)
-        return array(equations.jacobian(t, packed(y), u, p)).reshape(n, n)
-
-    @property
-    def unknowns(self) -> dict[str, str]:
-        """Names and units of y of :meth:`rhs`, elements of arrays included."""
-        return dict(self._equations(dict.fromkeys(self.inputs, 0.0)).unknowns)
-
-    def objective(
-        self,
-        data: Any,
-        *,
-        free: Names = (),
-        fix: Names = (),
-        outputs: Names = (),
-        noise: Mapping[str, float] | None = None,
-        params: Values = None,
-        start: Start = None,
-        **run: Unpack[RunOptions],
-    ) -> Objective:
-        """What a fit makes small, as a function of what it estimates: for SciPy, pyPESTO and samplers.
-
-        ``noise`` has standard deviations of outputs in their units, in place of those that the model declares.
-        """
-        options = native(run, params, start, free=names(free), fix=names(fix), outputs=names(outputs), noise="declared")
-        train, _ = self._recordings(data, None, run)
-        sigma = [(name, float(value)) for name, value in (noise or {}).items()]
-        return Objective(self._native.objective(_arguments(train), sigma, options))
-
-    # How it goes about that.
-
-    def _declared(self) -> dict[str, str]:
-        """Units of all that a recording may have."""
-        kinds = ("inputs", "outputs", "states")
-        declared = {entry["name"]: entry["unit"] for kind in kinds for entry in self._facts[kind]}
-        # An output named like a state is read in its own unit.
-        declared.update({entry["name"]: entry["unit"] for entry in self._facts["outputs"]})
-        return declared
-
-    def _recording(self, data: Any, run: RunOptions) -> Prepared | None:
-        if data is None:
-            return None
-        return recording(data, run.get("units"), self._known(run), "data")
-
-    def _known(self, run: RunOptions) -> dict[str, str]:
-        known = self._declared()
-        for column, name in (run.get("rename") or {}).items():
-            known.setdefault(column, known.get(name, ""))
-        return known
-
-    def _recordings(self, data: Any, valid: Any, run: RunOptions) -> tuple[list[Prepared], list[Prepared]]:
-        known, units = self._known(run), run.get("units")
-        train, held_out = recordings(data, units, known, "data"), recordings(valid, units, known, "valid")
-        if not train:
-            raise UsageError("there is no recording")
-        apart([train, held_out])
-        return train, held_out
-
-    def _equations(self, inputs: Mapping[str, float] | None) -> _dgd.Equations:
-        """The equations at constant inputs, which calls replace."""
-        if self._plain is None:
-            constant = None
-            if self.inputs:
-                values = {f"{one.name} [{one.unit}]": [(inputs or {}).get(one.name, 0.0)] for one in self.inputs.values()}
-                constant = recording({"time [s]": [0.0], **values}, None, {}, "inputs").argument
-            self._plain = self._native.point_by_point(constant, native({}, None, None))
-        if self.inputs and inputs is None:
-            raise UsageError("the model has inputs: `inputs={" + ", ".join(f'"{name}": …' for name in self.inputs) + "}`")
-        return self._plain
-
-    def _parameters(self, equations: _dgd.Equations, params: Mapping[str, float] | None) -> bytes | None:
-        return _by_name(equations.parameters, params, array(equations.parameter_values)) if params else None
-
-    def _call(self, what: str, given: Prepared | list[Prepared] | None, **options: Any) -> str:
-        """The line of Python that makes a result again, for its page."""
-        variant, set_before, applied = self._native.choices
-        shown = [repr(self.path)]
-        if variant:
-            shown.append(f"variant={dict(one.split('=', 1) for one in variant)!r}")
-        if set_before:
-            shown.append(f"params={dict(one.split('=', 1) for one in set_before)!r}")
-        if applied:
-            shown.append(f"apply={applied!r}")
-
-        def said(value: Any) -> str:
-            if isinstance(value, Prepared):
-                return repr(value.argument if isinstance(value.argument, str) else value.name)
-            if isinstance(value, list) and value and isinstance(value[0], Prepared):
-                return "[" + ", ".join(said(one) for one in value) + "]"
-            return repr(value)
-
-        arguments = [] if given is None else [said(given)]
-        standard = native({}, None, None)
-        for name, value in options.items():
-            if value not in (None, [], {}, standard.get(name)):
-                arguments.append(f"{name}={said(value)}")
-        return f"dgd.load({', '.join(shown)}).{what}({', '.join(arguments)})"
+        return Tracker(self._native.track(options), run.get("units"), self._units())
 
     def __reduce__(self) -> tuple[Any, ...]:
         variant, set_before, applied = self._native.choices
@@ -459,28 +314,12 @@ class Model(Declared):
         return hash((self.path, self.text))
 
 
-def _arguments(prepared: Iterable[Prepared]) -> list[Any]:
-    return [one.argument for one in prepared]
-
-
-def _stopped(why: str, reached: Simulation | Sensitivity) -> SimulationError:
-    error = SimulationError(f"{why}; `partial` of this exception has the {len(reached.time)} rows before")
-    error.partial = reached
-    return error
-
-
-def _by_name(known: list[tuple[str, str]], asked: Mapping[str, float] | None, standard: Array | None) -> bytes | None:
-    """Numbers by name in the order of what is known; of those that are not given the standard."""
-    if not known or asked is None:
-        return None
-    order = [name for name, _ in known]
-    for name in asked:
-        if name not in order:
-            raise UsageError(f"there is no `{name}`; there is `" + "`, `".join(order) + "`")
-    missing = [name for name in order if name not in asked]
-    if missing and standard is None:
-        raise UsageError("there is no value of `" + "`, `".join(missing) + "`")
-    values = np.zeros(len(order)) if standard is None else standard.copy()
-    for name, value in asked.items():
-        values[order.index(name)] = float(value)
-    return packed(values)
+def _whole(result: OfRun, found: _dgd.Run) -> OfRun:
+    """A result that goes to its end."""
+    # Of the call two levels up.
+    warn(found.remarks, stacklevel=3)
+    if found.stopped is None:
+        return result
+    error = SimulationError(f"{found.stopped}; `partial` of this exception has the {len(result.time)} rows before")
+    error.partial = result
+    raise error

@@ -8,8 +8,8 @@ import os
 from dataclasses import dataclass
 from typing import Any
 
-from . import _dgd
-from ._show.table import number, table
+from .. import _dgd
+from .._show.table import number, table
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""Models: what they declare, and what can be asked of them."""
