@@ -42,7 +42,7 @@ async function open(url, width, colorScheme, more = {}) {
 }
 const redraws = (page) => page.evaluate(() => Number(document.documentElement.dataset.redraws ?? 0));
 const redrawn = (page, before) => page.waitForFunction((n) => Number(document.documentElement.dataset.redraws ?? 0) > n, before, { timeout: 60000, polling: 10 });
-const settled = (page) => page.waitForFunction(() => document.querySelectorAll(".slopes .plot canvas").length > 0, null, { timeout: 60000 });
+const settled = (page) => page.waitForFunction(() => document.querySelectorAll(".slopes .plot").length > 0, null, { timeout: 60000 });
 
 const painted = (page) => page.evaluate(() => [...document.querySelectorAll(".plot canvas")].map((canvas) => {
   const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);

@@ -43,7 +43,9 @@ pub(crate) fn count(text: &str) -> Result<usize, String> {
 
 /// A port of this machine; 0 is a free one.
 pub(crate) fn port(text: &str) -> Result<u16, String> {
-    text.parse().map_err(|_| "this must be a port, a whole number from 1 to 65535, or 0 for a free one".to_owned())
+    text.parse().map_err(|_| {
+        "this must be a port, a whole number from 1 to 65535, or 0 for a free one".to_owned()
+    })
 }
 
 /// A length of time, as people write it: `60s`, `5min`, `2h`, or a number of seconds.

@@ -370,7 +370,11 @@ mod tests {
         let mut again = LiveCharts::new(keys);
         let _ = again.chart(&figure("q"), Link::With("time"), &Markup::default());
         assert!(again.to_json().contains("\"columns\":[null,\nnull]"), "{}", again.to_json());
-        assert!(charts.chart(&Figure::new(Text::default(), Vec::new()), Link::Alone, &Markup::default()).is_empty());
+        assert!(
+            charts
+                .chart(&Figure::new(Text::default(), Vec::new()), Link::Alone, &Markup::default())
+                .is_empty()
+        );
     }
 
     #[test]

@@ -52,6 +52,12 @@ const withUnit = (value, unit) => `${written(value)}${unit === "1" ? "" : ` ${un
 
 // ---- mistakes ----
 
+// A sentence in which what stands between backticks is code.
+const prose = (element, text) => {
+  element.append(...text.split("`").map((piece, k) => (k % 2 ? make("code", { textContent: piece }) : piece)));
+  return element;
+};
+
 // A few lines around a place, with it marked.
 function excerpt(text, place) {
   const lines = text.split("\n");
@@ -72,7 +78,7 @@ function mistakes(answer, goTo) {
   if (!answer.mistakes?.length) return [make("div", { className: "mistake" }, make("p", { className: "told", textContent: answer.error }))];
   return answer.mistakes.map((mistake) => {
     const box = make("div", { className: "mistake" });
-    box.append(make("p", { className: "told", textContent: `${mistake.code}: ${mistake.message}` }));
+    box.append(prose(make("p", { className: "told" }), `${mistake.code}: ${mistake.message}`));
     mistake.places.forEach((place, k) => {
       const text = answer.texts?.[place.file];
       const where = `${place.file}, line ${place.line}`;
@@ -82,7 +88,7 @@ function mistakes(answer, goTo) {
       box.append(make("p", { className: "more" }, label, place.text ? ` ${place.text}` : ""));
       if (text != null && k < 3) box.append(excerpt(text, place));
     });
-    if (mistake.help) box.append(make("p", { textContent: mistake.help }));
+    if (mistake.help) box.append(prose(make("p"), mistake.help));
     return box;
   });
 }
@@ -306,6 +312,7 @@ export function live({ ask, first, write, goTo, extra = [], title }) {
         headline.textContent = answer.mistakes?.length === 1 ? "The model has a mistake" : answer.mistakes?.length ? `The model has ${answer.mistakes.length} mistakes` : "This could not be computed";
         headline.className = "doubt";
         wrong.replaceChildren(...mistakes(answer, goTo));
+        if (saved) tell("");
         if (saved) say(headline.textContent);
         saved = false;
         count += 1;
@@ -316,10 +323,8 @@ export function live({ ask, first, write, goTo, extra = [], title }) {
     draw(view, answer);
     if (act !== "run") return;
     wrong.replaceChildren();
-    headline.innerHTML = answer.headline.split("`").map((piece, k) => {
-      const text = make("code", { textContent: piece });
-      return k % 2 ? text.outerHTML : text.innerHTML;
-    }).join("");
+    headline.replaceChildren();
+    prose(headline, answer.headline);
     headline.className = answer.stopped ? "doubt" : "plain";
     if (agreement.dataset.text !== answer.agreement) {
       agreement.innerHTML = answer.agreement;

@@ -56,5 +56,10 @@ pub fn of_error(error: &WorkError) -> Value {
             }
         }
     }
-    json!({ "ok": false, "error": error.to_string(), "mistakes": mistakes, "texts": texts })
+    // The page draws the mistakes itself.
+    let words = match error {
+        WorkError::Found(words) | WorkError::Usage(words) | WorkError::Computation(words) => words,
+        _ => mistakes.first().map_or("", |mistake| &mistake.message),
+    };
+    json!({ "ok": false, "error": words, "mistakes": mistakes, "texts": texts })
 }

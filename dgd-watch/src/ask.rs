@@ -61,9 +61,7 @@ mod tests {
         let ask = ask.expect("an ask");
         assert_eq!((ask.act, ask.values["c0"]), (Do::Keep, 2.5));
         assert_eq!(Ask::read(b"{}").expect("an ask"), Ask::default());
-        for wrong in
-            [&b"{\"write\":1}"[..], b"{\"do\":\"shell\"}", b"{\"values\":{\"a\":\"b\"}}"]
-        {
+        for wrong in [&b"{\"write\":1}"[..], b"{\"do\":\"shell\"}", b"{\"values\":{\"a\":\"b\"}}"] {
             assert!(Ask::read(wrong).is_err());
         }
     }

@@ -10,8 +10,8 @@ use dgd_data::open::read_text;
 use dgd_identify::{Progress, Watch};
 use dgd_work::check::Description;
 use dgd_work::{
-    Choices, FitRequest, Listener, Prepared, Remark, RunRequest, SensitivityRequest, Session,
-    Simulated, WorkError, applicable, fit, prepare, sensitivity,
+    Choices, FitRequest, Listener, Mistake, Prepared, Remark, RunRequest, SensitivityRequest,
+    Session, Simulated, WorkError, applicable, fit, prepare, sensitivity,
 };
 use serde_json::{Value, json};
 
@@ -154,9 +154,10 @@ impl Bench {
         request.scaled = true;
         request.to = to;
         let single = description.outputs.iter().filter(|output| output.range.is_none());
+        let units: Vec<&str> = single.clone().map(|output| &*output.unit).collect();
         request.of = single.map(|output| output.name.clone()).collect();
         let found = sensitivity(&request, session)?;
-        let charts = of_sensitivities(&found, &ask.have);
+        let charts = of_sensitivities(&found, &units, &ask.have);
         Ok(Answer { all: json!({ "ok": true }), charts: Some(charts) })
     }
 
@@ -310,7 +311,13 @@ impl Watch for Ear {
 
 impl Listener for Ear {
     fn remark(&self, remark: Remark<'_>) {
-        self.remarks.lock().unwrap_or_else(PoisonError::into_inner).push(remark.to_text());
+        let words = match remark {
+            Remark::Words(words) => words.to_owned(),
+            Remark::Diagnostic(diagnostic, sources) => Mistake::of(diagnostic, sources).message,
+            // A kind of remark that is not known yet.
+            _ => return,
+        };
+        self.remarks.lock().unwrap_or_else(PoisonError::into_inner).push(words);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use dgd_compiler::units::parse_unit;
 use dgd_page::{Link, LiveCharts, Markup};
 use dgd_plot::{Figure, Meaning, Panel, Series, Style, Text};
 use dgd_work::{Sensitivities, Simulated};
@@ -44,14 +45,20 @@ pub(crate) fn of_run(simulated: &Simulated, kept: &[&Kept], have: &BTreeSet<Stri
 }
 
 /// Of derivatives: a panel for each output, a line for each parameter, multiplied by it, so that all have the
-/// output's unit.
-pub(crate) fn of_sensitivities(found: &Sensitivities, have: &BTreeSet<String>) -> Charts {
+/// output's unit; `units` are the outputs' as they are declared.
+pub(crate) fn of_sensitivities(
+    found: &Sensitivities,
+    units: &[&str],
+    have: &BTreeSet<String>,
+) -> Charts {
     let mut charts = LiveCharts::new(have.clone());
     let mut markup = String::new();
     let each = found.table.columns.len() / found.trajectories.len().max(1);
     let mut columns = found.table.columns.iter();
     let mut panels = Vec::new();
-    for trajectory in &found.trajectories {
+    for (trajectory, symbol) in found.trajectories.iter().zip(units) {
+        // A state of the same name may be declared in another unit.
+        let unit = parse_unit(symbol).map_or(1.0, |unit| unit.of_differences().factor);
         let own = columns.by_ref().take(each);
         let series = own.enumerate().map(|(k, column)| Series {
             meaning: Meaning::Variant(k),
@@ -59,12 +66,12 @@ pub(crate) fn of_sensitivities(found: &Sensitivities, have: &BTreeSet<String>) -
                 Text::name(column.name.split('*').next().unwrap_or(&column.name)),
                 Style::Line,
                 found.table.times.clone(),
-                column.in_unit(),
+                column.values.iter().map(|si| si / unit).collect(),
             )
         });
         panels.push(Panel {
             title: Text::name(&trajectory.name),
-            y_label: Text::default().with_unit(&trajectory.unit.symbol),
+            y_label: Text::default().with_unit(symbol),
             series: series.collect(),
             ..Panel::default()
         });

@@ -84,7 +84,5 @@ pub use run::equations::{At, Equations, equations};
 pub use screen::{Screenings, screen};
 pub use sensitivity::{Sensitivities, sensitivity};
 pub use session::{Listener, Remark, Remarks, Session, Silent};
-pub use simulate::{
-    Ensemble, Field, Prepared, Simulated, Sweep, prepare, simulate, simulate_each,
-};
+pub use simulate::{Ensemble, Field, Prepared, Simulated, Sweep, prepare, simulate, simulate_each};
 pub use track::{LineFormat, Tracked, track};

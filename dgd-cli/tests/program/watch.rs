@@ -48,7 +48,7 @@ impl Watch {
 
     fn send(&self, first: &str, body: &str) -> TcpStream {
         let mut stream = TcpStream::connect(&self.host).expect("it listens");
-        stream.set_read_timeout(Some(Duration::from_secs(60))).expect("a socket");
+        stream.set_read_timeout(Some(Duration::from_mins(1))).expect("a socket");
         let (host, secret, length) = (&self.host, &self.secret, body.len());
         let head = format!(
             "{first} HTTP/1.1\r\nHost: {host}\r\nX-Dgd-Secret: {secret}\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n"

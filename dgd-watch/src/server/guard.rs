@@ -35,7 +35,7 @@ impl Guard {
     pub(super) fn new(port: u16) -> io::Result<Guard> {
         let mut bytes = [0; BYTES];
         getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
-        let secret = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        let secret = format!("{:032x}", u128::from_be_bytes(bytes));
         Ok(Guard { secret, port })
     }
 

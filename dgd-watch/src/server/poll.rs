@@ -67,15 +67,15 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder for the test");
         let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
         fs::write(&a, "1").expect("the folder is writable");
-        let before = look(&[a.clone()]);
-        assert!(!has_changed(&before, &look(&[a.clone()])));
+        let before = look(std::slice::from_ref(&a));
+        assert!(!has_changed(&before, &look(std::slice::from_ref(&a))));
         fs::write(&b, "22").expect("the folder is writable");
         assert!(
             !has_changed(&before, &look(&[a.clone(), b.clone()])),
             "it was not looked at before"
         );
         fs::rename(&b, &a).expect("the folder is writable");
-        assert!(has_changed(&before, &look(&[a.clone()])));
+        assert!(has_changed(&before, &look(std::slice::from_ref(&a))));
         fs::remove_file(&a).expect("it is there");
         assert!(has_changed(&before, &look(&[a])));
     }

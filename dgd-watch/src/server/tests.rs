@@ -100,7 +100,7 @@ fn the_page_is_served_and_nothing_is_kept_or_let_out() {
         ("/live.css", "text/css", ".parameter"),
         ("/icon.svg", "image/svg+xml", "<svg"),
     ] {
-        let reply = served.raw(&format!("GET {path} HTTP/1.1"), &[host.clone()], "");
+        let reply = served.raw(&format!("GET {path} HTTP/1.1"), std::slice::from_ref(&host), "");
         assert_eq!(reply.status, 200, "{path}");
         assert!(reply.body.contains(part) && reply.head.contains(kind), "{path} {}", reply.head);
         assert!(reply.head.contains("cache-control: no-store"), "{}", reply.head);
@@ -108,7 +108,7 @@ fn the_page_is_served_and_nothing_is_kept_or_let_out() {
         assert!(!reply.head.contains("access-control-"), "no other origin is let in");
         assert!(!reply.body.contains("cooling") && !reply.body.contains(&served.secret));
     }
-    assert_eq!(served.raw("GET /etc/passwd HTTP/1.1", &[host.clone()], "").status, 404);
+    assert_eq!(served.raw("GET /etc/passwd HTTP/1.1", std::slice::from_ref(&host), "").status, 404);
     assert_eq!(served.raw("GET /../Cargo.toml HTTP/1.1", &[host], "").status, 404);
 }
 
