@@ -20,6 +20,8 @@ mod figures;
 #[cfg(feature = "server")]
 pub mod server;
 mod stop;
+#[cfg(test)]
+mod tests;
 mod values;
 
 pub use answer::of_error;

@@ -1,3 +1,5 @@
+//! Requests as the page makes them, and as others might.
+
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
