@@ -118,6 +118,7 @@ fn perform(command: &Command, console: Console<'_>) -> Result<(), CommandError> 
         Command::Emit(args) => command::emit::run(args, console),
         Command::Explain(args) => command::explain::run(args, console),
         Command::Simulate(args) => command::simulate::run(args, console),
+        Command::Watch(args) => command::watch::run(args, console),
         Command::Sensitivity(args) => command::sensitivity::run(args, console),
         Command::Linearize(args) => command::linearize::run(args, console),
         Command::Invert(args) => command::invert::run(args, console),

@@ -41,6 +41,13 @@ pub(crate) fn count(text: &str) -> Result<usize, String> {
     count.ok_or_else(|| "this must be a whole number, 1 or more".to_owned())
 }
 
+/// A port of this machine; 0 is a free one.
+pub(crate) fn port(text: &str) -> Result<u16, String> {
+    text.parse().map_err(|_| {
+        "this must be a port, a whole number from 1 to 65535, or 0 for a free one".to_owned()
+    })
+}
+
 /// A length of time, as people write it: `60s`, `5min`, `2h`, or a number of seconds.
 pub(crate) fn time(text: &str) -> Result<f64, String> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == ' ');

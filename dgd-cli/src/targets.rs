@@ -208,6 +208,11 @@ fn inputs(command: &Command) -> Vec<PathBuf> {
             all.extend(args.run.data.iter().chain(&args.ensemble).cloned());
             Some(&args.run.choices)
         }
+        Command::Watch(args) => {
+            all.push(args.run.model.clone());
+            all.extend(args.run.data.clone());
+            Some(&args.run.choices)
+        }
         Command::Sensitivity(args) => {
             all.push(args.run.model.clone());
             all.extend(args.run.data.clone());
@@ -270,6 +275,7 @@ fn plots(command: &Command) -> &[PathBuf] {
         | Command::Adopt(_) => &[],
         Command::Simulate(args) => &args.run.solve.plot,
         Command::Sensitivity(args) => &args.run.solve.plot,
+        Command::Watch(args) => &args.run.solve.plot,
         Command::Linearize(args) => &args.solve.plot,
         Command::Invert(args) => &args.solve.plot,
         Command::Fit(args) => &args.solve.plot,
@@ -291,6 +297,7 @@ fn out(command: &Command) -> Out {
         | Command::Man(_)
         | Command::New(_)
         | Command::Lsp(_)
+        | Command::Watch(_)
         | Command::Adopt(_) => Out::File,
         Command::Fmt(_) => Out::Layout,
         Command::Simulate(_)

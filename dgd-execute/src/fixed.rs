@@ -14,6 +14,9 @@ use crate::interpret::{Interpreted, Interpreter};
 use crate::loaded::{Loaded, OnDemand};
 use crate::system::{Executed, Perform};
 
+/// Whether there are these solvers; otherwise that for any n serves all, with the same bits.
+const SIZED: bool = cfg!(feature = "sized");
+
 /// A loaded model of N unknowns.
 struct Fixed<'a, const N: usize>(&'a OnDemand);
 
@@ -54,10 +57,10 @@ pub(crate) fn run(
     wanted: Wanted<'_>,
 ) -> Result<Solution, Failure> {
     match problem.system.0.program().n() {
-        1 => run_fixed::<1>(problem, times, options, wanted),
-        2 => run_fixed::<2>(problem, times, options, wanted),
-        3 => run_fixed::<3>(problem, times, options, wanted),
-        4 => run_fixed::<4>(problem, times, options, wanted),
+        1 if SIZED => run_fixed::<1>(problem, times, options, wanted),
+        2 if SIZED => run_fixed::<2>(problem, times, options, wanted),
+        3 if SIZED => run_fixed::<3>(problem, times, options, wanted),
+        4 if SIZED => run_fixed::<4>(problem, times, options, wanted),
         _ => integrate(problem, times, options, wanted),
     }
 }

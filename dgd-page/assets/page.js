@@ -1,7 +1,7 @@
-(() => {
+// The charts and tables of all pages: those of reports, whose numbers lie in the page, and those that a program feeds.
+const dgdPage = (() => {
 "use strict";
 const root = document.documentElement;
-const { columns, scale, figures } = JSON.parse(document.getElementById("data").textContent);
 const darkness = matchMedia("(prefers-color-scheme: dark)");
 const isDark = () => (root.dataset.theme ? root.dataset.theme === "dark" : darkness.matches);
 const css = (name) => getComputedStyle(root).getPropertyValue(name).trim();
@@ -65,8 +65,30 @@ function range(values, before = [Infinity, -Infinity]) {
 
 const groups = new Map();
 function groupOf(link) {
-  if (!groups.has(link)) groups.set(link, { plots: [], full: [Infinity, -Infinity], at: null });
+  if (!groups.has(link)) groups.set(link, { plots: new Set(), spans: new Map(), full: null, at: null });
   return groups.get(link);
+}
+// What all of a group is, by what its figures have; whoever saw all of it still does.
+function settle(group) {
+  let [low, high] = [Infinity, -Infinity], hasDots = false;
+  for (const span of group.spans.values()) {
+    [low, high] = [Math.min(low, span.low), Math.max(high, span.high)];
+    hasDots ||= span.hasDots;
+  }
+  if (!(high > low)) {
+    const middle = isFinite(low) ? low : 0;
+    [low, high] = [middle - 0.5, middle + 0.5];
+  }
+  // Dots on the border are drawn whole.
+  const room = hasDots ? 0.02 * (high - low) : 0;
+  const full = [low - room, high + room];
+  const sawAll = !group.at || (group.at[0] <= group.full[0] && group.at[1] >= group.full[1]);
+  group.full = full;
+  const at = sawAll || group.at[0] >= full[1] || group.at[1] <= full[0]
+    ? full : [Math.max(group.at[0], full[0]), Math.min(group.at[1], full[1])];
+  const moved = !group.at || group.at[0] !== at[0] || group.at[1] !== at[1];
+  group.at = [...at];
+  if (moved) for (const plot of group.plots) plot.setScale("x", { min: at[0], max: at[1] });
 }
 function zoom(group, low, high) {
   const [first, last] = group.full;
@@ -94,21 +116,26 @@ const withAlpha = (colour, alpha) => colour + Math.round(255 * alpha).toString(1
 const colourOf = (series) => series.colours[isDark() ? 1 : 0];
 const ink = (series) => (series.style === "line" ? colourOf(series) : withAlpha(colourOf(series), 0.7));
 
-function draw(figure, panel, element, group, tell) {
+// Draws it; what is given back takes other numbers of the same curves.
+function draw(figure, panel, element, group, scale, tell) {
   const place = element.querySelector(".plot");
-  const isCurve = panel.series.map((s) => s.style !== "dots" && !isAscending(columns[s.x]));
+  const isCurve = panel.series.map((s) => s.style !== "dots" && !isAscending(s.x));
   // Lines come last, in front of recorded signals and dots; `slot` is where uPlot has a series.
   const order = panel.series.map((_, i) => i).sort((a, b) => depth(panel.series[a]) - depth(panel.series[b]) || a - b);
   const slot = [];
   order.forEach((i, k) => { slot[i] = k + 1; });
-  const tables = order.map((i) => sorted(columns[panel.series[i].x], columns[panel.series[i].y]));
-  const shades = panel.envelopes.map((e) => ({ x: columns[e.x], ys: [columns[e.low], columns[e.high]] }));
-  const map = panel.map && cells(panel.map);
-  const data = joined([...tables, ...shades, ...(map ? [{ x: map.x, ys: [map.rows[0]] }] : [])]);
+  const map = panel.map && cells(panel.map, scale);
+  const rows = () => {
+    const tables = order.map((i) => sorted(panel.series[i].x, panel.series[i].y));
+    const shades = panel.envelopes.map((e) => ({ x: e.x, ys: [e.low, e.high] }));
+    return joined([...tables, ...shades, ...(map ? [{ x: map.x, ys: [map.rows[0]] }] : [])]);
+  };
+  let data = rows();
   const n = panel.series.length;
-  const values = map ? map.rows : panel.series.map((s) => columns[s.y]);
-  const [low, high] = values.reduce((seen, one) => range(one, seen), [Infinity, -Infinity]);
-  const digits = decimalsOf((high > low ? high - low : Math.abs(high) || 1) * 1e-4);
+  const extent = () => (map ? map.rows : panel.series.map((s) => s.y)).reduce((seen, one) => range(one, seen), [Infinity, -Infinity]);
+  const digitsOf = ([low, high]) => decimalsOf((high > low ? high - low : Math.abs(high) || 1) * 1e-4);
+  const [low, high] = extent();
+  let digits = digitsOf([low, high]);
   const font = '12px "Segoe UI", Roboto, Arial, "Liberation Sans", sans-serif';
   const outputs = [...element.querySelectorAll(".key:not(.scale) output")];
   const under = element.querySelector(".key.scale output");
@@ -121,7 +148,7 @@ function draw(figure, panel, element, group, tell) {
   const series = order.map((i) => [panel.series[i], i]).map(([s, i]) => ({
     label: s.name, stroke: () => ink(s), width: s.style === "line" ? 1.8 : 1, dash: s.dashes.length ? s.dashes : undefined,
     ...(s.style === "dots" || isCurve[i] ? { paths: () => null } : {}),
-    points: { show: s.style === "dots", size: columns[s.x].length > 300 ? 4 : 8, space: 0, fill: () => ink(s), stroke: () => ink(s), width: 0 },
+    points: { show: s.style === "dots", size: s.x.length > 300 ? 4 : 8, space: 0, fill: () => ink(s), stroke: () => ink(s), width: 0 },
   }));
   const edge = { stroke: "transparent", width: 0, points: { show: false }, scale: "y" };
   const fill = (e) => () =>
@@ -148,7 +175,7 @@ function draw(figure, panel, element, group, tell) {
     ctx.clip();
     panel.series.forEach((s, i) => {
       if (!isCurve[i] || !plot.series[slot[i]].show) return;
-      const x = columns[s.x], y = columns[s.y];
+      const { x, y } = s;
       ctx.beginPath();
       let pen = false;
       x.forEach((value, k) => {
@@ -202,23 +229,37 @@ function draw(figure, panel, element, group, tell) {
     bands,
     hooks: { drawClear: [shade, ...(map ? [map.paint] : [])], draw: [trace], setCursor: [read], setScale: [relink] },
   }, data, place);
-  group.plots.push(plot);
+  group.plots.add(plot);
   place.querySelector("canvas").setAttribute("aria-hidden", "true");
-  new ResizeObserver(() => {
+  const resized = new ResizeObserver(() => {
     if (place.clientWidth) plot.setSize({ width: place.clientWidth, height: place.clientHeight });
-  }).observe(place);
-  keyboard(place, plot, group, data, map, (k) => {
+  });
+  resized.observe(place);
+  keyboard(place, plot, group, () => data, map, (k) => {
     if (map) { say(`${figure.x} ${shown(data[0][k], 6)}: ${at(k)}`); return; }
     const values = panel.series.map((s, i) => `${s.name} ${shown(data[slot[i]][k], digits)} ${panel.unit}`);
     say(`${figure.x} ${shown(data[0][k], 6)}: ${values.join(", ")}`);
   });
   keys(element, plot, panel, slot);
-  if (!map) return;
+  const handle = {
+    update(next) {
+      panel = next;
+      [data, digits] = [rows(), digitsOf(extent())];
+      plot.setData(data);
+    },
+    remove() {
+      resized.disconnect();
+      group.plots.delete(plot);
+      plot.destroy();
+    },
+  };
+  if (!map) return handle;
   const swatch = element.querySelector(".key.scale i");
   swatch.style.background = `linear-gradient(to right, ${scale.join(", ")})`;
   // What rounding leaves of nothing is nothing.
   const end = (value) => shown(Math.abs(value) < 1e-9 * (high - low) ? 0 : value, digits);
   swatch.nextElementSibling.textContent = `${end(low)} … ${end(high)} ${panel.unit}`;
+  return handle;
 }
 
 const nearest = (sorted, value) => {
@@ -228,8 +269,8 @@ const nearest = (sorted, value) => {
 };
 
 // A heat map: which row the cursor is on, and what paints the cells, a pixel of the screen for each column.
-function cells({ x, places, rows, low, high }) {
-  const map = { x: columns[x], places: columns[places], rows: rows.map((row) => columns[row]) };
+function cells({ x, places, rows, low, high }, scale) {
+  const map = { x, places, rows };
   const n = map.places.length, half = n > 1 ? 0.5 * (map.places[1] - map.places[0]) : 0.5;
   map.row = n >> 1;
   map.edges = [map.places[0] - half, map.places[n - 1] + half];
@@ -270,12 +311,12 @@ const status = make("div", { className: "unseen" });
 status.setAttribute("role", "status");
 const say = (words) => { status.textContent = words; };
 
-function keyboard(place, plot, group, data, map, tell) {
+function keyboard(place, plot, group, rows, map, tell) {
   place.tabIndex = 0;
   place.setAttribute("role", "application");
   place.setAttribute("aria-label", `${place.parentElement.getAttribute("aria-label")} Arrow keys move the cursor, plus and minus zoom, 0 shows all.`);
   const move = (steps) => {
-    const x = data[0];
+    const [x] = rows();
     let k = plot.cursor.idx ?? x.findIndex((value) => value >= group.at[0]);
     k = Math.max(0, Math.min(x.length - 1, k + steps));
     if (x[k] < group.at[0] || x[k] > group.at[1]) {
@@ -287,10 +328,10 @@ function keyboard(place, plot, group, data, map, tell) {
     setTimeout(() => { plot.setCursor({ left: plot.valToPos(x[k], "x"), top: top() }, true, true); tell(k); });
   };
   const climb = (steps) => { map.row = Math.max(0, Math.min(map.places.length - 1, map.row + steps)); move(0); };
-  const under = () => (plot.cursor.idx == null ? null : data[0][plot.cursor.idx]);
+  const under = () => (plot.cursor.idx == null ? null : rows()[0][plot.cursor.idx]);
   place.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const step = event.shiftKey ? Math.max(10, Math.round(data[0].length / 50)) : 1;
+    const step = event.shiftKey ? Math.max(10, Math.round(rows()[0].length / 50)) : 1;
     const action = {
       ArrowLeft: () => move(-step), ArrowRight: () => move(step),
       ...(map ? { ArrowUp: () => climb(1), ArrowDown: () => climb(-1) } : {}),
@@ -315,7 +356,7 @@ function keys(element, plot, panel, slot) {
     swatch.className = series.style;
     const paint = () => { swatch.style.background = ink(series); };
     paint();
-    repaints.push(paint);
+    repaints.add({ swatch, paint });
     if (!series.name) return;
     const button = make("button", { type: "button" });
     button.append(...[...key.childNodes].filter((node) => node !== output));
@@ -332,7 +373,7 @@ function keys(element, plot, panel, slot) {
     if (!swatch || envelope.around == null) return;
     const paint = () => { swatch.style.background = withAlpha(colourOf(panel.series[envelope.around]), 0.3); };
     paint();
-    repaints.push(paint);
+    repaints.add({ swatch, paint });
   });
 }
 
@@ -394,9 +435,11 @@ function sortable(table) {
 
 // ---- light and dark ----
 
-const repaints = [];
+const repaints = new Set();
 function repaint() {
-  for (const paint of repaints) paint();
+  for (const one of repaints) {
+    if (one.swatch.isConnected) one.paint(); else repaints.delete(one);
+  }
   for (const { plots } of groups.values()) for (const plot of plots) plot.redraw(false, true);
 }
 function themes() {
@@ -414,52 +457,109 @@ function themes() {
   return button;
 }
 
-// ---- all of it ----
+// ---- figures ----
 
-root.classList.add("live");
-const main = document.querySelector("main");
-main.prepend(themes());
-main.append(status);
-document.querySelectorAll("table.sortable").forEach(sortable);
-for (const figure of figures) {
-  const group = groupOf(figure.link);
-  for (const panel of figure.panels) {
-    for (const one of [...panel.series, ...panel.envelopes, ...(panel.map ? [panel.map] : [])]) group.full = range(columns[one.x], group.full);
-    group.hasDots ||= panel.series.some((one) => one.style === "dots");
-  }
+// Figures with their columns in place of the columns' numbers.
+function filled({ columns, figures }) {
+  const at = (k) => columns[k];
+  const series = (one) => ({ ...one, x: at(one.x), y: at(one.y) });
+  const envelope = (one) => ({ ...one, x: at(one.x), low: at(one.low), high: at(one.high) });
+  const map = (one) => one && { ...one, x: at(one.x), places: at(one.places), rows: one.rows.map(at) };
+  const panel = (one) => ({ ...one, series: one.series.map(series), envelopes: one.envelopes.map(envelope), map: map(one.map) });
+  return figures.map((figure) => ({ ...figure, panels: figure.panels.map(panel) }));
 }
-for (const group of groups.values()) {
-  if (!(group.full[1] > group.full[0])) {
-    const middle = isFinite(group.full[0]) ? group.full[0] : 0;
-    group.full = [middle - 0.5, middle + 0.5];
-  }
-  // Dots on the border are drawn whole.
-  const room = group.hasDots ? 0.02 * (group.full[1] - group.full[0]) : 0;
-  group.full = [group.full[0] - room, group.full[1] + room];
-  group.at = [...group.full];
-}
-const drawn = new Map();
-const nearby = new IntersectionObserver((entries) => {
-  for (const { isIntersecting, target } of entries) {
-    if (!isIntersecting) continue;
-    nearby.unobserve(target);
-    drawn.get(target)();
-  }
-  // What is in sight answers.
-  if (!performance.getEntriesByName("interactive").length) requestAnimationFrame(() => performance.mark("interactive"));
-}, { rootMargin: "400px" });
-document.querySelectorAll("figure.chart").forEach((element) => {
-  const figure = figures[Number(element.dataset.figure)];
-  const group = groupOf(figure.link);
-  const name = element.closest("section")?.querySelector("h2")?.textContent ?? figure.x;
-  const [bar, readout] = tools(group, name);
-  const panels = element.querySelector(".panels");
-  panels.hidden = false;
-  panels.before(bar);
-  const tell = (x) => { readout.textContent = x == null ? "" : `${figure.x}: ${shown(x, decimalsOf((group.full[1] - group.full[0]) * 1e-5))}`; };
-  [...panels.children].forEach((child, i) => {
-    drawn.set(child, () => draw(figure, figure.panels[i], child, group, tell));
-    nearby.observe(child);
+
+// What two lots of figures have in common where one can take the other's numbers.
+const shape = (figures) => JSON.stringify(figures.map(({ link, x, panels }) => [link, x, panels.map((panel) => [
+  panel.title, panel.unit, panel.series.map((one) => [one.name, one.style, one.colours, one.dashes]),
+  panel.envelopes.map((one) => one.around), panel.map && Math.random(),
+])]));
+
+// Puts the charts of some figures into the elements that wait for them.
+function mount(root, given) {
+  let figures = filled(given);
+  const own = {};
+  const place = () => {
+    const spans = new Map();
+    for (const figure of figures) {
+      const span = spans.get(figure.link) ?? { low: Infinity, high: -Infinity, hasDots: false };
+      for (const panel of figure.panels) {
+        for (const one of [...panel.series, ...panel.envelopes, ...(panel.map ? [panel.map] : [])]) {
+          [span.low, span.high] = range(one.x, [span.low, span.high]);
+        }
+        span.hasDots ||= panel.series.some((one) => one.style === "dots");
+      }
+      spans.set(figure.link, span);
+    }
+    for (const [link, span] of spans) {
+      groupOf(link).spans.set(own, span);
+      settle(groupOf(link));
+    }
+  };
+  place();
+  // Panels are drawn when they come into sight, and take new numbers then.
+  const panels = new Map();
+  const show = (one) => {
+    const panel = figures[one.figure].panels[one.index];
+    if (!one.chart) one.chart = draw(figures[one.figure], panel, one.element, one.group, given.scale, one.tell);
+    else if (one.panel !== panel) one.chart.update(panel);
+    one.panel = panel;
+  };
+  const nearby = new IntersectionObserver((entries) => {
+    for (const { isIntersecting, target } of entries) {
+      const one = panels.get(target);
+      one.isNear = isIntersecting;
+      if (isIntersecting) show(one);
+    }
+    // What is in sight answers.
+    if (!performance.getEntriesByName("interactive").length) requestAnimationFrame(() => performance.mark("interactive"));
+  }, { rootMargin: "400px" });
+  root.querySelectorAll("figure.chart").forEach((element) => {
+    const number = Number(element.dataset.figure), figure = figures[number];
+    const group = groupOf(figure.link);
+    const name = element.closest("section")?.querySelector("h2")?.textContent ?? figure.x;
+    const [bar, readout] = tools(group, name);
+    const all = element.querySelector(".panels");
+    all.hidden = false;
+    all.before(bar);
+    const tell = (x) => { readout.textContent = x == null ? "" : `${figure.x}: ${shown(x, decimalsOf((group.full[1] - group.full[0]) * 1e-5))}`; };
+    [...all.children].forEach((child, index) => {
+      panels.set(child, { figure: number, index, element: child, group, tell, isNear: false });
+      nearby.observe(child);
+    });
   });
-});
+  return {
+    // Whether these figures were taken: they are if they have the same curves.
+    update(next) {
+      const others = filled(next);
+      if (shape(others) !== shape(figures)) return false;
+      figures = others;
+      place();
+      for (const one of panels.values()) if (one.isNear && one.chart) show(one);
+      return true;
+    },
+    remove() {
+      nearby.disconnect();
+      for (const one of panels.values()) one.chart?.remove();
+      for (const group of groups.values()) group.spans.delete(own);
+    },
+  };
+}
+
+// ---- a page ----
+
+function start() {
+  root.classList.add("live");
+  const main = document.querySelector("main");
+  main.prepend(themes());
+  main.append(status);
+}
+const sortTables = (within) => within.querySelectorAll("table.sortable").forEach(sortable);
+
+function report() {
+  start();
+  sortTables(document);
+  mount(document, JSON.parse(document.getElementById("data").textContent));
+}
+return { start, mount, sortTables, report, say };
 })();

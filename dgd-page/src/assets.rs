@@ -12,9 +12,20 @@ pub(crate) fn style() -> String {
     format!("\n{}\n{STYLE}", UPLOT_STYLE.trim())
 }
 
-/// The one script of a page, with the licence of what others wrote of it.
+/// The one script of a report's page.
 pub(crate) fn script() -> String {
+    format!("{}dgdPage.report();\n", library())
+}
+
+/// What draws charts and sorts tables, with the licence of what others wrote of it.
+fn library() -> String {
     format!("\n/*!\n{}\n*/\n{}\n{SCRIPT}", UPLOT_LICENCE.trim(), UPLOT.trim())
+}
+
+/// What a page that a program keeps up to date fetches, by the names of the files: the design of reports, and the
+/// object `dgdPage`, whose functions draw [`LiveCharts`](crate::LiveCharts).
+pub fn live_assets() -> [(&'static str, String); 2] {
+    [("page.css", style()), ("page.js", library())]
 }
 
 #[cfg(test)]

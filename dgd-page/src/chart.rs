@@ -1,5 +1,6 @@
 //! A figure in a page: as a picture to read and print, and as numbers to zoom into.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use dgd_plot::{
@@ -18,6 +19,33 @@ pub enum Link<'a> {
     Alone,
 }
 
+/// Figures of a page that a program keeps up to date, which need not be given what the page has already.
+#[derive(Debug)]
+pub struct LiveCharts {
+    charts: Charts,
+}
+
+impl LiveCharts {
+    /// No figures yet, for a page that has these columns, by their keys.
+    pub fn new(known: BTreeSet<String>) -> Self {
+        LiveCharts { charts: Charts { columns: Columns::beside(known), ..Charts::default() } }
+    }
+
+    /// A figure under what explains it: the places that the script fills.
+    #[must_use]
+    pub fn chart(&mut self, figure: &Figure, link: Link<'_>, caption: &Markup) -> Markup {
+        if figure.panels.is_empty() {
+            return Markup::default();
+        }
+        self.charts.add_with(figure, link, caption, false)
+    }
+
+    /// What `dgdPage.mount` takes, once the columns that are `null` were filled in by their `keys`.
+    pub fn to_json(&self) -> String {
+        format!("{{\"keys\":{},\n{}}}", self.charts.columns.keys_to_json(), self.charts.fields())
+    }
+}
+
 /// Figures of a page, and their numbers.
 #[derive(Debug, Default)]
 pub(crate) struct Charts {
@@ -29,22 +57,37 @@ pub(crate) struct Charts {
 impl Charts {
     /// A figure under what explains it.
     pub(crate) fn add(&mut self, figure: &Figure, link: Link<'_>, caption: &Markup) -> Markup {
+        self.add_with(figure, link, caption, true)
+    }
+
+    /// The same, also without the picture for those who run no scripts.
+    fn add_with(
+        &mut self,
+        figure: &Figure,
+        link: Link<'_>,
+        caption: &Markup,
+        has_picture: bool,
+    ) -> Markup {
         let number = self.figures.len();
         let json = self.json(figure, number, link);
         self.figures.push(json);
         let mut text = String::new();
         // Writing to a string cannot fail.
-        let _ = write_figure(&mut text, figure, number, caption);
+        let _ = write_figure(&mut text, figure, number, caption, has_picture);
         Markup::trusted(text)
     }
 
     /// What the script reads: safe inside its element, whatever the names are.
     pub(crate) fn to_json(&self) -> String {
+        format!("{{{}}}", self.fields())
+    }
+
+    fn fields(&self) -> String {
         let colours = if self.has_maps { scale_of_colours() } else { Vec::new() };
         let colours: Vec<String> =
             colours.into_iter().map(|colour| json_string(&hex(colour))).collect();
         format!(
-            "{{\"columns\":{},\n\"scale\":[{}],\n\"figures\":[{}]}}",
+            "\"columns\":{},\n\"scale\":[{}],\n\"figures\":[{}]",
             self.columns.to_json(),
             colours.join(","),
             self.figures.join(",\n")
@@ -131,17 +174,20 @@ fn write_figure(
     figure: &Figure,
     number: usize,
     caption: &Markup,
+    has_picture: bool,
 ) -> std::fmt::Result {
     writeln!(text, "<figure class=\"chart\" data-figure=\"{number}\">")?;
     if !caption.is_empty() {
         writeln!(text, "<figcaption class=\"caption\">{caption}</figcaption>")?;
     }
-    writeln!(
-        text,
-        "<div class=\"picture\" role=\"img\" aria-label=\"{}\">\n{}</div>",
-        escaped(&in_words(figure)),
-        render_svg(figure)
-    )?;
+    if has_picture {
+        writeln!(
+            text,
+            "<div class=\"picture\" role=\"img\" aria-label=\"{}\">\n{}</div>",
+            escaped(&in_words(figure)),
+            render_svg(figure)
+        )?;
+    }
     let class = if figure.columns > 1 { "panels" } else { "panels one" };
     writeln!(text, "<div class=\"{class}\" hidden>")?;
     for panel in &figure.panels {
@@ -310,6 +356,25 @@ mod tests {
         assert!(json.contains("\\u003c/script\\u003e\\u003cscript\\u003ealert(1)"), "{json}");
         assert!(!markup.as_str().contains("<script"), "{markup}");
         assert!(markup.as_str().contains("&lt;/script&gt;"), "{markup}");
+    }
+
+    #[test]
+    fn a_live_figure_has_no_picture_and_its_columns_have_keys() {
+        let mut charts = LiveCharts::new(BTreeSet::new());
+        let markup = charts.chart(&figure("q"), Link::With("time"), &Markup::default());
+        assert!(markup.as_str().contains("class=\"plot\"") && !markup.as_str().contains("<svg"));
+        let json = charts.to_json();
+        let keys = json.split('"').filter(|word| word.len() == 16);
+        let keys: BTreeSet<String> = keys.map(str::to_owned).collect();
+        assert_eq!(keys.len(), 2, "{json}");
+        let mut again = LiveCharts::new(keys);
+        let _ = again.chart(&figure("q"), Link::With("time"), &Markup::default());
+        assert!(again.to_json().contains("\"columns\":[null,\nnull]"), "{}", again.to_json());
+        assert!(
+            charts
+                .chart(&Figure::new(Text::default(), Vec::new()), Link::Alone, &Markup::default())
+                .is_empty()
+        );
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! The numbers of a page: each column once, with as many digits as can be seen of it.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Columns are told apart to this part of their range: deeper than anyone zooms.
 const RESOLUTION: f64 = 1e-6;
@@ -13,9 +14,17 @@ const DIGITS: i32 = 5;
 pub(crate) struct Columns {
     texts: Vec<String>,
     places: HashMap<Vec<u64>, usize>,
+    /// By their keys: those that whoever reads them has already, which are left out.
+    known: Option<BTreeSet<String>>,
+    keys: Vec<String>,
 }
 
 impl Columns {
+    /// For someone who has these already.
+    pub(crate) fn beside(known: BTreeSet<String>) -> Self {
+        Columns { known: Some(known), ..Columns::default() }
+    }
+
     /// The place of a column of ordinates, or of abscissas, which keep all of their digits.
     pub(crate) fn add(&mut self, values: &[f64], is_exact: bool) -> usize {
         let mut key: Vec<u64> = values.iter().map(|value| value.to_bits()).collect();
@@ -23,15 +32,38 @@ impl Columns {
         let next = self.texts.len();
         let place = *self.places.entry(key).or_insert(next);
         if place == next {
-            self.texts.push(if is_exact { exact(values) } else { visible(values) });
+            let is_known = self.known.as_ref().is_some_and(|known| {
+                self.keys.push(key_of(values, is_exact));
+                known.contains(&self.keys[place])
+            });
+            self.texts.push(match (is_known, is_exact) {
+                (true, _) => "null".to_owned(),
+                (false, true) => exact(values),
+                (false, false) => visible(values),
+            });
         }
         place
+    }
+
+    /// What each is known by, as a JSON array.
+    pub(crate) fn keys_to_json(&self) -> String {
+        listed(self.keys.iter().map(|key| format!("\"{key}\"")))
     }
 
     /// All of them as a JSON array of arrays.
     pub(crate) fn to_json(&self) -> String {
         format!("[{}]", self.texts.join(",\n"))
     }
+}
+
+/// A name that columns of other numbers do not have, but by a chance of 1 in 10¹⁹.
+fn key_of(values: &[f64], is_exact: bool) -> String {
+    let mut hasher = DefaultHasher::new();
+    is_exact.hash(&mut hasher);
+    for value in values {
+        value.to_bits().hash(&mut hasher);
+    }
+    format!("{:016x}", hasher.finish())
 }
 
 /// All digits; null for what is not finite.
@@ -127,5 +159,22 @@ mod tests {
         let places = [&time[..], &[0.0, 5.0], &time].map(|values| columns.add(values, true));
         assert_eq!(places, [0, 1, 0]);
         assert_eq!(columns.to_json(), "[[0,1,2],\n[0,5]]");
+        assert_eq!(columns.keys_to_json(), "[]");
+    }
+
+    #[test]
+    fn what_a_reader_has_is_left_out() {
+        let mut first = Columns::beside(BTreeSet::new());
+        first.add(&[0.0, 1.0], true);
+        first.add(&[2.0], false);
+        let keys = first.keys_to_json();
+        let key = keys.trim_matches(['[', ']']).split(',').next().expect("two keys");
+        let mut next = Columns::beside(BTreeSet::from([key.trim_matches('"').to_owned()]));
+        let places = [(&[0.0, 1.0][..], true), (&[3.0], false), (&[0.0, 1.0], false)]
+            .map(|(values, is_exact)| next.add(values, is_exact));
+        assert_eq!(places, [0, 1, 2]);
+        // The same numbers with fewer digits are another column.
+        assert_eq!(next.to_json(), "[null,\n[3],\n[0,1]]");
+        assert!(next.keys_to_json().starts_with(&format!("[{key},")));
     }
 }

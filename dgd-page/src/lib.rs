@@ -10,6 +10,9 @@
 //! are in it, by their hashes, and nothing else. Text from outside becomes [`Markup`] by being escaped, and numbers are
 //! data that no script is made of, so that a name like `</script>` is a name. Equal contents give equal bytes.
 //!
+//! A page that a program keeps up to date is made of the same: [`LiveCharts`] has the figures, [`live_assets`] what
+//! such a page fetches from the program.
+//!
 //! Knows names, units and verdicts only as text; writing the file is the caller's business.
 
 mod assets;
@@ -20,7 +23,8 @@ mod markup;
 mod page;
 mod table;
 
-pub use chart::Link;
+pub use assets::live_assets;
+pub use chart::{Link, LiveCharts};
 pub use markup::Markup;
 pub use page::{Origin, Page, Tone};
 pub use table::{Cell, Table, heat_map};

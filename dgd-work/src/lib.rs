@@ -4,6 +4,7 @@
 //!   CheckRequest    ─ check ────► Checked        what is in a model
 //!   SimulateRequest ─ simulate ─► Simulated      states and outputs over time
 //!                     simulate_each ► Ensemble   the same for many sets of parameters
+//!   RunRequest      ─ prepare ──► Prepared       the same again and again, read and compiled once
 //!   SensitivityRequest ─ sensitivity ─► Sensitivities
 //!   RunRequest      ─ equations ─► Equations     right-hand sides and Jacobians at single points
 //!   LinearizeRequest ─ linearize ─► Linearised   A, B, C, D, poles
@@ -67,7 +68,7 @@ pub use fit::compare::{self, Comparison, compare};
 pub use fit::objective::{Objective, objective};
 pub use fit::{FitFigure, Fitted, fit};
 pub use linearize::{Linearised, linearize};
-pub use model::effects::load_folder;
+pub use model::effects::{Applicable, applicable, load_folder};
 pub use model::{Changed, LoadedModel, load};
 pub use output::columns::{Kind, NamedColumn, TimeTable};
 pub use output::json_text;
@@ -83,5 +84,5 @@ pub use run::equations::{At, Equations, equations};
 pub use screen::{Screenings, screen};
 pub use sensitivity::{Sensitivities, sensitivity};
 pub use session::{Listener, Remark, Remarks, Session, Silent};
-pub use simulate::{Ensemble, Field, Simulated, Sweep, simulate, simulate_each};
+pub use simulate::{Ensemble, Field, Prepared, Simulated, Sweep, prepare, simulate, simulate_each};
 pub use track::{LineFormat, Tracked, track};

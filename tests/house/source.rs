@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 /// The crates of the workspace, each of which uses only those before it. Tests may use any.
-pub(crate) const CRATES: [&str; 16] = [
+pub(crate) const CRATES: [&str; 17] = [
     "dgd-signature",
     "dgd-compiler",
     "dgd-macros",
@@ -19,6 +19,7 @@ pub(crate) const CRATES: [&str; 16] = [
     "dgd-page",
     "dgd-work",
     "dgd-lsp",
+    "dgd-watch",
     "dgd-cli",
     "dgd-python",
     "dgd",

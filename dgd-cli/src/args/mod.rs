@@ -12,6 +12,7 @@ mod solve;
 mod sweep;
 mod text;
 mod track;
+mod watch;
 
 use std::path::PathBuf;
 
@@ -30,6 +31,7 @@ pub(crate) use text::{
     CheckArgs, CompletionsArgs, EmitArgs, ExplainArgs, FmtArgs, LspArgs, ManArgs, Stage,
 };
 pub(crate) use track::{TrackArgs, Tracker};
+pub(crate) use watch::WatchArgs;
 
 /// Check, simulate, differentiate and fit models written in a small equation language
 ///
@@ -117,6 +119,11 @@ pub(crate) enum Command {
     ///
     /// Ctrl-C stops the run and keeps the rows up to there.
     Simulate(SimulateArgs),
+    /// Watch a model: a page with its curves that is redrawn on every save, and sliders for its parameters
+    ///
+    /// For example `dgd watch model.dgd --data run.csv`, which says the address to open in a browser of this machine.
+    /// Nothing leaves the machine. Ctrl-C ends it.
+    Watch(WatchArgs),
     /// Compute sensitivities: derivatives of states and outputs with respect to parameters, over time
     ///
     /// For example of the output `h` to two parameters: `dgd sensitivity model.dgd --data run.csv --of h --to A,c0`.

@@ -13,5 +13,6 @@ pub(crate) mod sensitivity;
 pub(crate) mod simulate;
 mod text;
 pub(crate) mod track;
+pub(crate) mod watch;
 
 pub(crate) use text::{check, emit, explain, fmt, lsp, methods, schema, shells};

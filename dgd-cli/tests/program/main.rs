@@ -36,3 +36,5 @@ mod told;
 mod track;
 mod unconverged;
 mod verify;
+#[cfg(feature = "watch")]
+mod watch;

@@ -115,7 +115,9 @@ pub fn fit(request: &FitRequest, session: Session<'_>) -> Result<Fitted, WorkErr
     let estimator = request.regression.estimator;
     let place = request.regression.place()?;
     let mut task = Task::load(request, session)?;
-    if let Some(place) = place {
+    // What a program does without is not in it.
+    let has_all = cfg!(feature = "estimators");
+    if let Some(place) = place.filter(|_| has_all) {
         task.linearise(place);
     }
     let task = task;
@@ -123,13 +125,19 @@ pub fn fit(request: &FitRequest, session: Session<'_>) -> Result<Fitted, WorkErr
     request.regression.verify_evaluations(request.evaluations)?;
     request.intervals.verify(estimator, dgd_runtime::System::signature(&task.system))?;
     let found = match estimator {
-        Estimator::OutputError | Estimator::Linearised => output_error::run(&task, request, place),
-        Estimator::PredictionError => prediction_error::run(&task, request),
+        Estimator::OutputError => output_error::run(&task, request, place),
+        Estimator::Linearised if has_all => output_error::run(&task, request, place),
+        Estimator::PredictionError if has_all => prediction_error::run(&task, request),
         Estimator::LeastSquares
         | Estimator::Bounded
         | Estimator::Separable
         | Estimator::NelderMead
-        | Estimator::Recursive => regress::run(&task, request),
+        | Estimator::Recursive
+            if has_all =>
+        {
+            regress::run(&task, request)
+        }
+        _ => Err(WorkError::Usage("this program fits by simulation alone".to_owned())),
     }?;
     let mut json = found.json;
     task.provenance.push_json(&mut json);

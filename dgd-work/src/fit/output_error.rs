@@ -64,15 +64,16 @@ pub(super) fn run(
         }
         valid => valid?,
     };
+    // What a program does without is not in it.
+    let has_all = cfg!(feature = "estimators");
+    let place = place.filter(|_| has_all);
     let linearised = place.map(|place| task.linearised(place, &result, &fit, &train, request));
     let intervals = Intervals::find(&request.intervals, &problem, &fit, task.session.seed)
         .map_err(|error| task.failed(error, &request.data))?;
     let recording_names = recording::names(&request.data);
     intervals.push_left_out(&mut left_out, |i| name_of(&fit.estimates[i], &recording_names));
     task.session.listener.ends();
-    let information = request
-        .intervals
-        .information
+    let information = (request.intervals.information && has_all)
         .then(|| Origins::find(&result, &fit, &train))
         .transpose()
         .map_err(|error| task.failed(error, &request.data))?;

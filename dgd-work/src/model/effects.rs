@@ -99,6 +99,33 @@ pub fn load_folder(
     failed.map_or(Ok(effects), Err)
 }
 
+/// An effect that may be applied to a model.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Applicable {
+    /// As `--apply` takes it: `NAME`, or `NAME/FORM` where there are several forms.
+    pub name: String,
+    /// What its text says of it.
+    pub doc: String,
+}
+
+/// The effects beside a model that are for it and need no arguments, in order of name. What cannot be read is left out.
+pub fn applicable(files: &dyn FileSystem, path: &Path, model: &str) -> Vec<Applicable> {
+    let one = |(name, file): (String, PathBuf)| {
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let text = read_import(files, &file).ok()?;
+        let id = sources.add(Source { name: file.display().to_string(), text });
+        let header = parse(id, &sources, &mut diagnostics).ok()?.effect?;
+        match header.target {
+            Target::Model(target) if target.text == model => {
+                Some(Applicable { name, doc: header.doc.join(" ").trim().to_owned() })
+            }
+            Target::Model(_) | Target::Template(_) => None,
+        }
+    };
+    effect_files(files, &folder_of(path)).into_iter().filter_map(one).collect()
+}
+
 /// The model that an effect is for, where it lies as expected: above the folder of effects.
 pub(crate) fn model_of(files: &dyn FileSystem, path: &Path, effect: &Effect) -> Option<PathBuf> {
     let Target::Model(name) = &effect.target else { return None };

@@ -5,10 +5,12 @@ mod fields;
 mod noise;
 mod over;
 mod page;
+mod prepared;
 
 use std::collections::HashMap;
 
 use dgd_compiler::pipeline::Directions;
+use dgd_page::Markup;
 use dgd_plot::{Figure, Meaning, Text};
 use dgd_runtime::{Observations, Solution};
 use serde::{Serialize, Serializer};
@@ -30,6 +32,7 @@ use crate::session::Session;
 pub use ensemble::{Ensemble, Hold};
 pub use fields::Field;
 pub use over::Sweep;
+pub use prepared::{Prepared, prepare};
 
 /// States and outputs over time.
 #[derive(Debug, Clone)]
@@ -239,10 +242,38 @@ impl Simulated {
         let over = self.sweep.as_ref().and_then(|sweep| over::figure(sweep, self));
         over.unwrap_or_else(|| {
             let arrays = fields::arrays_of(&self.table);
-            let Figure { x_label, mut panels, .. } = figure::panels(&self.subjects(&arrays));
+            let subjects = self.subjects(&arrays).into_iter().map(|(_, subject)| subject);
+            let subjects: Vec<Subject> = subjects.collect();
+            let Figure { x_label, mut panels, .. } = figure::panels(&subjects);
             panels.extend(fields::panels(&self.fields, &self.table, &arrays));
             Figure::new(x_label, panels)
         })
+    }
+
+    /// Its figures over time, in that order: outputs; what was measured of them less what was simulated; other
+    /// unknowns, then inputs. A figure of nothing has no panels.
+    pub fn figures(&self) -> [Figure; 3] {
+        let (mut outputs, mut unknowns, mut inputs) = (Vec::new(), Vec::new(), Vec::new());
+        for (kind, subject) in self.subjects(&fields::arrays_of(&self.table)) {
+            match kind {
+                Kind::Output => outputs.push(subject),
+                Kind::Input => inputs.push(subject),
+                Kind::Unknown | Kind::Derivative => unknowns.push(subject),
+            }
+        }
+        unknowns.append(&mut inputs);
+        let residuals = page::residuals(self).unwrap_or_else(|| figure::panels(&[]));
+        [figure::panels(&outputs), residuals, figure::panels(&unknowns)]
+    }
+
+    /// How well it fits, or why it stopped, in a sentence.
+    pub fn headline(&self) -> String {
+        page::headline(self)
+    }
+
+    /// How far each output agrees with what was measured of it, as a table of a page; empty where nothing was.
+    pub fn agreement_table(&self) -> Markup {
+        page::agreement_of(self)
     }
 
     /// Its page, which says what command makes it again.
@@ -257,33 +288,34 @@ impl Simulated {
 
     /// What the figure shows in curves: the inputs, unit by unit; then each declared state and each output, with what
     /// was measured of it. Elements of `arrays`, which have pictures of their own, are there where they were measured.
-    fn subjects(&self, arrays: &[String]) -> Vec<Subject> {
+    fn subjects(&self, arrays: &[String]) -> Vec<(Kind, Subject)> {
         let line = |name: Text, column: &NamedColumn, meaning| Line {
             name,
             times: self.table.times.clone(),
             values: column.in_unit(),
             meaning,
         };
-        let mut subjects: Vec<Subject> = Vec::new();
+        let mut subjects: Vec<(Kind, Subject)> = Vec::new();
         for (place, input) in self.of_kind(Kind::Input).enumerate() {
             let line = line(Text::name(&input.name), input, Meaning::Input(place));
             let unit = input.unit.symbol.to_string();
-            let alike = subjects.iter_mut().find(|subject| subject.unit == unit);
-            if let Some(subject) = alike {
+            let alike = subjects.iter_mut().find(|(_, subject)| subject.unit == unit);
+            if let Some((_, subject)) = alike {
                 // Two lines and more are named by the legend.
                 subject.title = Text::default();
                 subject.lines.push(line);
             } else {
                 let title = Text::name(&input.name);
-                subjects.push(Subject { title, unit, lines: vec![line] });
+                subjects.push((Kind::Input, Subject { title, unit, lines: vec![line] }));
             }
         }
         for unknown in self.of_kind(Kind::Unknown).filter(|unknown| !is_added(&unknown.name)) {
-            subjects.push(Subject {
+            let subject = Subject {
                 title: Text::name(&unknown.name),
                 unit: unknown.unit.symbol.to_string(),
                 lines: vec![line(Text::plain("simulated"), unknown, Meaning::Simulated)],
-            });
+            };
+            subjects.push((Kind::Unknown, subject));
         }
         for (i, output) in self.of_kind(Kind::Output).enumerate() {
             let is_measured = self.measured.outputs.get(i).is_some_and(Option::is_some);
@@ -300,7 +332,7 @@ impl Simulated {
                 });
             }
             let (title, unit) = (Text::name(&output.name), output.unit.symbol.to_string());
-            subjects.push(Subject { title, unit, lines });
+            subjects.push((Kind::Output, Subject { title, unit, lines }));
         }
         subjects
     }

@@ -22,22 +22,16 @@ struct Compared<'a> {
 }
 
 pub(super) fn write(simulated: &Simulated, command: &str) -> String {
-    let compared = compared(simulated);
     let mut page = Page::new(&format!("{}: simulation", simulated.model));
     let kind = Markup::text("Simulation of the model ").then(&Markup::code(&simulated.model));
-    let agreements = compared.iter().filter_map(|one| {
-        let pairs = one.measured.iter().copied().zip(one.simulated.iter().copied());
-        Some((&*one.output.name, &*one.output.unit.symbol, Agreement::of(pairs)?))
-    });
-    let agreements: Vec<_> = agreements.collect();
-    let table = agreement_table("How far simulated and measured agree", agreements.iter().copied());
-    let headline = headline(simulated, &agreements);
-    page.push_header(&kind, &Markup::prose(&headline), Tone::Plain, &[solved(simulated), table]);
+    let headline = Markup::prose(&headline(simulated));
+    let more = [solved(simulated), agreement_of(simulated)];
+    page.push_header(&kind, &headline, Tone::Plain, &more);
     // Over another quantity there is nothing that moves with the other figures.
     let link = if simulated.sweep.is_some() { Link::Alone } else { TIME };
     let chart = page.chart(&simulated.figure(), link, &Markup::default());
     page.push_section("Inputs, states and outputs", &[chart]);
-    if let Some(residuals) = residuals(simulated, &compared) {
+    if let Some(residuals) = residuals(simulated) {
         let chart = page.chart(&residuals, TIME, &Markup::default());
         page.push_section("Measured less simulated", &[chart]);
     }
@@ -45,8 +39,25 @@ pub(super) fn write(simulated: &Simulated, command: &str) -> String {
     page.finish(&origin(&simulated.provenance, command))
 }
 
+/// An output, its unit, and how it agrees with what was measured of it.
+type Agreements<'a> = Vec<(&'a str, &'a str, Agreement)>;
+
+fn agreements<'a>(simulated: &'a Simulated) -> Agreements<'a> {
+    let one = |Compared { output, measured, simulated }: Compared<'a>| {
+        let agreement = Agreement::of(measured.into_iter().zip(simulated))?;
+        Some((&*output.name, &*output.unit.symbol, agreement))
+    };
+    compared(simulated).into_iter().filter_map(one).collect()
+}
+
+/// The table of all that was measured.
+pub(super) fn agreement_of(simulated: &Simulated) -> Markup {
+    agreement_table("How far simulated and measured agree", agreements(simulated))
+}
+
 /// The output that fits worst, where anything was measured.
-fn headline(simulated: &Simulated, agreements: &[(&str, &str, Agreement)]) -> String {
+pub(super) fn headline(simulated: &Simulated) -> String {
+    let agreements = agreements(simulated);
     let times = &simulated.table.times;
     let time = |t: Option<&f64>| told(t.copied().unwrap_or(0.0));
     let span = format!("{} s to {} s", time(times.first()), time(times.last()));
@@ -87,7 +98,8 @@ fn compared(simulated: &Simulated) -> Vec<Compared<'_>> {
     compared.collect()
 }
 
-fn residuals(simulated: &Simulated, compared: &[Compared<'_>]) -> Option<Figure> {
+/// What was measured less what was simulated, where anything was.
+pub(super) fn residuals(simulated: &Simulated) -> Option<Figure> {
     let subject = |one: &Compared<'_>| Subject {
         title: Text::name(&one.output.name),
         unit: of_differences(&one.output.unit).symbol.to_string(),
@@ -98,7 +110,7 @@ fn residuals(simulated: &Simulated, compared: &[Compared<'_>]) -> Option<Figure>
             meaning: Meaning::Residual,
         }],
     };
-    let subjects: Vec<Subject> = compared.iter().map(subject).collect();
+    let subjects: Vec<Subject> = compared(simulated).iter().map(subject).collect();
     (!subjects.is_empty()).then(|| figure::panels(&subjects))
 }
 

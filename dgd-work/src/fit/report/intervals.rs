@@ -111,7 +111,7 @@ impl Intervals {
         seed: u64,
     ) -> Result<Self, EstimateError> {
         let profiled = args.profiled(&fit.estimates);
-        if !fit.termination.is_converged() {
+        if !fit.termination.is_converged() || !cfg!(feature = "estimators") {
             return Ok(Self { profiles: Vec::new(), bootstrap: None, profiled });
         }
         let generator = |replicate: usize| {

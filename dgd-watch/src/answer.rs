@@ -1,0 +1,65 @@
+//! Answers as JSON: what is in the model, what it gave, and what is wrong with it.
+
+use dgd_work::{Applicable, Simulated, WorkError};
+use serde_json::{Value, json};
+
+use dgd_work::check::{Description, Parameter, VariantChoices};
+
+/// Texts longer than this are not shown around mistakes, bytes.
+const LONGEST_TEXT: usize = 1 << 20;
+
+/// What can be chosen and set. `written` are the parameters whose values stand in the text of the opened model.
+pub(crate) fn controls(
+    description: &Description,
+    effects: &[Applicable],
+    applied: &[String],
+    written: &[String],
+) -> Value {
+    let parameter = |parameter: &Parameter| {
+        let mut all = json!(parameter);
+        all["writable"] = json!(written.contains(&parameter.name));
+        all
+    };
+    let variant = |variant: &VariantChoices| json!(variant);
+    let effect = |effect: &Applicable| {
+        let is_applied = applied.contains(&effect.name);
+        json!({ "name": effect.name, "doc": effect.doc, "applied": is_applied })
+    };
+    json!({
+        "model": description.model,
+        "doc": description.doc,
+        "parameters": description.parameters.iter().map(parameter).collect::<Vec<_>>(),
+        "variants": description.variants.iter().map(variant).collect::<Vec<_>>(),
+        "effects": effects.iter().map(effect).collect::<Vec<_>>(),
+    })
+}
+
+/// What a run gave, in words.
+pub(crate) fn run(simulated: &Simulated) -> Value {
+    json!({
+        "headline": simulated.headline(),
+        "stopped": simulated.stopped.is_some(),
+        "agreement": simulated.agreement_table().as_str(),
+    })
+}
+
+/// What is wrong: the same in words, mistakes with their places, and the texts that they are in.
+pub fn of_error(error: &WorkError) -> Value {
+    let mistakes = error.mistakes();
+    let mut texts = serde_json::Map::new();
+    if let WorkError::Diagnosed { sources, .. } = error {
+        for source in sources.iter() {
+            let is_meant = |place: &dgd_work::Spot| place.file == source.name;
+            let is_shown = mistakes.iter().any(|mistake| mistake.places.iter().any(is_meant));
+            if is_shown && source.text.len() <= LONGEST_TEXT {
+                texts.insert(source.name.clone(), json!(source.text));
+            }
+        }
+    }
+    // The page draws the mistakes itself.
+    let words = match error {
+        WorkError::Found(words) | WorkError::Usage(words) | WorkError::Computation(words) => words,
+        _ => mistakes.first().map_or("", |mistake| &mistake.message),
+    };
+    json!({ "ok": false, "error": words, "mistakes": mistakes, "texts": texts })
+}

@@ -1,0 +1,322 @@
+//! What answers a page: models compiled and read once, and the curves that were kept.
+
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+use dgd_data::FileSystem;
+use dgd_data::open::read_text;
+use dgd_identify::{Progress, Watch};
+use dgd_work::check::Description;
+use dgd_work::{
+    Choices, FitRequest, Listener, Mistake, Prepared, Remark, RunRequest, SensitivityRequest,
+    Session, Simulated, WorkError, applicable, fit, prepare, sensitivity,
+};
+use serde_json::{Value, json};
+
+use crate::answer::{controls, of_error, run};
+use crate::ask::{Ask, Do};
+use crate::figures::{Charts, Kept, of_run, of_sensitivities};
+use crate::stop::Stop;
+use crate::values::Values;
+
+/// Models that stay compiled: a page goes back and forth between a few choices.
+const MOST_READY: usize = 4;
+
+/// Most curves that can be told apart beside the present ones.
+const MOST_KEPT: usize = 4;
+
+/// What is compiled: variants and effects.
+type Chosen = (BTreeMap<String, String>, Vec<String>);
+
+/// A model that is ready.
+struct Ready {
+    chosen: Chosen,
+    /// The text of the model as it was read.
+    text: String,
+    prepared: Prepared,
+}
+
+/// A model that is played with.
+pub struct Bench {
+    request: RunRequest,
+    ready: Vec<Ready>,
+    /// What was read for a model that has mistakes.
+    broken: Vec<PathBuf>,
+    kept: Vec<Kept>,
+    /// How many were kept so far.
+    count: u32,
+    stop: Stop,
+}
+
+impl Bench {
+    /// Of this run; what it chooses and sets is where a page begins.
+    pub fn new(request: RunRequest) -> Bench {
+        Bench {
+            request,
+            ready: Vec::new(),
+            broken: Vec::new(),
+            kept: Vec::new(),
+            count: 0,
+            stop: Stop::default(),
+        }
+    }
+
+    /// Another run, of other files perhaps; kept curves stay.
+    pub fn open(&mut self, request: RunRequest) {
+        self.request = request;
+        self.forget();
+    }
+
+    /// What a page begins with.
+    pub fn first(&self) -> Value {
+        let Choices { variant, apply, .. } = &self.request.choices;
+        let pairs = variant.iter().filter_map(|text| text.split_once('='));
+        let variant: BTreeMap<&str, &str> = pairs.map(|(a, b)| (a.trim(), b.trim())).collect();
+        let data = self.request.data.as_ref().map(|data| data.display().to_string());
+        let model = self.request.model.display().to_string();
+        json!({ "file": model, "data": data, "variant": variant, "apply": apply })
+    }
+
+    /// A file has changed: what was read of it is read again when it is needed.
+    pub fn forget(&mut self) {
+        self.ready.clear();
+    }
+
+    /// What was read for the answers so far: these files change them.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let read = self.ready.iter().flat_map(|ready| ready.prepared.files.iter().cloned());
+        let mut files: Vec<PathBuf> = read.collect();
+        files.extend(self.broken.iter().cloned());
+        files.push(self.request.model.clone());
+        files.extend(self.request.data.clone());
+        files.sort();
+        files.dedup();
+        files
+    }
+
+    /// Stops an answer that is under way.
+    pub fn stop(&self) -> Stop {
+        self.stop.clone()
+    }
+
+    /// The answer to a page, as JSON, of the files as they are now; one that was stopped says that it is overtaken.
+    pub fn answer(&mut self, ask: &Ask, files: &dyn FileSystem) -> String {
+        let ear = Ear { stop: self.stop.clone(), remarks: Mutex::new(Vec::new()) };
+        let session = Session::new(&ear).with_files(files);
+        let answered = match ask.act {
+            Do::Run => self.run(ask, session),
+            Do::Sensitivities => self.sensitivities(ask, session),
+            Do::Keep => self.keep(ask, session),
+            Do::Drop => Ok(self.release(&ask.kept)),
+            Do::Fit => self.fit(ask, session),
+        };
+        if self.stop.is_asked() {
+            return json!({ "ok": false, "overtaken": true }).to_string();
+        }
+        let answered = answered.unwrap_or_else(|error| Answer::new(of_error(&error)));
+        let remarks = ear.remarks.into_inner().unwrap_or_else(PoisonError::into_inner);
+        answered.to_json(&remarks)
+    }
+
+    fn run(&mut self, ask: &Ask, session: Session<'_>) -> Result<Answer, WorkError> {
+        let simulated = self.simulate(ask, session)?;
+        let ready = self.ready(ask, session)?;
+        let Ready { text, prepared, .. } = &self.ready[ready];
+        let written = Values::of(text, &ask.variant);
+        let written: Vec<String> = written.names().map(str::to_owned).collect();
+        let description = &prepared.description;
+        let effects = applicable(session.files, &self.request.model, &description.model);
+        let controls = controls(description, &effects, &ask.apply, &written);
+        let kept: Vec<&Kept> =
+            self.kept.iter().filter(|kept| ask.kept.contains(&kept.number)).collect();
+        let charts = of_run(&simulated, &kept, &ask.have);
+        let mut all = run(&simulated);
+        all["ok"] = json!(true);
+        all["digest"] = json!(digest(text));
+        all["controls"] = controls;
+        Ok(Answer { all, charts: Some(charts) })
+    }
+
+    fn sensitivities(&self, ask: &Ask, session: Session<'_>) -> Result<Answer, WorkError> {
+        let Some(description) = self.described(ask) else {
+            return Ok(Answer::new(json!({ "ok": true, "markup": "" })));
+        };
+        let free = description.parameters.iter().filter(|parameter| !parameter.fixed);
+        let to: Vec<String> = free.map(|parameter| parameter.name.clone()).collect();
+        if to.is_empty() || description.outputs.is_empty() {
+            return Ok(Answer::new(json!({ "ok": true, "markup": "" })));
+        }
+        let mut run = self.request_of(ask);
+        run.choices.set.extend(ask.values.iter().map(|(name, value)| format!("{name}={value:?}")));
+        let mut request = SensitivityRequest::new(run);
+        request.scaled = true;
+        request.to = to;
+        let single = description.outputs.iter().filter(|output| output.range.is_none());
+        let units: Vec<&str> = single.clone().map(|output| &*output.unit).collect();
+        request.of = single.map(|output| output.name.clone()).collect();
+        let found = sensitivity(&request, session)?;
+        let charts = of_sensitivities(&found, &units, &ask.have);
+        Ok(Answer { all: json!({ "ok": true }), charts: Some(charts) })
+    }
+
+    fn keep(&mut self, ask: &Ask, session: Session<'_>) -> Result<Answer, WorkError> {
+        if self.kept.len() == MOST_KEPT {
+            return Err(WorkError::Usage(format!(
+                "{MOST_KEPT} sets are kept; let go of one to keep another"
+            )));
+        }
+        let figures = self.simulate(ask, session)?.figures();
+        self.count += 1;
+        let what = self.in_words(ask);
+        self.kept.push(Kept { number: self.count, what: what.clone(), figures });
+        let kept = json!({ "number": self.count, "what": what });
+        Ok(Answer::new(json!({ "ok": true, "kept": kept })))
+    }
+
+    fn release(&mut self, numbers: &[u32]) -> Answer {
+        self.kept.retain(|kept| !numbers.contains(&kept.number));
+        let kept = self.kept.iter();
+        let kept = kept.map(|kept| json!({ "number": kept.number, "what": kept.what }));
+        Answer::new(json!({ "ok": true, "left": kept.collect::<Vec<_>>() }))
+    }
+
+    fn fit(&self, ask: &Ask, session: Session<'_>) -> Result<Answer, WorkError> {
+        let run = self.request_of(ask);
+        let Some(data) = run.data else {
+            return Err(WorkError::Usage("a fit needs a recording of the outputs".to_owned()));
+        };
+        let mut request = FitRequest::new(run.model, vec![data]);
+        request.choices = run.choices;
+        request
+            .choices
+            .set
+            .extend(ask.values.iter().map(|(name, value)| format!("{name}={value:?}")));
+        request.solve = run.solve;
+        let fitted = fit(&request, session)?;
+        let values = fitted.to_json()["parameters"].clone();
+        let text = fitted.to_text();
+        Ok(Answer::new(json!({ "ok": true, "parameters": values, "text": text })))
+    }
+
+    fn simulate(&mut self, ask: &Ask, session: Session<'_>) -> Result<Simulated, WorkError> {
+        let at = self.ready(ask, session)?;
+        let values: Vec<(&str, f64)> =
+            ask.values.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        self.ready[at].prepared.simulate(&values)
+    }
+
+    /// Where the model is ready with what is chosen.
+    fn ready(&mut self, ask: &Ask, session: Session<'_>) -> Result<usize, WorkError> {
+        let chosen = chosen_by(ask);
+        if let Some(at) = self.ready.iter().position(|ready| ready.chosen == chosen) {
+            return Ok(at);
+        }
+        // Before it is compiled: of a file that changes meanwhile the older text refuses to be written to.
+        let text = read_text(session.files, &self.request.model).unwrap_or_default();
+        self.broken.clear();
+        let prepared = prepare(&self.request_of(ask), session).inspect_err(|error| {
+            if let WorkError::Diagnosed { sources, .. } = error {
+                let read = sources.iter().map(|source| PathBuf::from(&source.name));
+                self.broken.extend(read.filter(|path| session.files.is_file(path)));
+            }
+        })?;
+        if self.ready.len() == MOST_READY {
+            self.ready.remove(0);
+        }
+        self.ready.push(Ready { chosen, text, prepared });
+        Ok(self.ready.len() - 1)
+    }
+
+    /// What is in the model with what is chosen, where it is ready.
+    fn described(&self, ask: &Ask) -> Option<&Description> {
+        let ready = self.ready.iter().find(|ready| ready.chosen == chosen_by(ask))?;
+        Some(&ready.prepared.description)
+    }
+
+    /// The run with what is chosen; the values of sliders are not in it.
+    fn request_of(&self, ask: &Ask) -> RunRequest {
+        let mut request = self.request.clone();
+        let variant = ask.variant.iter().map(|(name, choice)| format!("{name}={choice}"));
+        request.choices.variant = variant.collect();
+        request.choices.apply.clone_from(&ask.apply);
+        request
+    }
+
+    /// What is chosen and set in a line.
+    fn in_words(&self, ask: &Ask) -> String {
+        let parameters = self.described(ask).map(|description| &*description.parameters);
+        let value = |(name, value): (&String, &f64)| {
+            let own = parameters.and_then(|all| all.iter().find(|one| one.name == *name));
+            let unit = own.map_or("", |parameter| &parameter.unit);
+            let unit = if unit == "1" { "" } else { unit };
+            format!("{name} = {value} {unit}").trim_end().to_owned()
+        };
+        let variants = ask.variant.iter().map(|(name, choice)| format!("{name}: {choice}"));
+        let effects = ask.apply.iter().map(|effect| format!("with {effect}"));
+        let all: Vec<String> =
+            ask.values.iter().map(value).chain(variants).chain(effects).collect();
+        if all.is_empty() { "as in the file".to_owned() } else { all.join(", ") }
+    }
+}
+
+/// What tells a text from another one.
+pub(crate) fn digest(text: &str) -> String {
+    let mut hasher = DefaultHasher::new();
+    text.hash(&mut hasher);
+    format!("{:016x}", hasher.finish())
+}
+
+fn chosen_by(ask: &Ask) -> Chosen {
+    (ask.variant.clone(), ask.apply.clone())
+}
+
+/// An answer, charts apart, whose numbers are text already.
+struct Answer {
+    all: Value,
+    charts: Option<Charts>,
+}
+
+impl Answer {
+    fn new(all: Value) -> Answer {
+        Answer { all, charts: None }
+    }
+
+    fn to_json(&self, remarks: &[String]) -> String {
+        let mut all = self.all.clone();
+        all["remarks"] = json!(remarks);
+        let Some(charts) = &self.charts else { return all.to_string() };
+        all["markup"] = json!(charts.markup);
+        let text = all.to_string();
+        let open = text.strip_suffix('}').unwrap_or(&text);
+        format!("{open},\"charts\":{}}}", charts.json)
+    }
+}
+
+/// Hears what is remarked, and stops what is overtaken.
+#[derive(Debug)]
+struct Ear {
+    stop: Stop,
+    remarks: Mutex<Vec<String>>,
+}
+
+impl Watch for Ear {
+    fn advanced(&self, _: Progress) {}
+
+    fn is_stopped(&self) -> bool {
+        self.stop.is_asked()
+    }
+}
+
+impl Listener for Ear {
+    fn remark(&self, remark: Remark<'_>) {
+        let words = match remark {
+            Remark::Words(words) => words.to_owned(),
+            Remark::Diagnostic(diagnostic, sources) => Mistake::of(diagnostic, sources).message,
+            // A kind of remark that is not known yet.
+            _ => return,
+        };
+        self.remarks.lock().unwrap_or_else(PoisonError::into_inner).push(words);
+    }
+}

@@ -1,0 +1,117 @@
+//! The charts of an answer: what was simulated, with what was kept beside it; and sensitivities, output by output.
+
+use std::collections::BTreeSet;
+
+use dgd_compiler::units::parse_unit;
+use dgd_page::{Link, LiveCharts, Markup};
+use dgd_plot::{Figure, Meaning, Panel, Series, Style, Text};
+use dgd_work::{Sensitivities, Simulated};
+
+/// Headings of the figures of a run.
+const HEADINGS: [&str; 3] = ["Outputs", "Measured less simulated", "Other quantities"];
+
+/// All have one time.
+const TIME: Link<'static> = Link::With("time");
+
+/// Curves that stay when values change.
+#[derive(Debug)]
+pub(crate) struct Kept {
+    /// Its number, from 1.
+    pub(crate) number: u32,
+    /// What was chosen and set.
+    pub(crate) what: String,
+    /// The figures of its run.
+    pub(crate) figures: [Figure; 3],
+}
+
+/// Sections of a page, and what its script reads.
+pub(crate) struct Charts {
+    pub(crate) markup: String,
+    pub(crate) json: String,
+}
+
+/// Of a run, with the curves of others beside its own.
+pub(crate) fn of_run(simulated: &Simulated, kept: &[&Kept], have: &BTreeSet<String>) -> Charts {
+    let mut charts = LiveCharts::new(have.clone());
+    let mut markup = String::new();
+    let figures = simulated.figures();
+    for (k, (heading, mut figure)) in HEADINGS.iter().zip(figures).enumerate() {
+        for other in kept {
+            lay_beside(&mut figure, &other.figures[k], other.number);
+        }
+        push(&mut charts, &mut markup, heading, &figure, &Markup::default());
+    }
+    Charts { markup, json: charts.to_json() }
+}
+
+/// Of derivatives: a panel for each output, a line for each parameter, multiplied by it, so that all have the
+/// output's unit; `units` are the outputs' as they are declared.
+pub(crate) fn of_sensitivities(
+    found: &Sensitivities,
+    units: &[&str],
+    have: &BTreeSet<String>,
+) -> Charts {
+    let mut charts = LiveCharts::new(have.clone());
+    let mut markup = String::new();
+    let each = found.table.columns.len() / found.trajectories.len().max(1);
+    let mut columns = found.table.columns.iter();
+    let mut panels = Vec::new();
+    for (trajectory, symbol) in found.trajectories.iter().zip(units) {
+        // A state of the same name may be declared in another unit.
+        let unit = parse_unit(symbol).map_or(1.0, |unit| unit.of_differences().factor);
+        let own = columns.by_ref().take(each);
+        let series = own.enumerate().map(|(k, column)| Series {
+            meaning: Meaning::Variant(k),
+            ..Series::new(
+                Text::name(column.name.split('*').next().unwrap_or(&column.name)),
+                Style::Line,
+                found.table.times.clone(),
+                column.values.iter().map(|si| si / unit).collect(),
+            )
+        });
+        panels.push(Panel {
+            title: Text::name(&trajectory.name),
+            y_label: Text::default().with_unit(symbol),
+            series: series.collect(),
+            ..Panel::default()
+        });
+    }
+    let figure = Figure::new(Text::plain("Time").with_unit("s"), panels);
+    let caption = "What each output would gain if a parameter grew by its own size, were it linear: the \
+                   derivative times the parameter.";
+    push(&mut charts, &mut markup, "Sensitivities", &figure, &Markup::text(caption));
+    Charts { markup, json: charts.to_json() }
+}
+
+fn push(
+    charts: &mut LiveCharts,
+    markup: &mut String,
+    heading: &str,
+    figure: &Figure,
+    caption: &Markup,
+) {
+    let chart = charts.chart(figure, TIME, caption);
+    if !chart.is_empty() {
+        markup.push_str(Markup::section(&Markup::text(heading), &[chart]).as_str());
+    }
+}
+
+/// Adds what another figure has of the same quantities.
+fn lay_beside(figure: &mut Figure, other: &Figure, number: u32) {
+    for panel in &mut figure.panels {
+        let is_same = |one: &&Panel| one.title == panel.title && one.y_label == panel.y_label;
+        let Some(same) = other.panels.iter().find(is_same) else { continue };
+        let curves = same
+            .series
+            .iter()
+            .filter(|series| matches!(series.meaning, Meaning::Simulated | Meaning::Residual));
+        let added = curves.map(|series| Series {
+            name: Text::plain(&format!("kept {number}")),
+            // The first colour of several is that of what is simulated.
+            meaning: Meaning::Variant(number as usize),
+            style: Style::Line,
+            ..series.clone()
+        });
+        panel.series.extend(added.collect::<Vec<_>>());
+    }
+}

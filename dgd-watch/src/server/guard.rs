@@ -1,0 +1,119 @@
+//! Who is answered: this machine's own pages that know the secret.
+//!
+//! The secret stands behind the `#` of the address, which no browser sends anywhere; the page sends it as a header,
+//! which a page of another origin cannot without being allowed to, and nobody is. `Host` is compared as a name may be
+//! made to lead here (DNS rebinding), and then the page that it brings would be of our origin.
+
+use std::io;
+use std::sync::Arc;
+
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+
+use super::Shared;
+
+/// The header that has the secret.
+const SECRET: HeaderName = HeaderName::from_static("x-dgd-secret");
+
+/// Bytes of the secret.
+const BYTES: usize = 16;
+
+/// All that a page may load is the server's own.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; \
+                      base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// What requests are compared with.
+pub(super) struct Guard {
+    secret: String,
+    port: u16,
+}
+
+impl Guard {
+    /// With a new secret.
+    pub(super) fn new(port: u16) -> io::Result<Guard> {
+        let mut bytes = [0; BYTES];
+        getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
+        let secret = format!("{:032x}", u128::from_be_bytes(bytes));
+        Ok(Guard { secret, port })
+    }
+
+    /// Where the page is, with the secret.
+    pub(super) fn address(&self) -> String {
+        format!("http://127.0.0.1:{}/#{}", self.port, self.secret)
+    }
+
+    /// Whether this is a host of ours, and its port.
+    fn is_own_host(&self, host: &str) -> bool {
+        ["127.0.0.1", "localhost"].iter().any(|name| host == format!("{name}:{}", self.port))
+    }
+
+    /// Why a request is refused, whatever it asks for.
+    fn refusal(&self, method: &Method, headers: &HeaderMap) -> Option<(StatusCode, &'static str)> {
+        let text = |name| headers.get(name).map(|value: &HeaderValue| value.to_str().unwrap_or(""));
+        if method != Method::GET && method != Method::POST {
+            return Some((StatusCode::METHOD_NOT_ALLOWED, "only GET and POST are answered"));
+        }
+        if headers.get_all(header::HOST).iter().count() != 1
+            || !text(header::HOST).is_some_and(|host| self.is_own_host(host))
+        {
+            return Some((StatusCode::FORBIDDEN, "this is not the host that was asked for"));
+        }
+        let is_own = |origin: &str| {
+            origin.strip_prefix("http://").is_some_and(|host| self.is_own_host(host))
+        };
+        if !text(header::ORIGIN).is_none_or(is_own) {
+            return Some((StatusCode::FORBIDDEN, "a page of another origin asks"));
+        }
+        let site = text(HeaderName::from_static("sec-fetch-site"));
+        if !site.is_none_or(|site| ["same-origin", "none"].contains(&site)) {
+            return Some((StatusCode::FORBIDDEN, "a page of another site asks"));
+        }
+        None
+    }
+
+    /// Whether these are the secret's bytes; how long it takes says nothing of them.
+    fn is_secret(&self, given: &[u8]) -> bool {
+        let own = self.secret.as_bytes();
+        let pairs = own.iter().zip(given);
+        own.len() == given.len() && pairs.fold(0, |differs, (a, b)| differs | (a ^ b)) == 0
+    }
+}
+
+/// Refuses what is not from here, and has nothing kept or read elsewhere.
+pub(super) async fn verify(
+    State(shared): State<Arc<Shared>>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let mut response = match shared.guard.refusal(request.method(), request.headers()) {
+        Some(refusal) => refusal.into_response(),
+        None => next.run(request).await,
+    };
+    for (name, value) in [
+        (header::CACHE_CONTROL, "no-store"),
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+    ] {
+        response.headers_mut().insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+/// Refuses who does not know the secret.
+pub(super) async fn want_secret(
+    State(shared): State<Arc<Shared>>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let given = request.headers().get(SECRET);
+    if given.is_some_and(|given| shared.guard.is_secret(given.as_bytes())) {
+        next.run(request).await
+    } else {
+        let why = "the secret is missing: open the address that `dgd watch` says, with all that is behind its #";
+        (StatusCode::FORBIDDEN, why).into_response()
+    }
+}

@@ -1,0 +1,245 @@
+//! The server of `dgd watch`: from this machine to this machine, and to nobody without the secret.
+//!
+//! | | |
+//! |---|---|
+//! | `GET /` and the files of [`assets`](crate::assets) | the page, in which there is nothing of the model |
+//! | `GET /first` | what the page begins with |
+//! | `POST /ask` | an [`Ask`], answered by the [`Bench`] |
+//! | `POST /write` | values into the text of the model: [`write`] |
+//! | `GET /events` | server-sent events: a file has changed |
+//!
+//! All but the files want the secret ([`guard`]). Runs are made one after another by a thread of their own; one whose
+//! page has gone away or asked for something else is given up, and so is one whose files changed.
+
+mod guard;
+mod poll;
+mod write;
+
+use std::convert::Infallible;
+use std::io;
+use std::net::Ipv4Addr;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use axum::Router;
+use axum::body::Bytes;
+use axum::extract::{Path as UrlPath, State};
+use axum::http::{StatusCode, header};
+use axum::middleware;
+use axum::response::sse::{Event, KeepAlive, Sse};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use dgd_data::Disk;
+use dgd_work::RunRequest;
+use futures_util::stream::{self, Stream};
+use serde_json::json;
+use tokio::net::TcpListener;
+use tokio::sync::watch;
+
+use crate::ask::Ask;
+use crate::bench::Bench;
+use crate::stop::Stop;
+use guard::Guard;
+
+/// What is served, and who watches.
+struct Shared {
+    bench: Mutex<Bench>,
+    guard: Guard,
+    model: PathBuf,
+    /// What the last answer was made of.
+    files: Mutex<Vec<PathBuf>>,
+    /// Counts on with every change of a file.
+    changes: watch::Sender<u64>,
+    stop: Stop,
+    /// The question that is being answered.
+    current: Mutex<Option<u64>>,
+    /// Questions so far.
+    count: AtomicU64,
+    assets: Vec<(&'static str, String)>,
+}
+
+impl Shared {
+    fn bench(&self) -> MutexGuard<'_, Bench> {
+        self.bench.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A file has changed: who runs gives up, and what was read is read again.
+    fn changed(&self) {
+        self.give_up(|_| true);
+        self.bench().forget();
+        self.changes.send_modify(|count| *count += 1);
+    }
+
+    fn current(&self) -> MutexGuard<'_, Option<u64>> {
+        self.current.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Stops what is being answered, if it is one of these.
+    fn give_up(&self, is_meant: impl Fn(u64) -> bool) {
+        if self.current().is_some_and(is_meant) {
+            self.stop.stop();
+        }
+    }
+
+    /// Answers one question after another; none of whom nobody waits for.
+    fn answer(&self, number: u64, ask: &Ask, is_gone: &AtomicBool) -> String {
+        let mut bench = self.bench();
+        {
+            let mut current = self.current();
+            if is_gone.load(Ordering::SeqCst) {
+                return String::new();
+            }
+            self.stop.reset();
+            *current = Some(number);
+        }
+        let answer = bench.answer(ask, &Disk);
+        *self.current() = None;
+        let mut files = self.watched();
+        files.extend(bench.files());
+        files.sort();
+        files.dedup();
+        answer
+    }
+
+    fn watched(&self) -> MutexGuard<'_, Vec<PathBuf>> {
+        self.files.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Serves a model until the process ends. `tell` is given the address with the secret once pages can be fetched.
+///
+/// # Errors
+///
+/// The port is taken, or the system gives none, or no secret.
+pub fn serve(request: RunRequest, port: u16, tell: impl FnOnce(&str)) -> io::Result<()> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(async {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).await?;
+        let guard = Guard::new(listener.local_addr()?.port())?;
+        let address = guard.address();
+        let shared = Arc::new(shared(request, guard));
+        poll::begin(&shared);
+        tell(&address);
+        axum::serve(listener, router(shared)).await
+    })
+}
+
+fn shared(request: RunRequest, guard: Guard) -> Shared {
+    let mut assets = crate::assets();
+    assets.push(("index.html", include_str!("../../assets/watch.html").to_owned()));
+    assets.push(("watch.js", include_str!("../../assets/watch.js").to_owned()));
+    assets.push(("icon.svg", include_str!("../../assets/icon.svg").to_owned()));
+    let model = request.model.clone();
+    let bench = Bench::new(request);
+    let stop = bench.stop();
+    let files = Mutex::new(bench.files());
+    let (changes, _) = watch::channel(0);
+    Shared {
+        bench: Mutex::new(bench),
+        guard,
+        model,
+        files,
+        changes,
+        stop,
+        current: Mutex::new(None),
+        count: AtomicU64::new(0),
+        assets,
+    }
+}
+
+fn router(shared: Arc<Shared>) -> Router {
+    let secret = Router::new()
+        .route("/first", get(first))
+        .route("/events", get(events))
+        .route("/ask", post(ask))
+        .route("/write", post(write::write))
+        .route_layer(middleware::from_fn_with_state(Arc::clone(&shared), guard::want_secret));
+    Router::new()
+        .route("/", get(page))
+        .route("/{name}", get(file))
+        .merge(secret)
+        .layer(middleware::from_fn_with_state(Arc::clone(&shared), guard::verify))
+        .with_state(shared)
+}
+
+async fn page(State(shared): State<Arc<Shared>>) -> Response {
+    asset(&shared, "index.html")
+}
+
+async fn file(State(shared): State<Arc<Shared>>, UrlPath(name): UrlPath<String>) -> Response {
+    asset(&shared, &name)
+}
+
+fn asset(shared: &Shared, name: &str) -> Response {
+    let Some((name, text)) = shared.assets.iter().find(|(own, _)| *own == name) else {
+        return StatusCode::NOT_FOUND.into_response();
+    };
+    let kind = match name.rsplit('.').next() {
+        Some("html") => "text/html; charset=utf-8",
+        Some("css") => "text/css; charset=utf-8",
+        Some("svg") => "image/svg+xml",
+        _ => "text/javascript; charset=utf-8",
+    };
+    ([(header::CONTENT_TYPE, kind)], text.clone()).into_response()
+}
+
+/// Text that is JSON already.
+fn json_response(status: StatusCode, text: String) -> Response {
+    (status, [(header::CONTENT_TYPE, "application/json")], text).into_response()
+}
+
+async fn first(State(shared): State<Arc<Shared>>) -> Response {
+    json_response(StatusCode::OK, shared.bench().first().to_string())
+}
+
+/// Waits for an answer; when it is dropped, as the page went away or asks for something else, nobody does.
+struct Waits {
+    shared: Arc<Shared>,
+    number: u64,
+    is_gone: Arc<AtomicBool>,
+}
+
+impl Drop for Waits {
+    fn drop(&mut self) {
+        self.is_gone.store(true, Ordering::SeqCst);
+        self.shared.give_up(|number| number == self.number);
+    }
+}
+
+async fn ask(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
+    let ask = match Ask::read(&body) {
+        Ok(ask) => ask,
+        Err(why) => {
+            let answer = json!({ "ok": false, "error": format!("this cannot be asked: {why}") });
+            return json_response(StatusCode::BAD_REQUEST, answer.to_string());
+        }
+    };
+    let number = shared.count.fetch_add(1, Ordering::SeqCst);
+    let is_gone = Arc::new(AtomicBool::new(false));
+    let _waits = Waits { shared: Arc::clone(&shared), number, is_gone: Arc::clone(&is_gone) };
+    let answered = tokio::task::spawn_blocking(move || shared.answer(number, &ask, &is_gone));
+    match answered.await {
+        Ok(answer) => json_response(StatusCode::OK, answer),
+        Err(panic) => {
+            let answer =
+                json!({ "ok": false, "error": format!("dgd itself has a mistake: {panic}") });
+            json_response(StatusCode::INTERNAL_SERVER_ERROR, answer.to_string())
+        }
+    }
+}
+
+async fn events(
+    State(shared): State<Arc<Shared>>,
+) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+    let changes = shared.changes.subscribe();
+    let events = stream::unfold(changes, async |mut changes| {
+        changes.changed().await.ok()?;
+        let count = *changes.borrow_and_update();
+        Some((Ok(Event::default().event("saved").data(count.to_string())), changes))
+    });
+    Sse::new(events).keep_alive(KeepAlive::default())
+}
+
+#[cfg(test)]
+mod tests;

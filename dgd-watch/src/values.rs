@@ -1,0 +1,196 @@
+//! Values of parameters in the text of a model: where they stand, and the same text with others.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fmt;
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::source::{Source, Sources, Span};
+use dgd_compiler::syntax::ast::{Ast, Choice, Item, ItemKind};
+use dgd_compiler::syntax::parse;
+
+/// The values of a text's parameters.
+#[derive(Debug)]
+pub struct Values {
+    text: String,
+    /// Where the value of each stands.
+    places: BTreeMap<String, Span>,
+}
+
+impl Values {
+    /// Of the text of a model, with these choices of its variants; none of a text with mistakes.
+    pub fn of(text: &str, variant: &BTreeMap<String, String>) -> Values {
+        let mut places = BTreeMap::new();
+        if let Some(ast) = parsed(text) {
+            collect(&ast.items, variant, &mut places);
+        }
+        Values { text: text.to_owned(), places }
+    }
+
+    /// The parameters whose values stand in the text.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.places.keys().map(String::as_str)
+    }
+
+    /// The text with other values, each in the declared unit of its parameter. All else stays as it is; what stands
+    /// behind a value in its line stays in its column where there is room.
+    ///
+    /// # Errors
+    ///
+    /// [`CannotWrite`]; nothing is changed then.
+    pub fn with(&self, values: &BTreeMap<String, f64>) -> Result<String, CannotWrite> {
+        let mut edits = Vec::new();
+        for (name, value) in values {
+            let Some(span) = self.places.get(name) else {
+                return Err(CannotWrite::Elsewhere(name.clone()));
+            };
+            if !value.is_finite() {
+                return Err(CannotWrite::NotFinite(name.clone()));
+            }
+            edits.push((*span, written(*value)));
+        }
+        edits.sort_by_key(|(span, _)| std::cmp::Reverse(span.start));
+        let mut text = self.text.clone();
+        for (span, value) in edits {
+            replace(&mut text, span, value);
+        }
+        // A text that was sound and is not any more would be a mistake of ours.
+        if parsed(&text).is_none() { Err(CannotWrite::NotSound) } else { Ok(text) }
+    }
+}
+
+/// Why values are not written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum CannotWrite {
+    /// The parameter is not declared in the file.
+    Elsewhere(String),
+    /// The value is not a number.
+    NotFinite(String),
+    /// What would be written cannot be read again.
+    NotSound,
+}
+
+impl fmt::Display for CannotWrite {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            CannotWrite::Elsewhere(name) => write!(
+                f,
+                "`{name}` is not declared in the opened file, so its value is not written there"
+            ),
+            CannotWrite::NotFinite(name) => write!(f, "the value of `{name}` is not a number"),
+            CannotWrite::NotSound => f.write_str("the changed text could not be read again"),
+        }
+    }
+}
+
+impl Error for CannotWrite {}
+
+fn parsed(text: &str) -> Option<Ast> {
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let source = Source { name: String::new(), text: text.to_owned() };
+    let id = sources.add(source);
+    parse(id, &sources, &mut diagnostics).ok()
+}
+
+fn collect(
+    items: &[Item],
+    variant: &BTreeMap<String, String>,
+    places: &mut BTreeMap<String, Span>,
+) {
+    for item in items {
+        match &item.kind {
+            ItemKind::Parameter { name, value, .. } => {
+                places.insert(name.text.clone(), value.span);
+            }
+            ItemKind::Variant { name, choices } => {
+                let wanted = variant.get(&name.text);
+                let is_chosen = |choice: &&Choice| wanted.is_some_and(|w| *w == choice.name.text);
+                let chosen = choices.iter().find(is_chosen).or(choices.first());
+                collect(chosen.map_or(&[], |choice| &choice.items), variant, places);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// A number as one writes it into a model, with all of its digits.
+fn written(value: f64) -> String {
+    match value.abs() {
+        size if size != 0.0 && !(1e-4..1e6).contains(&size) => format!("{value:e}"),
+        _ => value.to_string(),
+    }
+}
+
+/// Puts a value in the place of another. Spaces behind it make up for the difference in length, but one stays.
+fn replace(text: &mut String, span: Span, value: String) {
+    let (start, mut end) = (span.start as usize, span.end as usize);
+    let before = text[start..end].chars().count();
+    let behind = text[end..].len() - text[end..].trim_start_matches(' ').len();
+    let is_last = matches!(text[end + behind..].chars().next(), None | Some('\r' | '\n'));
+    let mut value = value;
+    let after = value.len();
+    if behind > 0 && !is_last {
+        if after > before {
+            end += (after - before).min(behind - 1);
+        } else {
+            value.push_str(&" ".repeat(before - after));
+        }
+    }
+    text.replace_range(start..end, &value);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "/// A tank.\nmodel tank\n\n\
+        parameter A [m^2]  = 2         in 0.1 .. 10   /// cross-section\n\
+        parameter k [1/s]  = 2 * 0.05  in 0 ..        # twice\n\
+        state h [m] = 1\n\
+        variant flow {\n  laminar { parameter K = 1e-3 }   # by hand\n  free { parameter K = 5 }\n}\n\
+        equation level: A/A*der(h) = -k*h*K\n";
+
+    fn values(all: &[(&str, f64)]) -> BTreeMap<String, f64> {
+        all.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect()
+    }
+
+    #[test]
+    fn values_change_and_all_else_stays_where_it_is() {
+        let own = Values::of(TEXT, &BTreeMap::new());
+        assert_eq!(own.names().collect::<Vec<_>>(), ["A", "K", "k"]);
+        let changed = own.with(&values(&[("A", 1.25), ("k", 1.5e-7), ("K", -0.0625)]));
+        let expected = TEXT
+            .replace("= 2         in", "= 1.25      in")
+            .replace("= 2 * 0.05  in", "= 1.5e-7    in")
+            .replace("K = 1e-3", "K = -0.0625");
+        assert_eq!(changed, Ok(expected));
+        assert_eq!(own.with(&BTreeMap::new()).as_deref(), Ok(TEXT));
+        // The value of the choice that is chosen.
+        let free = Values::of(TEXT, &BTreeMap::from([("flow".to_owned(), "free".to_owned())]));
+        assert_eq!(free.with(&values(&[("K", 6.0)])), Ok(TEXT.replace("K = 5", "K = 6")));
+    }
+
+    #[test]
+    fn a_long_value_takes_the_room_there_is() {
+        let own = Values::of(TEXT, &BTreeMap::new());
+        let changed = own.with(&values(&[("k", 0.123_456_789_012_345)])).expect("it is there");
+        assert!(changed.contains("= 0.123456789012345 in 0 ..        # twice"), "{changed}");
+    }
+
+    #[test]
+    fn what_stands_elsewhere_or_is_no_number_is_refused() {
+        let own = Values::of(TEXT, &BTreeMap::new());
+        let refused = own.with(&values(&[("A", 1.0), ("F_b", 2.0)]));
+        assert_eq!(refused, Err(CannotWrite::Elsewhere("F_b".to_owned())));
+        let refused = own.with(&values(&[("A", f64::NAN)]));
+        assert_eq!(refused, Err(CannotWrite::NotFinite("A".to_owned())));
+        assert_eq!(Values::of("model a\nparameter", &BTreeMap::new()).names().count(), 0);
+    }
+
+    #[test]
+    fn what_is_written_is_read_with_all_digits() {
+        for value in [0.0, 1.0, -2.5e-9, 1.1e8, 6.02e23, 0.1 + 0.2, 1e-4, 999_999.9] {
+            assert_eq!(written(value).parse(), Ok(value));
+        }
+    }
+}
