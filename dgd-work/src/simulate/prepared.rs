@@ -10,6 +10,7 @@ use crate::error::WorkError;
 use crate::model::load;
 use crate::output::provenance::Provenance;
 use crate::request::{RunRequest, Start};
+use crate::run::under_way::stopped_by;
 use crate::run::{Reached, Run, measured_start};
 use crate::session::Session;
 
@@ -55,12 +56,14 @@ impl Prepared {
         self.set(values)?;
         let run = &self.run;
         let Reached { solution, observations, stopped } = run.simulate()?;
+        let (is_interrupted, stopped) = stopped_by(stopped.as_ref(), run.span());
         Ok(Simulated {
             model: run.signature().name.to_string(),
             table: table(run, &solution, &observations),
             method: run.options.method.name,
             solution: SolutionFacts::of(&solution),
-            stopped: stopped.map(|error| error.to_string()),
+            stopped,
+            is_interrupted,
             fields: Vec::new(),
             sweep: None,
             measured: run.measured.clone(),
