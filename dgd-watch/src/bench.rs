@@ -8,6 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use dgd_data::FileSystem;
 use dgd_data::open::read_text;
 use dgd_identify::{Progress, Watch};
+use dgd_runtime::Watched;
 use dgd_work::check::Description;
 use dgd_work::{
     Choices, FitRequest, Listener, Mistake, Prepared, Remark, RunRequest, SensitivityRequest,
@@ -98,12 +99,12 @@ impl Bench {
 
     /// Stops an answer that is under way.
     pub fn stop(&self) -> Stop {
-        self.stop.clone()
+        self.stop
     }
 
     /// The answer to a page, as JSON, of the files as they are now; one that was stopped says that it is overtaken.
     pub fn answer(&mut self, ask: &Ask, files: &dyn FileSystem) -> String {
-        let ear = Ear { stop: self.stop.clone(), remarks: Mutex::new(Vec::new()) };
+        let ear = Ear { stop: self.stop, remarks: Mutex::new(Vec::new()) };
         let session = Session::new(&ear).with_files(files);
         let answered = match ask.act {
             Do::Run => self.run(ask, session),
@@ -306,6 +307,10 @@ impl Watch for Ear {
 
     fn is_stopped(&self) -> bool {
         self.stop.is_asked()
+    }
+
+    fn watched(&self) -> Option<&'static Watched> {
+        Some(self.stop.watched())
     }
 }
 

@@ -1,27 +1,38 @@
 //! How a run that nobody waits for any more is stopped.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use dgd_runtime::Watched;
 
-/// Stops what a [`Bench`](crate::Bench) is doing, from any thread.
-#[derive(Debug, Clone, Default)]
+/// Stops what a [`Bench`](crate::Bench) is doing, from any thread, before its next step.
+#[derive(Debug, Clone, Copy)]
 pub struct Stop {
-    is_asked: Arc<AtomicBool>,
+    watched: &'static Watched,
+}
+
+impl Default for Stop {
+    /// For one bench: runs look at it for as long as the program lives.
+    fn default() -> Self {
+        Stop { watched: Box::leak(Box::default()) }
+    }
 }
 
 impl Stop {
     /// Asks for it.
     pub fn stop(&self) {
-        self.is_asked.store(true, Ordering::SeqCst);
+        self.watched.stop();
     }
 
     /// Whether it is asked for.
     pub fn is_asked(&self) -> bool {
-        self.is_asked.load(Ordering::SeqCst)
+        self.watched.is_stopped()
     }
 
     /// Before something else is begun.
     pub fn reset(&self) {
-        self.is_asked.store(false, Ordering::SeqCst);
+        self.watched.reset();
+    }
+
+    /// What runs look at.
+    pub(crate) fn watched(self) -> &'static Watched {
+        self.watched
     }
 }

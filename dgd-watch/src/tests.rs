@@ -145,3 +145,22 @@ fn what_is_overtaken_says_so() {
     assert_eq!(bench.first()["file"], json!("cooling.dgd"));
     assert_eq!(bench.files(), [PathBuf::from("cooling.dgd"), "cup.csv".into()]);
 }
+
+#[test]
+fn a_run_that_takes_hours_is_stopped_before_its_next_step() {
+    let model = "model hours\nconstant w [1/s] = 1\nstate x = 1\nstate v = 0\nequation a: der(x) = v*w\nequation b: der(v) = -x*w\noutput x\n";
+    let files = InMemory::default().with("hours.dgd", model);
+    let mut request = RunRequest::new("hours.dgd");
+    request.solve.until = Some(1e9);
+    request.every = Some(1e8);
+    let mut bench = Bench::new(request);
+    let stop = bench.stop();
+    let answer = std::thread::scope(|scope| {
+        let answered = scope.spawn(|| bench.answer(&Ask::default(), &files));
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        assert!(!answered.is_finished(), "it takes long");
+        stop.stop();
+        answered.join().expect("it ends")
+    });
+    assert_eq!(answer, r#"{"ok":false,"overtaken":true}"#);
+}
