@@ -1,5 +1,6 @@
 // How every model of the repository is run to be compared: for how long, and on what. `close` is how far numbers may
-// be off, of the largest of their column, where a problem multiplies last digits on one machine, too.
+// be off, of the largest of their column, where a problem multiplies last digits on one machine, too. `zero` are columns
+// that are nothing but roundings and errors of the run, of which only that is compared; `steps: false` where their number may differ.
 export const MODELS = {
   "bench_two_state.dgd": { data: "time [s],w [1]\n0,0.8\n60,0.9\n300,0.8\n" },
   "booster_line.dgd": { data: "time [s],q_ssp [lpm],q_boost [lpm],q_tf [lpm]\n0,1700,1500,200\n60,1700,1500,200\n120,1700,0,200\n600,1700,1500,200\n" },
@@ -8,7 +9,7 @@ export const MODELS = {
   "delayed_sensor.dgd": { data: "time [s],q_pump [lpm],heat [kW]\n-100,300,0\n30,300,20\n60,360,20\n120,240,5\n300,240,5\n", until: 200 },
   "dragged_load.dgd": { data: "time [s],speed [m/s]\n0,0.2\n10,0.2\n" },
   "dual_gradient_drilling.dgd": { file: "pipe_connection.csv" },
-  "every_intrinsic.dgd": { until: 8 },
+  "every_intrinsic.dgd": { until: 8, zero: /^gap_/ },
   "friction.dgd": { file: "friction_sweep.csv" },
   "lines_of_the_well.dgd": { file: "lines_of_the_well.csv", until: 10, every: 0.1 },
   "medical_akzo_nobel.dgd": { until: 20 },
@@ -27,8 +28,9 @@ export const MODELS = {
   "predator_prey.dgd": { until: 20 },
   "pump_speed_step.dgd": { file: "pump_speed_step.csv", every: 1 },
   "rc_circuit.dgd": { data: "time [s],v_s [V]\n0,0\n0.005,5\n0.015,-5\n0.025,5\n" },
-  "remote_level.dgd": { data: "time [s],q_out [lpm]\n0,300\n60,300\n70,360\n200,360\n", close: 2e-7 },
-  "rigid_tanks.dgd": { data: "time [s],q_in [lpm],path [1]\n0,300,0\n50,600,0.3\n100,100,0.1\n" },
+  // How many steps it takes hangs on the last digits, and errors of the tolerance's size with it.
+  "remote_level.dgd": { data: "time [s],q_out [lpm]\n0,300\n60,300\n70,360\n200,360\n", close: 2e-7, steps: false },
+  "rigid_tanks.dgd": { data: "time [s],q_in [lpm],path [m]\n0,300,0\n50,600,0.3\n100,100,0.1\n" },
   "robertson.dgd": { until: 1e4 },
   "subsea_pump.dgd": { file: "pump_curves.csv" },
   "tank_with_weir.dgd": { data: "time [s],q_in [l/s]\n0,6\n1500,6\n1600,0\n6000,0\n6100,8\n9000,8\n" },
@@ -36,8 +38,9 @@ export const MODELS = {
   "test_set/hires.dgd": { until: 300 },
   "test_set/oregonator.dgd": { until: 360 },
   "test_set/pollution.dgd": { until: 60 },
-  "test_set/transistor_amplifier.dgd": { until: 0.02 },
-  "transmission_line.dgd": { data: "time [s],q_in [m^3/s],p_out [bar]\n0,0.0333333,10\n1,0.03,10\n2,0.03,12\n10,0.03,12\n", until: 2, every: 0.1 },
+  // Its transistors have exponentials of voltages over 26 mV.
+  "test_set/transistor_amplifier.dgd": { until: 0.02, close: 1e-11 },
+  "transmission_line.dgd": { data: "time [s],q_in [m^3/s],p_out [bar],p_in [bar],q_out [m^3/s]\n0,0.0333333,10,60,0.0333333\n1,0.03,10,60,0.03\n2,0.03,12,62,0.03\n10,0.03,12,62,0.03\n", until: 2, every: 0.1 },
   "two_tanks.dgd": { data: "time [s],q_in [cm^3/s]\n0,50\n100,80\n300,50\n" },
   "u_tube_drill_string.dgd": { file: "u_tube.csv" },
   "van_der_pol.dgd": { until: 20 },

@@ -129,7 +129,11 @@ export function live({ ask, first, write, goTo, extra = [], title }) {
   const parts = { parameters: make("div"), choices: make("div"), kept: make("ul", { className: "kept" }), rows: new Map() };
   const button = (text, action, more = {}) => make("button", { type: "button", textContent: text, onclick: action, ...more });
   const keepButton = button("Keep this set", keep);
-  const resetButton = button("All as in the file", () => { state.values = {}; refresh(); run(); });
+  const resetButton = button("All as at the beginning", () => {
+    Object.assign(state, { values: {}, variant: { ...first.variant }, apply: [...(first.apply ?? [])] });
+    controls = null;
+    run();
+  });
   const writeButton = write && button("Write into the file", writeValues);
   side.append(
     ...extra, make("h2", { textContent: "Parameters" }), parts.parameters,
@@ -248,7 +252,8 @@ export function live({ ask, first, write, goTo, extra = [], title }) {
     if (!controls) return;
     for (const one of controls.parameters) parts.rows.get(one.name)?.update(one);
     const moved = controls.parameters.filter((one) => changed(one.name));
-    resetButton.disabled = !moved.length;
+    const isFirst = JSON.stringify([state.variant, state.apply]) === JSON.stringify([first.variant ?? {}, first.apply ?? []]);
+    resetButton.disabled = !moved.length && isFirst;
     if (write) writeButton.disabled = !moved.some((one) => one.writable);
   }
 
@@ -312,6 +317,7 @@ export function live({ ask, first, write, goTo, extra = [], title }) {
         headline.textContent = answer.mistakes?.length === 1 ? "The model has a mistake" : answer.mistakes?.length ? `The model has ${answer.mistakes.length} mistakes` : "This could not be computed";
         headline.className = "doubt";
         wrong.replaceChildren(...mistakes(answer, goTo));
+        resetButton.disabled = false;
         if (saved) tell("");
         if (saved) say(headline.textContent);
         saved = false;
@@ -334,7 +340,9 @@ export function live({ ask, first, write, goTo, extra = [], title }) {
     remarks.replaceChildren(...answer.remarks.map((text) => make("p", { className: "caption", textContent: text })));
     digest = answer.digest;
     take(answer.controls);
-    if (saved) { tell(`Redrawn after a save, ${new Date().toLocaleTimeString("en-GB")}`); saved = false; }
+    // Without a file there is nothing that was saved.
+    if (saved) tell(write ? `Redrawn after a save, ${new Date().toLocaleTimeString("en-GB")}` : "");
+    saved = false;
     count += 1;
     document.documentElement.dataset.redraws = count;
   }
@@ -377,6 +385,7 @@ export function live({ ask, first, write, goTo, extra = [], title }) {
     setValues(values) { Object.assign(state.values, values); refresh(); run(); },
     // Another model: nothing of the last one stays.
     begin(next) {
+      first = next;
       Object.assign(state, { variant: { ...next.variant }, apply: [...(next.apply ?? [])], values: { ...(next.values ?? {}) } });
       run({ save: true });
     },

@@ -150,7 +150,7 @@ impl Bench {
             return Ok(Answer::new(json!({ "ok": true, "markup": "" })));
         }
         let mut run = self.request_of(ask);
-        run.choices.set.extend(ask.values.iter().map(|(name, value)| format!("{name}={value:?}")));
+        run.choices.set.extend(self.settings(ask));
         let mut request = SensitivityRequest::new(run);
         request.scaled = true;
         request.to = to;
@@ -183,17 +183,15 @@ impl Bench {
         Answer::new(json!({ "ok": true, "left": kept.collect::<Vec<_>>() }))
     }
 
-    fn fit(&self, ask: &Ask, session: Session<'_>) -> Result<Answer, WorkError> {
+    fn fit(&mut self, ask: &Ask, session: Session<'_>) -> Result<Answer, WorkError> {
+        self.ready(ask, session)?;
         let run = self.request_of(ask);
         let Some(data) = run.data else {
             return Err(WorkError::Usage("a fit needs a recording of the outputs".to_owned()));
         };
         let mut request = FitRequest::new(run.model, vec![data]);
         request.choices = run.choices;
-        request
-            .choices
-            .set
-            .extend(ask.values.iter().map(|(name, value)| format!("{name}={value:?}")));
+        request.choices.set.extend(self.settings(ask));
         request.solve = run.solve;
         let fitted = fit(&request, session)?;
         let values = fitted.to_json()["parameters"].clone();
@@ -203,9 +201,22 @@ impl Bench {
 
     fn simulate(&mut self, ask: &Ask, session: Session<'_>) -> Result<Simulated, WorkError> {
         let at = self.ready(ask, session)?;
-        let values: Vec<(&str, f64)> =
-            ask.values.iter().map(|(name, value)| (name.as_str(), *value)).collect();
+        let values = self.known_values(ask);
         self.ready[at].prepared.simulate(&values)
+    }
+
+    /// The values of parameters that the model has: a page may still have those of an earlier text.
+    fn known_values<'a>(&self, ask: &'a Ask) -> Vec<(&'a str, f64)> {
+        let parameters = self.described(ask).map_or(&[][..], |found| &found.parameters);
+        let is_known = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
+        let all = ask.values.iter().map(|(name, value)| (name.as_str(), *value));
+        all.filter(|(name, _)| is_known(name)).collect()
+    }
+
+    /// The same as one sets them on a command line.
+    fn settings(&self, ask: &Ask) -> Vec<String> {
+        let values = self.known_values(ask).into_iter();
+        values.map(|(name, value)| format!("{name}={value:?}")).collect()
     }
 
     /// Where the model is ready with what is chosen.

@@ -122,6 +122,14 @@ fn mistakes_have_places_and_the_text_around_them() {
     let mistake = &answer["mistakes"][0];
     assert_eq!((&mistake["code"], &mistake["places"][0]["line"]), (&json!("E201"), &json!(6)));
     assert!(answer["texts"]["cooling.dgd"].as_str().is_some_and(|text| text.contains("-S }")));
+    // A value of a parameter that is not there any more is let go of, one beyond the bounds is refused.
+    let answer = asked(&mut bench, &files, r#"{"values":{"gone":1}}"#);
+    assert_eq!(answer["mistakes"][0]["code"], json!("E201"));
+    let files = files.with("cooling.dgd", MODEL);
+    for act in ["run", "sensitivities", "fit"] {
+        let ask = format!("{{\"do\":\"{act}\",\"values\":{{\"gone\":1}}}}");
+        assert_eq!(asked(&mut bench, &files, &ask)["ok"], json!(true), "{act}");
+    }
     let answer = asked(&mut bench, &files, r#"{"values":{"tau":1e9}}"#);
     assert_eq!(answer["ok"], json!(false));
 }

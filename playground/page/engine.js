@@ -1,14 +1,16 @@
 // A worker that is asked, and is ended and begun again where it is overtaken, is stopped or breaks.
 
-export class Engine {
-  #module; #worker = null; #waiting = new Map(); #next = 0; #opened = null; #kept = []; #sent = null;
+const compiled = (url) => fetch(url).then(async (response) => {
+  if (!response.ok) throw new Error(`${url}: ${response.status} ${response.statusText}`);
+  return WebAssembly.compile(await response.arrayBuffer());
+});
 
-  // `url` is that of the WebAssembly module.
-  constructor(url) {
-    this.#module = fetch(url).then(async (response) => {
-      if (!response.ok) throw new Error(`${url}: ${response.status} ${response.statusText}`);
-      return WebAssembly.compile(await response.arrayBuffer());
-    });
+export class Engine {
+  #worker = null; #waiting = new Map(); #next = 0; #opened = null; #kept = []; #sent = null;
+
+  // Of the WebAssembly module of this address, or of one that another engine has.
+  constructor(of) {
+    this.module = of instanceof Engine ? of.module : compiled(of);
   }
 
   // The files and the model from now on.
@@ -16,54 +18,72 @@ export class Engine {
     this.#opened = files;
   }
 
-  async #begun() {
-    if (this.#worker) return this.#worker;
-    const module = await this.#module;
-    if (this.#worker) return this.#worker;
+  // Asks the worker what it was not asked yet; one that was ended has begun again before.
+  async #pump() {
+    const module = await this.module;
+    this.#worker ??= this.#begun(module);
+    for (const [id, one] of this.#waiting) {
+      if (one.worker === this.#worker) continue;
+      one.worker = this.#worker;
+      this.#open(one.files);
+      this.#worker.postMessage({ id, text: JSON.stringify(one.message) });
+    }
+  }
+
+  #begun(module) {
     const worker = new Worker("worker.js");
-    this.#worker = worker;
     this.#sent = null;
     worker.onmessage = ({ data }) => {
       const one = this.#waiting.get(data.id);
+      if (one?.worker !== worker) return;
       this.#waiting.delete(data.id);
-      if (data.broken == null) { one?.resolve(JSON.parse(data.text)); return; }
-      this.end(worker);
-      one?.resolve({ ok: false, error: `dgd itself has a mistake: ${data.broken}` });
+      if (data.broken == null) { one.resolve(JSON.parse(data.text)); return; }
+      one.resolve({ ok: false, error: `dgd itself has a mistake: ${data.broken}` });
+      this.#again();
     };
     worker.postMessage({ module });
     // Curves that were kept are in the worker: one that begins again computes them again.
     for (const { files, message } of this.#kept) {
-      this.#open(worker, files);
+      this.#open(files, worker);
       worker.postMessage({ id: -1, text: JSON.stringify(message) });
     }
     return worker;
   }
 
-  #open(worker, files) {
+  #open(files, worker = this.#worker) {
     if (!files || this.#sent === files) return;
     this.#sent = files;
     worker.postMessage({ id: -1, text: JSON.stringify({ open: files }) });
   }
 
-  // Ends what it is doing; whoever waits for it hears so.
-  end(worker = this.#worker) {
-    if (!worker || worker !== this.#worker) return;
-    worker.terminate();
+  // Ends the worker; another one is asked what it had not answered.
+  #again() {
+    this.#worker?.terminate();
     this.#worker = null;
+    if (this.#waiting.size) this.#pump();
+  }
+
+  // Ends whatever it is doing; whoever waits hears so.
+  end() {
     for (const one of this.#waiting.values()) one.resolve({ ok: false, overtaken: true });
     this.#waiting.clear();
+    this.#again();
   }
 
   async ask(message, signal) {
-    const worker = await this.#begun();
     if (signal?.aborted) return { ok: false, overtaken: true };
-    this.#open(worker, this.#opened);
-    const id = this.#next++;
-    const answered = new Promise((resolve) => this.#waiting.set(id, { resolve }));
-    signal?.addEventListener("abort", () => { if (this.#waiting.has(id)) this.end(worker); }, { once: true });
-    worker.postMessage({ id, text: JSON.stringify(message) });
+    const files = this.#opened, id = this.#next++;
+    const answered = new Promise((resolve) => this.#waiting.set(id, { resolve, files, message, worker: null }));
+    signal?.addEventListener("abort", () => {
+      const one = this.#waiting.get(id);
+      if (!one) return;
+      this.#waiting.delete(id);
+      one.resolve({ ok: false, overtaken: true });
+      if (one.worker) this.#again();
+    }, { once: true });
+    await this.#pump();
     const answer = await answered;
-    if (answer.ok && ["keep", "drop"].includes(message.ask?.do)) this.#kept.push({ files: this.#opened, message });
+    if (answer.ok && ["keep", "drop"].includes(message.ask?.do)) this.#kept.push({ files, message });
     return answer;
   }
 }

@@ -13,8 +13,12 @@ const button = (textContent, onclick, more = {}) => make("button", { type: "butt
 const UNTIL = 100;
 // Nothing was typed for so long, ms.
 const TYPED = 150;
+// Digits of an estimate that a slider takes.
+const SHOWN = 7;
 
 const engine = new Engine("dgd.wasm");
+// Fits and searches have workers of their own: a slider that moves meanwhile does not end them.
+const fitter = new Engine(engine);
 let searcher = null;
 // What is open: files by path, the model among them, the recording, what inputs are held at where there is none.
 const open = { files: {}, model: "model.dgd", data: null, valid: null, until: UNTIL, held: {} };
@@ -199,7 +203,7 @@ async function share() {
 // ---- fits and discoveries ----
 
 const result = make("div");
-const stopButton = button("Stop", () => { engine.end(); searcher?.end(); }, { hidden: true });
+const stopButton = button("Stop", () => { fitter.end(); searcher?.end(); }, { hidden: true });
 const fitButton = button("Fit to the recording", fit);
 const findButton = button("Find what is missing", find);
 
@@ -223,10 +227,11 @@ const told = (text) => make("pre", { className: "result", textContent: text, tab
 
 async function fit() {
   const { variant, apply, values } = page.state;
-  const answer = await busy("Fitting …", () => engine.ask({ ask: { do: "fit", variant, apply, values } }));
+  fitter.open({ files: { ...open.files, [open.data.name]: open.data.text }, model: open.model, data: open.data.name });
+  const answer = await busy("Fitting …", () => fitter.ask({ ask: { do: "fit", variant, apply, values } }));
   if (!answer) return;
   result.replaceChildren(make("h2", { textContent: "The fit" }), told(answer.text));
-  page.setValues(Object.fromEntries(Object.entries(answer.parameters).map(([name, { value }]) => [name, value])));
+  page.setValues(Object.fromEntries(Object.entries(answer.parameters).map(([name, { value }]) => [name, Number(value.toPrecision(SHOWN))])));
 }
 
 async function find() {

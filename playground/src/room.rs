@@ -3,12 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use dgd_compiler::pipeline::Directions;
 use dgd_data::InMemory;
 use dgd_watch::{Ask, Bench, of_error};
-use dgd_work::{
-    CheckRequest, Checked, Engine, RunRequest, Session, Silent, SimulateRequest, WorkError, check,
-    simulate,
-};
+use dgd_work::{Engine, RunRequest, Session, Silent, WorkError, load, prepare};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -108,22 +106,19 @@ impl Room {
         self.bench.open(request);
     }
 
-    /// The model's inputs, and whether its outputs can be compared with a recording.
+    /// The model's inputs.
     fn inputs(&self) -> Result<Value, WorkError> {
-        let mut request = CheckRequest::new(&self.request.model);
-        request.choices.clone_from(&self.request.choices);
-        let Checked::Model(description) = check(&request, self.session())? else {
-            let why = "this is an effect; a model is simulated".to_owned();
-            return Err(WorkError::Usage(why));
-        };
-        Ok(json!({ "ok": true, "inputs": description.inputs, "outputs": description.outputs }))
+        let RunRequest { model, choices, .. } = &self.request;
+        let loaded = load(model, choices, &Directions::None, self.session())?;
+        let inputs = loaded.compiled.program.signature.inputs.iter();
+        let inputs = inputs.map(|input| json!({ "name": input.name, "unit": input.unit.symbol }));
+        Ok(json!({ "ok": true, "inputs": inputs.collect::<Vec<_>>() }))
     }
 
     fn table(&self, values: &BTreeMap<String, f64>) -> Result<Value, WorkError> {
-        let mut request = SimulateRequest::new(self.request.clone());
-        let set = values.iter().map(|(name, value)| format!("{name}={value:?}"));
-        request.run.choices.set.extend(set);
-        Ok(json!({ "ok": true, "result": simulate(&request, self.session())?.to_json() }))
+        let values: Vec<(&str, f64)> = values.iter().map(|(name, x)| (name.as_str(), *x)).collect();
+        let simulated = prepare(&self.request, self.session())?.simulate(&values)?;
+        Ok(json!({ "ok": true, "result": simulated.to_json() }))
     }
 
     #[cfg(feature = "discover")]

@@ -87,12 +87,13 @@ pub fn sensitivity(
     for undefined in &solution.undefined {
         session.remark(&format!("note: {undefined}"));
     }
-    let verified = (request.verify_sensitivities && stopped.is_none())
-        .then(|| {
-            let compared = compared(request, &run, &of);
-            verify::against_differences(&run, &solution, &observations, &compared, session)
-        })
-        .transpose();
+    let verified =
+        (cfg!(feature = "estimators") && request.verify_sensitivities && stopped.is_none())
+            .then(|| {
+                let compared = compared(request, &run, &of);
+                verify::against_differences(&run, &solution, &observations, &compared, session)
+            })
+            .transpose();
     let (mut is_interrupted, mut stopped) = stopped_by(stopped.as_ref(), run.span());
     let verification = match verified {
         Err(_) if session.listener.is_stopped() => {
