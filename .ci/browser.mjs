@@ -2,8 +2,7 @@
 // sorted, nothing serious by axe-core, no part wider than the screen, pictures without JavaScript; and the page of a
 // recording of 6000 × 8 samples soon ready. `node browser.mjs --recording` prints that recording.
 
-import { readFileSync, readdirSync, mkdirSync } from "node:fs";
-import { createRequire } from "node:module";
+import { readFileSync, readdirSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 
@@ -21,57 +20,14 @@ function recording() {
   }
 }
 
-const [folder, option, pictures] = process.argv.slice(2);
+const [folder, ...options] = process.argv.slice(2);
 if (folder === "--recording") { recording(); process.exit(0); }
 
-const require = createRequire(join(process.env.TOOLS, "node_modules", "x.js"));
-const { chromium } = require("playwright-core");
-const axe = readFileSync(join(process.env.TOOLS, "node_modules/axe-core/axe.min.js"), "utf8");
-const browser = await chromium.launch({ executablePath: "/usr/bin/chromium", args: ["--no-sandbox"] });
-if (option === "--pictures") mkdirSync(pictures, { recursive: true });
-
-const failures = [];
-let checks = 0;
-const check = (where, holds, what) => {
-  checks += 1;
-  if (!holds) { failures.push(`${where}: ${what}`); console.log(`FAILED ${where}: ${what}`); }
-};
-
-async function open(file, width, colorScheme, more = {}) {
-  // The policy of a page refuses what tests add to it; whether it holds is seen without that.
-  const context = await browser.newContext({ viewport: { width, height: 900 }, colorScheme, ...more });
-  const page = await context.newPage();
-  const errors = [];
-  // What the browser says of this script's own reading of pixels is left out.
-  const counts = (message) => ["error", "warning"].includes(message.type()) && !message.text().startsWith("Canvas2D:");
-  page.on("console", (message) => { if (counts(message)) errors.push(message.text()); });
-  page.on("pageerror", (error) => errors.push(error.message));
-  await page.goto(pathToFileURL(join(folder, file)).href);
-  return { context, page, errors };
-}
-
-// Panels are drawn as they come into sight.
-async function scrollThrough(page) {
-  const height = await page.evaluate(() => document.documentElement.scrollHeight);
-  for (let y = 0; y < height; y += 600) {
-    await page.evaluate((to) => scrollTo(0, to), y);
-    await page.waitForTimeout(50);
-  }
-  await page.evaluate(() => scrollTo(0, 0));
-  await page.waitForTimeout(100);
-}
-
-// For each panel a digest of its pixels, and how many colours it has.
-const painted = (page) => page.evaluate(() => [...document.querySelectorAll(".plot")].map((plot) => {
-  const canvas = plot.querySelector("canvas");
-  if (!canvas || !canvas.width || !canvas.height) return { digest: 0, colours: 0 };
-  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-  const pixels = new Uint32Array(data.buffer);
-  const colours = new Set();
-  let digest = 7;
-  for (const pixel of pixels) { digest = (Math.imul(digest, 31) + pixel) | 0; if (colours.size < 50) colours.add(pixel); }
-  return { digest, colours: colours.size };
-}));
+// It starts a browser.
+const { check, end, open: opened, judge: judged, painted, picturesOf, scrollThrough } = await import("./pages.mjs");
+const pictures = picturesOf(options);
+// The policy of a page refuses what tests add to it; whether it holds is seen without that.
+const open = (file, ...rest) => opened(pathToFileURL(join(folder, file)).href, ...rest);
 
 async function look(file, width, scheme) {
   const where = `${file} at ${width}, ${scheme}`;
@@ -81,7 +37,7 @@ async function look(file, width, scheme) {
   check(where, before.length > 0 && before.every(({ colours }) => colours > 3), "a panel is not drawn");
   const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
   check(where, wide <= 0, `wider than the screen by ${wide}`);
-  if (option === "--pictures") {
+  if (pictures) {
     await page.screenshot({ path: join(pictures, `${file.replace(".html", "")}-${width}-${scheme}.png`), fullPage: true });
   }
 
@@ -128,16 +84,9 @@ async function look(file, width, scheme) {
 }
 
 async function judge(file, width, scheme) {
-  const where = `${file} at ${width}, ${scheme}`;
   const { context, page } = await open(file, width, scheme, { bypassCSP: true });
   await scrollThrough(page);
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => axe.run());
-  for (const { id, impact, nodes, help } of violations) {
-    const serious = ["serious", "critical"].includes(impact);
-    check(where, !serious, `axe-core: ${id} (${impact}): ${help}: ${nodes.slice(0, 3).map((node) => node.html.slice(0, 160)).join(" | ")}`);
-    if (!serious) console.log(`  ${where}: ${id} (${impact}), ${nodes.length} times`);
-  }
+  await judged(`${file} at ${width}, ${scheme}`, page);
   await context.close();
 }
 
@@ -177,6 +126,4 @@ for (const file of files) {
   await withoutScript(file);
 }
 await timed("large.html");
-await browser.close();
-console.log(`${files.length} pages: ${checks - failures.length} passed, ${failures.length} failed`);
-process.exit(failures.length ? 1 : 0);
+await end(`${files.length} pages`);

@@ -8,59 +8,30 @@
 // a machine down.
 
 import { spawn } from "node:child_process";
-import { cpSync, createReadStream, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { cpSync, createReadStream, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
-import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import { extname, join, normalize } from "node:path";
 
-const [what, ...rest] = process.argv.slice(2);
-const pictures = rest.includes("--pictures") ? rest[rest.indexOf("--pictures") + 1] : null;
-if (pictures) mkdirSync(pictures, { recursive: true });
-const require = createRequire(join(process.env.TOOLS, "node_modules", "x.js"));
-const { chromium } = require("playwright-core");
-const axe = readFileSync(join(process.env.TOOLS, "node_modules/axe-core/axe.min.js"), "utf8");
-const browser = await chromium.launch({ executablePath: "/usr/bin/chromium", args: ["--no-sandbox"] });
+import { check, end, judge, open as openPage, painted, picturesOf, scrollThrough } from "./pages.mjs";
 
-let checks = 0;
-const failures = [];
-function check(where, holds, said) {
-  checks += 1;
-  if (!holds) { failures.push(`${where}: ${said}`); console.log(`FAILED ${where}: ${said}`); }
-}
+const [what, ...rest] = process.argv.slice(2);
+const pictures = picturesOf(rest);
 
 async function open(url, width, colorScheme, more = {}) {
-  const context = await browser.newContext({ viewport: { width, height: 900 }, colorScheme, ...more });
-  const page = await context.newPage();
-  const errors = [];
-  const counts = (message) => ["error", "warning"].includes(message.type()) && !message.text().startsWith("Canvas2D:");
-  page.on("console", (message) => { if (counts(message)) errors.push(message.text()); });
-  page.on("pageerror", (error) => errors.push(error.message));
-  await page.goto(url);
-  await redrawn(page, 0);
-  return { context, page, errors };
+  const opened = await openPage(url, width, colorScheme, more);
+  await redrawn(opened.page, 0);
+  return opened;
 }
 const redraws = (page) => page.evaluate(() => Number(document.documentElement.dataset.redraws ?? 0));
 const redrawn = (page, before) => page.waitForFunction((n) => Number(document.documentElement.dataset.redraws ?? 0) > n, before, { timeout: 60000, polling: 10 });
 const settled = (page) => page.waitForFunction(() => document.querySelectorAll(".slopes .plot").length > 0, null, { timeout: 60000 });
 
-const painted = (page) => page.evaluate(() => [...document.querySelectorAll(".plot canvas")].map((canvas) => {
-  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-  const pixels = new Uint32Array(data.buffer);
-  const colours = new Set();
-  let digest = 7;
-  for (const pixel of pixels) { digest = (Math.imul(digest, 31) + pixel) | 0; if (colours.size < 50) colours.add(pixel); }
-  return { digest, colours: colours.size };
-}));
-
 async function look(url, name, width, scheme) {
   const where = `${name} at ${width}, ${scheme}`;
   const { context, page, errors } = await open(url, width, scheme);
   await settled(page);
-  const height = await page.evaluate(() => document.documentElement.scrollHeight);
-  for (let y = 0; y < height; y += 600) { await page.evaluate((to) => scrollTo(0, to), y); await page.waitForTimeout(60); }
-  await page.evaluate(() => scrollTo(0, 0));
-  await page.waitForTimeout(150);
+  await scrollThrough(page);
   const all = await painted(page);
   check(where, all.length > 3 && all.every(({ colours }) => colours > 3), `a panel is not drawn: ${JSON.stringify(all.map(({ colours }) => colours))}`);
   const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
@@ -74,13 +45,7 @@ async function look(url, name, width, scheme) {
 
   const judged = await open(url, width, scheme, { bypassCSP: true });
   await settled(judged.page);
-  await judged.page.evaluate(axe);
-  const { violations } = await judged.page.evaluate(() => axe.run());
-  for (const { id, impact, nodes, help } of violations) {
-    const isSerious = ["serious", "critical"].includes(impact);
-    check(where, !isSerious, `axe-core: ${id} (${impact}): ${help}: ${nodes.slice(0, 3).map((node) => node.html.slice(0, 200)).join(" | ")}`);
-    if (!isSerious) console.log(`  ${where}: ${id} (${impact}), ${nodes.length} times`);
-  }
+  await judge(where, judged.page);
   await judged.context.close();
 }
 
@@ -275,6 +240,4 @@ async function played(folder) {
 
 if (what === "watch") await watched(rest[0], rest[1]);
 else await played(rest[0]);
-await browser.close();
-console.log(`${what}: ${checks - failures.length} passed, ${failures.length} failed`);
-process.exit(failures.length ? 1 : 0);
+await end(what);
