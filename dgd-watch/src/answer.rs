@@ -36,10 +36,11 @@ pub(crate) fn controls(
 
 /// What a run gave, in words.
 pub(crate) fn run(simulated: &Simulated) -> Value {
+    let (headline, agreement) = simulated.in_words();
     json!({
-        "headline": simulated.headline(),
+        "headline": headline,
         "stopped": simulated.stopped.is_some(),
-        "agreement": simulated.agreement_table().as_str(),
+        "agreement": agreement.as_str(),
     })
 }
 

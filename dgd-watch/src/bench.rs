@@ -11,8 +11,8 @@ use dgd_identify::{Progress, Watch};
 use dgd_runtime::Watched;
 use dgd_work::check::Description;
 use dgd_work::{
-    Choices, FitRequest, Listener, Mistake, Prepared, Remark, RunRequest, SensitivityRequest,
-    Session, Simulated, WorkError, applicable, fit, prepare, sensitivity,
+    Applicable, Choices, FitRequest, Listener, Mistake, Prepared, Remark, RunRequest,
+    SensitivityRequest, Session, Simulated, WorkError, applicable, fit, prepare, sensitivity,
 };
 use serde_json::{Value, json};
 
@@ -36,6 +36,10 @@ struct Ready {
     chosen: Chosen,
     /// The text of the model as it was read.
     text: String,
+    /// Parameters whose values stand in it.
+    written: Vec<String>,
+    /// What lies beside it.
+    effects: Vec<Applicable>,
     prepared: Prepared,
 }
 
@@ -124,12 +128,8 @@ impl Bench {
     fn run(&mut self, ask: &Ask, session: Session<'_>) -> Result<Answer, WorkError> {
         let simulated = self.simulate(ask, session)?;
         let ready = self.ready(ask, session)?;
-        let Ready { text, prepared, .. } = &self.ready[ready];
-        let written = Values::of(text, &ask.variant);
-        let written: Vec<String> = written.names().map(str::to_owned).collect();
-        let description = &prepared.description;
-        let effects = applicable(session.files, &self.request.model, &description.model);
-        let controls = controls(description, &effects, &ask.apply, &written);
+        let Ready { text, written, effects, prepared, .. } = &self.ready[ready];
+        let controls = controls(&prepared.description, effects, &ask.apply, written);
         let kept: Vec<&Kept> =
             self.kept.iter().filter(|kept| ask.kept.contains(&kept.number)).collect();
         let charts = of_run(&simulated, &kept, &ask.have);
@@ -237,7 +237,10 @@ impl Bench {
         if self.ready.len() == MOST_READY {
             self.ready.remove(0);
         }
-        self.ready.push(Ready { chosen, text, prepared });
+        let written = Values::of(&text, &ask.variant).names().map(str::to_owned).collect();
+        let model = &prepared.description.model;
+        let effects = applicable(session.files, &self.request.model, model);
+        self.ready.push(Ready { chosen, text, written, effects, prepared });
         Ok(self.ready.len() - 1)
     }
 

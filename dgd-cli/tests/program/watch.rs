@@ -104,19 +104,19 @@ fn a_save_is_told_and_what_is_drawn_then_is_what_simulate_gives() {
 
     let mut events = watch.send("GET /events", "");
     let mut heard = String::new();
-    let mut hear = |part: &str| {
+    let mut hear = |part: &str, times: usize| {
         let mut bytes = [0; 512];
-        while !heard.contains(part) {
+        while heard.matches(part).count() < times {
             let n = events.read(&mut bytes).expect("an event comes");
             assert!(n > 0, "it ended: {heard}");
             heard.push_str(&String::from_utf8_lossy(&bytes[..n]));
         }
     };
-    hear("text/event-stream");
+    hear("text/event-stream", 1);
     std::thread::sleep(Duration::from_millis(250));
     let began = Instant::now();
     fs::write(&model, text.replace("= 275 ", "= 290 ")).expect("the folder is writable");
-    hear("event: saved");
+    hear("event: saved", 1);
     let after = watch.asked("{}");
     println!(
         "from a save to the answer that has it: {:.0} ms",
@@ -126,14 +126,7 @@ fn a_save_is_told_and_what_is_drawn_then_is_what_simulate_gives() {
     assert!(!close(last(&after, "p_r"), last(&before, "p_r")));
     // A mistake has its line.
     fs::write(&model, text.replace("- q_tf\n", "- q_tff\n")).expect("the folder is writable");
-    let heard_twice = |heard: &str| heard.matches("event: saved").count() == 2;
-    let mut bytes = [0; 512];
-    let mut more = heard.clone();
-    while !heard_twice(&more) {
-        let n = events.read(&mut bytes).expect("an event comes");
-        assert!(n > 0, "it ended");
-        more.push_str(&String::from_utf8_lossy(&bytes[..n]));
-    }
+    hear("event: saved", 2);
     let wrong = watch.asked("{}");
     let line = text.lines().position(|line| line.starts_with("equation riser")).map(|k| k + 1);
     assert_eq!(wrong["mistakes"][0]["places"][0]["line"].as_u64().map(|n| n as usize), line);

@@ -18,7 +18,7 @@ mod write;
 use std::convert::Infallible;
 use std::io;
 use std::net::Ipv4Addr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -97,6 +97,8 @@ impl Shared {
         *self.current() = None;
         let mut files = self.watched();
         files.extend(bench.files());
+        // A folder is another one when a file comes or goes.
+        files.extend(Some(effects_of(&self.model)).filter(|folder| folder.is_dir()));
         files.sort();
         files.dedup();
         answer
@@ -105,6 +107,11 @@ impl Shared {
     fn watched(&self) -> MutexGuard<'_, Vec<PathBuf>> {
         self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Where the effects of a model lie.
+fn effects_of(model: &Path) -> PathBuf {
+    model.with_file_name("effects")
 }
 
 /// Serves a model until the process ends. `tell` is given the address with the secret once pages can be fetched.

@@ -227,3 +227,22 @@ fn a_save_is_told_and_the_next_answer_has_it() {
     let first = &answer["charts"]["columns"][1][0];
     assert_eq!(first.as_f64(), Some(40.0), "{answer}");
 }
+
+#[test]
+fn an_effect_that_comes_is_offered() {
+    let served = Served::new();
+    let effects = served.model.with_file_name("effects");
+    fs::create_dir(&effects).expect("the folder is writable");
+    let offered = || served.asked("{}")["controls"]["effects"].as_array().map(Vec::len);
+    assert_eq!(offered(), Some(0));
+    // It is looked at every tenth of a second.
+    thread::sleep(Duration::from_millis(250));
+    let text =
+        "effect heat on cooling\nkind plant\nparameter P [K] = 1\nnull P = 0\nadd P to cooling\n";
+    fs::write(effects.join("heat.dgd"), text).expect("the folder is writable");
+    let began = Instant::now();
+    while offered() != Some(1) {
+        assert!(began.elapsed() < Duration::from_secs(30), "it is not offered");
+        thread::sleep(Duration::from_millis(50));
+    }
+}

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use dgd_compiler::pipeline::Directions;
 use dgd_page::Markup;
 use dgd_plot::{Figure, Meaning, Text};
-use dgd_runtime::{Observations, Solution};
+use dgd_runtime::{IntegrateError, Observations, Solution};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
@@ -133,19 +133,8 @@ pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simul
         sweep.fine = Some(self::table(&run, &solution, &observations));
     }
     session.listener.ends();
-    let (is_interrupted, stopped) = stopped_by(stopped.as_ref(), run.span());
-    Ok(Simulated {
-        model: run.signature().name.to_string(),
-        table,
-        method: run.options.method.name,
-        solution: SolutionFacts::of(&solution),
-        stopped,
-        is_interrupted,
-        fields: wanted.found(&solution, run.single_unknowns()),
-        sweep,
-        measured: run.measured,
-        provenance: run.provenance,
-    })
+    let fields = wanted.found(&solution, run.single_unknowns());
+    Ok(Simulated { sweep, fields, ..Simulated::of(&run, table, &solution, stopped.as_ref()) })
 }
 
 /// Prepares the runs of many sets of parameters and start values.
@@ -161,6 +150,28 @@ pub fn simulate_each(
 }
 
 impl Simulated {
+    /// What came of a run.
+    fn of(
+        run: &Run,
+        table: TimeTable,
+        solution: &Solution,
+        stopped: Option<&IntegrateError>,
+    ) -> Simulated {
+        let (is_interrupted, stopped) = stopped_by(stopped, run.span());
+        Simulated {
+            model: run.signature().name.to_string(),
+            table,
+            method: run.options.method.name,
+            solution: SolutionFacts::of(solution),
+            stopped,
+            is_interrupted,
+            fields: Vec::new(),
+            sweep: None,
+            measured: run.measured.clone(),
+            provenance: run.provenance.clone(),
+        }
+    }
+
     /// What programs are told besides the columns.
     pub fn details(&self) -> Value {
         let mut details = self.solution.to_json(&self.model, self.method);
@@ -262,18 +273,15 @@ impl Simulated {
             }
         }
         unknowns.append(&mut inputs);
-        let residuals = page::residuals(self).unwrap_or_else(|| figure::panels(&[]));
+        let residuals = page::residuals(self, &page::compared(self));
+        let residuals = residuals.unwrap_or_else(|| figure::panels(&[]));
         [figure::panels(&outputs), residuals, figure::panels(&unknowns)]
     }
 
-    /// How well it fits, or why it stopped, in a sentence.
-    pub fn headline(&self) -> String {
-        page::headline(self)
-    }
-
-    /// How far each output agrees with what was measured of it, as a table of a page; empty where nothing was.
-    pub fn agreement_table(&self) -> Markup {
-        page::agreement_of(self)
+    /// How well it fits, or why it stopped, in a sentence; and how far each output agrees with what was measured of it,
+    /// as a table of a page, which is empty where nothing was.
+    pub fn in_words(&self) -> (String, Markup) {
+        page::in_words(self, &page::compared(self))
     }
 
     /// Its page, which says what command makes it again.

@@ -15,7 +15,7 @@ use crate::output::table::significant;
 use crate::output::{Kind, NamedColumn};
 
 /// An output with what was measured of it at the rows of the result, in its unit.
-struct Compared<'a> {
+pub(super) struct Compared<'a> {
     output: &'a NamedColumn,
     measured: Vec<f64>,
     simulated: Vec<f64>,
@@ -24,14 +24,15 @@ struct Compared<'a> {
 pub(super) fn write(simulated: &Simulated, command: &str) -> String {
     let mut page = Page::new(&format!("{}: simulation", simulated.model));
     let kind = Markup::text("Simulation of the model ").then(&Markup::code(&simulated.model));
-    let headline = Markup::prose(&headline(simulated));
-    let more = [solved(simulated), agreement_of(simulated)];
+    let compared = compared(simulated);
+    let (headline, agreement) = in_words(simulated, &compared);
+    let (headline, more) = (Markup::prose(&headline), [solved(simulated), agreement]);
     page.push_header(&kind, &headline, Tone::Plain, &more);
     // Over another quantity there is nothing that moves with the other figures.
     let link = if simulated.sweep.is_some() { Link::Alone } else { TIME };
     let chart = page.chart(&simulated.figure(), link, &Markup::default());
     page.push_section("Inputs, states and outputs", &[chart]);
-    if let Some(residuals) = residuals(simulated) {
+    if let Some(residuals) = residuals(simulated, &compared) {
         let chart = page.chart(&residuals, TIME, &Markup::default());
         page.push_section("Measured less simulated", &[chart]);
     }
@@ -42,22 +43,23 @@ pub(super) fn write(simulated: &Simulated, command: &str) -> String {
 /// An output, its unit, and how it agrees with what was measured of it.
 type Agreements<'a> = Vec<(&'a str, &'a str, Agreement)>;
 
-fn agreements<'a>(simulated: &'a Simulated) -> Agreements<'a> {
-    let one = |Compared { output, measured, simulated }: Compared<'a>| {
-        let agreement = Agreement::of(measured.into_iter().zip(simulated))?;
-        Some((&*output.name, &*output.unit.symbol, agreement))
+fn agreements<'a>(compared: &[Compared<'a>]) -> Agreements<'a> {
+    let one = |Compared { output, measured, simulated }: &Compared<'a>| {
+        let pairs = measured.iter().copied().zip(simulated.iter().copied());
+        Some((&*output.name, &*output.unit.symbol, Agreement::of(pairs)?))
     };
-    compared(simulated).into_iter().filter_map(one).collect()
+    compared.iter().filter_map(one).collect()
 }
 
-/// The table of all that was measured.
-pub(super) fn agreement_of(simulated: &Simulated) -> Markup {
-    agreement_table("How far simulated and measured agree", agreements(simulated))
+/// The headline, and the table of all that was measured.
+pub(super) fn in_words(simulated: &Simulated, compared: &[Compared<'_>]) -> (String, Markup) {
+    let agreements = agreements(compared);
+    let headline = headline(simulated, &agreements);
+    (headline, agreement_table("How far simulated and measured agree", agreements))
 }
 
 /// The output that fits worst, where anything was measured.
-pub(super) fn headline(simulated: &Simulated) -> String {
-    let agreements = agreements(simulated);
+fn headline(simulated: &Simulated, agreements: &[(&str, &str, Agreement)]) -> String {
     let times = &simulated.table.times;
     let time = |t: Option<&f64>| told(t.copied().unwrap_or(0.0));
     let span = format!("{} s to {} s", time(times.first()), time(times.last()));
@@ -87,7 +89,8 @@ fn solved(simulated: &Simulated) -> Markup {
     Markup::prose(&format!("{} rows by `{}` in {steps}.", facts.rows, simulated.method)).paragraph()
 }
 
-fn compared(simulated: &Simulated) -> Vec<Compared<'_>> {
+/// What was measured, and what was simulated then.
+pub(super) fn compared(simulated: &Simulated) -> Vec<Compared<'_>> {
     let outputs = simulated.of_kind(Kind::Output).enumerate();
     let compared = outputs.filter_map(|(i, output)| {
         let samples = simulated.measured.outputs.get(i)?.as_ref()?;
@@ -99,7 +102,7 @@ fn compared(simulated: &Simulated) -> Vec<Compared<'_>> {
 }
 
 /// What was measured less what was simulated, where anything was.
-pub(super) fn residuals(simulated: &Simulated) -> Option<Figure> {
+pub(super) fn residuals(simulated: &Simulated, compared: &[Compared<'_>]) -> Option<Figure> {
     let subject = |one: &Compared<'_>| Subject {
         title: Text::name(&one.output.name),
         unit: of_differences(&one.output.unit).symbol.to_string(),
@@ -110,7 +113,7 @@ pub(super) fn residuals(simulated: &Simulated) -> Option<Figure> {
             meaning: Meaning::Residual,
         }],
     };
-    let subjects: Vec<Subject> = compared(simulated).iter().map(subject).collect();
+    let subjects: Vec<Subject> = compared.iter().map(subject).collect();
     (!subjects.is_empty()).then(|| figure::panels(&subjects))
 }
 

@@ -4,13 +4,12 @@ use std::path::PathBuf;
 
 use dgd_compiler::pipeline::Directions;
 
-use super::{Simulated, SolutionFacts, table};
+use super::{Simulated, table};
 use crate::check::Description;
 use crate::error::WorkError;
 use crate::model::load;
 use crate::output::provenance::Provenance;
 use crate::request::{RunRequest, Start};
-use crate::run::under_way::stopped_by;
 use crate::run::{Reached, Run, measured_start};
 use crate::session::Session;
 
@@ -56,19 +55,8 @@ impl Prepared {
         self.set(values)?;
         let run = &self.run;
         let Reached { solution, observations, stopped } = run.simulate()?;
-        let (is_interrupted, stopped) = stopped_by(stopped.as_ref(), run.span());
-        Ok(Simulated {
-            model: run.signature().name.to_string(),
-            table: table(run, &solution, &observations),
-            method: run.options.method.name,
-            solution: SolutionFacts::of(&solution),
-            stopped,
-            is_interrupted,
-            fields: Vec::new(),
-            sweep: None,
-            measured: run.measured.clone(),
-            provenance: run.provenance.clone(),
-        })
+        let table = table(run, &solution, &observations);
+        Ok(Simulated::of(run, table, &solution, stopped.as_ref()))
     }
 
     fn set(&mut self, values: &[(&str, f64)]) -> Result<(), WorkError> {
