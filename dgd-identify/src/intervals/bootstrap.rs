@@ -24,9 +24,9 @@ use crate::error::{EstimateError, TrialFailed};
 use crate::intervals::around::Around;
 use crate::journal::Digest;
 use crate::minimise::levenberg_marquardt::Termination;
+use crate::output_error::OutputErrorProblem;
 use crate::output_error::fit::Fit;
 use crate::output_error::weighing::effective_priors;
-use crate::output_error::{OutputErrorProblem, unwatched};
 use crate::progress::{Of, Progress};
 use crate::random::Uniform;
 use crate::recording::{Derivatives, Recording, outputs_of};
@@ -102,7 +102,7 @@ pub fn bootstrap<G: FnMut() -> u64>(
     let around = Around::new(problem, fit, MOST_EVALUATIONS)?;
     let data = fit.samples + effective_priors(problem, &around.variables);
     let spread = (data as f64 / fit.degrees_of_freedom.max(1) as f64).sqrt();
-    let at = unwatched(&around.problem(problem.system));
+    let at = around.problem(problem.system).unwatched();
     let mut sources = Vec::with_capacity(problem.recordings.len());
     for (r, recording) in problem.recordings.iter().enumerate() {
         let options = &at.options;

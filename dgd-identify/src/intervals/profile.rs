@@ -26,8 +26,8 @@ use crate::intervals::along::{HeldMinimum, Way};
 use crate::intervals::around::Around;
 use crate::journal::Kept;
 use crate::keep_by_fields;
+use crate::output_error::OutputErrorProblem;
 use crate::output_error::fit::Fit;
-use crate::output_error::{OutputErrorProblem, unwatched};
 use crate::progress::{Of, Progress};
 use crate::uncertainty::Term;
 use crate::variables::Scale;
@@ -205,7 +205,7 @@ pub fn profiles(
 ) -> Result<Vec<Profile>, EstimateError> {
     let around = Around::new(problem, fit, MOST_EVALUATIONS)?;
     let first = around
-        .evaluated(&unwatched(&around.problem(problem.system)), &around.z)
+        .evaluated(&around.problem(problem.system).unwatched(), &around.z)
         .map_err(EstimateError::Start)?;
     let least = first.as_ref().cost;
     let done = AtomicUsize::new(0);

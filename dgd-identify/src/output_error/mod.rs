@@ -99,6 +99,13 @@ pub struct OutputErrorProblem<'a> {
 }
 
 impl<'a> OutputErrorProblem<'a> {
+    /// The same with simulations that nobody stops: those that a result needs, where there is one.
+    #[must_use]
+    pub fn unwatched(&self) -> Self {
+        let options = Options { watched: None, ..self.options };
+        OutputErrorProblem { options, ..self.clone() }
+    }
+
     /// A problem in which all directions are free and the noise of all outputs is estimated.
     pub fn new(system: &'a dyn Model, p: &'a [f64], recordings: &'a [Recording]) -> Self {
         let signature = system.signature();
@@ -157,19 +164,13 @@ pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
         // From a plain no other steps lead.
         let ends = matches!(total.termination, Some(Termination::Stopped | Termination::Flat));
         let next =
-            if ends { None } else { stepping.next(&unwatched(problem), &variables, &ended.z)? };
+            if ends { None } else { stepping.next(&problem.unwatched(), &variables, &ended.z)? };
         let Some(next) = next else {
             let Ended { z, at, sigma } = ended;
             return Ok(finish(&stepped, &variables, &z, &at, sigma, stepping, total));
         };
         (stepping, z) = (next, ended.z);
     }
-}
-
-/// The same with simulations that nobody stops: those that a result needs, where there is one.
-pub(crate) fn unwatched<'a>(problem: &OutputErrorProblem<'a>) -> OutputErrorProblem<'a> {
-    let options = Options { watched: None, ..problem.options };
-    OutputErrorProblem { options, ..problem.clone() }
 }
 
 /// Where an estimation ended.
@@ -214,7 +215,9 @@ fn estimate(
     total: &mut Total,
 ) -> Result<Ended, EstimateError> {
     let is_squares = problem.loss == Loss::Squares;
-    let patient = unwatched(problem);
+    let patient = problem.unwatched();
+    // Before the first simulation there is nothing that could be kept.
+    let beginning = if total.evaluations == 0 { problem } else { &patient };
     let of_problem = |problem: &OutputErrorProblem<'_>, z: &[f64], sigma: &[Option<f64>]| {
         let simulated = || simulate_all(problem, variables, z, sigma);
         let Some(of) = of else { return simulated() };
@@ -228,8 +231,7 @@ fn estimate(
     let mut sigma = if is_squares {
         first_noise(problem, &least)
     } else {
-        let problem = if total.evaluations == 0 { problem } else { &patient };
-        noise_of_medians(problem, variables, &z, &least, 1.0).map_err(EstimateError::Start)?
+        noise_of_medians(beginning, variables, &z, &least, 1.0).map_err(EstimateError::Start)?
     };
     let bounds: Vec<(f64, f64)> = variables.all.iter().map(Variable::bounds).collect();
     let reach = variables.reach();
@@ -240,10 +242,8 @@ fn estimate(
     } else {
         problem.stopping.reduction.max(problem.negligible_reduction / freedom)
     };
-    let is_first = total.evaluations == 0;
     total.evaluations += 1;
-    let first = of_problem(if is_first { problem } else { &patient }, &z, &sigma)
-        .map_err(EstimateError::Start)?;
+    let first = of_problem(beginning, &z, &sigma).map_err(EstimateError::Start)?;
     let mut at = weigh(problem, variables, &z, &sigma, first);
     for round in 1.. {
         let left = problem.stopping.evaluations.saturating_sub(total.evaluations);

@@ -2,7 +2,7 @@
 
 use dgd_identify::OutputErrorProblem;
 use dgd_plot::{Meaning, Text};
-use dgd_runtime::{Options, System};
+use dgd_runtime::System;
 
 use super::multi_start::Minima;
 use super::page::traces::traces;
@@ -45,10 +45,7 @@ pub(super) fn run(
     let (mut fit, minima) = (found.fit.clone(), Minima::of(found));
     let is_converged = fit.termination.is_converged();
     // What the result needs of the best so far, whoever stopped the search.
-    let result = OutputErrorProblem {
-        options: Options { watched: None, ..problem.options },
-        ..problem.clone()
-    };
+    let result = problem.unwatched();
     let train = task.evaluated(&result, &fit, &request.data)?;
     let mut left_out = LeftOut::of(fit.termination, || task.unconverged(&fit, &request.data));
     if let Some(minima) = &minima {
