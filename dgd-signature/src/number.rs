@@ -22,19 +22,21 @@ pub fn rounded(value: f64, digits: i32) -> String {
 /// A number with so many digits at the most, and no zeros behind them: `0.05`, `10⁻⁹`.
 pub fn short(value: f64, digits: i32) -> String {
     let text = rounded(value, digits);
-    let (mantissa, power) = match text.find('·') {
-        Some(at) => text.split_at(at),
-        None => (text.as_str(), ""),
-    };
-    let mantissa = if mantissa.contains('.') {
-        mantissa.trim_end_matches('0').trim_end_matches('.')
-    } else {
-        mantissa
-    };
+    let (mantissa, power) = without_zeros(&text, '·');
     match (mantissa, power.strip_prefix('·')) {
         ("1", Some(power)) => power.to_owned(),
         ("−1", Some(power)) => format!("−{power}"),
         _ => format!("{mantissa}{power}"),
+    }
+}
+
+/// A written number without zeros behind its decimal point, and its power of ten, which begins with `mark`.
+pub fn without_zeros(text: &str, mark: char) -> (&str, &str) {
+    let (mantissa, power) = text.split_at(text.find(mark).unwrap_or(text.len()));
+    if mantissa.contains('.') {
+        (mantissa.trim_end_matches('0').trim_end_matches('.'), power)
+    } else {
+        (mantissa, power)
     }
 }
 

@@ -254,17 +254,7 @@ fn ratio(value: f64) -> String {
 
 /// A number to three digits.
 pub(crate) fn significant(value: f64) -> String {
-    let magnitude = value.abs().log10().floor();
-    if value == 0.0 || !(-3.0..6.0).contains(&magnitude) {
-        return short(value, 3);
-    }
-    let decimals = (2.0 - magnitude).max(0.0) as usize;
-    let text = format!("{value:.decimals$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
+    short(value, 3)
 }
 
 #[cfg(test)]

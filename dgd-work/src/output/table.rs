@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use dgd_runtime::signature::number::without_zeros;
+
 /// Columns by their widest cell, numbers to the right.
 pub(crate) fn push_table<R: AsRef<[String]>>(text: &mut String, rows: &[R]) {
     let columns = rows.first().map_or(0, |row| row.as_ref().len());
@@ -43,14 +45,8 @@ pub(crate) fn significant(value: f64, digits: usize) -> String {
 /// The same of a number that is known exactly: without zeros behind it, `52.75` and `200`.
 pub(crate) fn exact(value: f64, digits: usize) -> String {
     let text = significant(value, digits);
-    let (mantissa, exponent) = match text.find('e') {
-        Some(at) => text.split_at(at),
-        None => (text.as_str(), ""),
-    };
-    if !mantissa.contains('.') {
-        return text;
-    }
-    format!("{}{exponent}", mantissa.trim_end_matches('0').trim_end_matches('.'))
+    let (mantissa, exponent) = without_zeros(&text, 'e');
+    format!("{mantissa}{exponent}")
 }
 
 #[cfg(test)]
