@@ -41,8 +41,8 @@ pub(crate) fn all(analysis: &Analysis) -> BTreeMap<Span, Dimension> {
     known
 }
 
-/// Notes what follows: what stands in an effect becomes part of other expressions when it is applied, and what `der`
-/// is of, and an index, are no expressions to the compiler.
+/// Notes what follows from known dimensions. The compiler notes none for the expressions of an effect, which become part
+/// of others when it is applied, nor for the argument of `der` and indices.
 fn infer(expr: &Expr, sizes: &[&str], known: &mut BTreeMap<Span, Dimension>) {
     for operand in operands(expr) {
         infer(operand, sizes, known);

@@ -106,16 +106,16 @@ impl Moments {
         }
     }
 
-    /// 1 − R² of parts that were not drawn, of a fit to those that were.
-    pub(super) fn left_undrawn(
+    /// Σ w (d − formula)² of some parts, of a fit to others.
+    pub(super) fn square_of(
         &self,
-        drawn: &DMatrix<f64>,
-        undrawn: &DMatrix<f64>,
+        parts: &DMatrix<f64>,
+        fitted: &DMatrix<f64>,
         chosen: &[usize],
     ) -> Option<f64> {
         let columns = self.columns(chosen);
-        let beta = self.fit(drawn, None, &columns)?;
-        Some(Self::square(undrawn, &columns, &beta) / self.around_a_constant(undrawn)?)
+        let beta = self.fit(fitted, None, &columns)?;
+        Some(Self::square(parts, &columns, &beta))
     }
 
     /// Columns of the equation's parameters and of some shapes.
@@ -175,7 +175,7 @@ impl Moments {
     }
 
     /// What the best constant leaves beside the equation's parameters.
-    fn around_a_constant(&self, all: &DMatrix<f64>) -> Option<f64> {
+    pub(super) fn around_a_constant(&self, all: &DMatrix<f64>) -> Option<f64> {
         let columns: Vec<usize> = (0..=self.n_parameters).collect();
         let left = Self::square(all, &columns, &self.fit(all, None, &columns)?);
         (left > 0.0).then_some(left)

@@ -60,7 +60,8 @@ const UNRESOLVED: f64 = 1e-4;
 /// Names that products are made of, the best by themselves; first terms that get a second one.
 const IN_PRODUCTS: usize = 8;
 const FIRST_TERMS: usize = 40;
-/// Drawings of parts, the best formulas of one term and of two that they rank anew, and the drawings in which one that is given comes first.
+/// Drawings of parts; how many of the best formulas of one term, and of two, they rank; and how often a formula must come
+/// first to be given.
 const DRAWINGS: usize = 50;
 const DRAWN_FROM: usize = 30;
 const FREQUENT: usize = 5;
@@ -195,9 +196,10 @@ fn first_in_drawings(
     shapes.sort_unstable();
     shapes.dedup();
     let of_best = moments.of(&shapes);
-    let positions = |chosen: &[usize]| -> Vec<usize> {
+    let positions = |(_, chosen): &&(f64, Vec<usize>)| -> Vec<usize> {
         chosen.iter().filter_map(|i| shapes.binary_search(i).ok()).collect()
     };
+    let at: Vec<Vec<usize>> = best.iter().map(positions).collect();
     let size = of_best.train.nrows();
     let mut random = Pcg64::new(0, 0);
     let mut first = vec![0; best.len()];
@@ -214,8 +216,9 @@ fn first_in_drawings(
                 undrawn += part;
             }
         }
-        let prices = best.iter().enumerate().filter_map(|(k, (_, chosen))| {
-            let left = of_best.left_undrawn(&drawn, &undrawn, &positions(chosen))?;
+        let Some(all) = of_best.around_a_constant(&undrawn) else { continue };
+        let prices = best.iter().zip(&at).enumerate().filter_map(|(k, ((_, chosen), at))| {
+            let left = of_best.square_of(&undrawn, &drawn, at)? / all;
             Some((price(left, chosen), k))
         });
         if let Some((_, k)) = prices.min_by(|a, b| a.0.total_cmp(&b.0)) {

@@ -13,7 +13,7 @@ use crate::session::Session;
 const BETWEEN: Duration = Duration::from_millis(100);
 
 /// Does some work that runs once from one time to another, s, while another thread tells the listener how much of it is
-/// done. Where nobody can look at runs, or there is no other thread, nothing is told.
+/// done. Without a [`Watched`] to look at, or a second thread, it tells nothing.
 pub(crate) fn told<T>(
     session: Session<'_>,
     [from, until]: [f64; 2],
