@@ -1,9 +1,13 @@
 // A worker that is asked, and is ended and begun again where it is overtaken, is stopped or breaks.
 
-const compiled = (url) => fetch(url).then(async (response) => {
+const fetched = async (url) => {
+  const response = await fetch(url);
   if (!response.ok) throw new Error(`${url}: ${response.status} ${response.statusText}`);
-  return WebAssembly.compile(await response.arrayBuffer());
-});
+  return response;
+};
+const compiled = async (url) => WebAssembly.compile(await (await fetched(url)).arrayBuffer());
+// The script of all workers, fetched once: one that begins again needs no network.
+const script = fetched("worker.js").then(async (response) => URL.createObjectURL(new Blob([await response.text()], { type: "text/javascript" })));
 
 export class Engine {
   #worker = null; #waiting = new Map(); #next = 0; #opened = null; #kept = []; #sent = null;
@@ -20,8 +24,8 @@ export class Engine {
 
   // Asks the worker what it was not asked yet; one that was ended has begun again before.
   async #pump() {
-    const module = await this.module;
-    this.#worker ??= this.#begun(module);
+    const [module, url] = await Promise.all([this.module, script]);
+    this.#worker ??= this.#begun(module, url);
     for (const [id, one] of this.#waiting) {
       if (one.worker === this.#worker) continue;
       one.worker = this.#worker;
@@ -30,8 +34,8 @@ export class Engine {
     }
   }
 
-  #begun(module) {
-    const worker = new Worker("worker.js");
+  #begun(module, url) {
+    const worker = new Worker(url);
     this.#sent = null;
     worker.onmessage = ({ data }) => {
       const one = this.#waiting.get(data.id);
