@@ -91,14 +91,18 @@ pub(crate) fn supervised<T: Send + 'static>(
         // Where nobody waits any more, nobody is told.
         let _ = send.send(caught(|| work(&own)));
     });
-    if let Err(error) = spawned {
-        return Err(errors::internal(py, &format!("no thread could be started: {error}")));
-    }
+    let worker = match spawned {
+        Ok(worker) => worker,
+        Err(error) => {
+            return Err(errors::internal(py, &format!("no thread could be started: {error}")));
+        }
+    };
     loop {
         let waited;
         (waited, receive) = py.detach(move || (receive.recv_timeout(BETWEEN), receive));
         match waited {
             Ok(result) => {
+                worker.rest();
                 observer.show(py)?;
                 return ended(py, task, result);
             }

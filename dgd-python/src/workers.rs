@@ -1,67 +1,61 @@
-//! Threads that do the work of calls, one call at a time each. They are kept, and with them their memory: a fresh thread
-//! would ask the system for each page of it again.
+//! Threads that do the work of calls, one call at a time each. A thread of Python keeps those that worked for it: a fresh
+//! one would ask the system for each page of its memory again, and one that worked for another thread of Python would
+//! wait for the processor on which that one runs.
 
+use std::cell::RefCell;
 use std::io;
-use std::sync::Mutex;
-use std::sync::mpsc::{self, Sender};
+use std::process;
+use std::sync::mpsc::{self, SendError, Sender};
 use std::thread;
 
 /// The stack of a thread; what is deep is limited far below.
 const STACK: usize = 16 << 20;
-/// Most threads that wait for work.
-const MOST_IDLE: usize = 8;
 
 type Job = Box<dyn FnOnce() + Send>;
 
-/// Threads that wait, of the process that began them: one that was forked has none.
-struct Idle {
+/// A thread that does what it is sent, and ends where this is dropped.
+pub(crate) struct Worker {
+    /// The process that began it: one that was forked does not have it.
     process: u32,
-    threads: Vec<Sender<Job>>,
+    jobs: Sender<Job>,
 }
 
-static IDLE: Mutex<Idle> = Mutex::new(Idle { process: 0, threads: Vec::new() });
+thread_local! {
+    /// Those that wait for work. More than one where a call is made from within another.
+    static IDLE: RefCell<Vec<Worker>> = const { RefCell::new(Vec::new()) };
+}
 
-/// Has a thread do this; it must not panic.
+/// Has a worker do this; it must not panic. Whoever knows that it has ended calls [`Worker::rest`].
 ///
 /// # Errors
 ///
 /// The system gives no thread.
-pub(crate) fn spawn(job: impl FnOnce() + Send + 'static) -> io::Result<()> {
+pub(crate) fn spawn(job: impl FnOnce() + Send + 'static) -> io::Result<Worker> {
     let mut job: Job = Box::new(job);
-    while let Some(thread) = waiting() {
-        match thread.send(job) {
-            Ok(()) => return Ok(()),
-            Err(mpsc::SendError(refused)) => job = refused,
+    while let Some(worker) = IDLE.with_borrow_mut(Vec::pop) {
+        if worker.process != process::id() {
+            // Its channel was copied while another thread may have held it.
+            std::mem::forget(worker);
+            continue;
+        }
+        match worker.jobs.send(job) {
+            Ok(()) => return Ok(worker),
+            Err(SendError(refused)) => job = refused,
         }
     }
-    let (send, jobs) = mpsc::channel::<Job>();
+    let (jobs, receive) = mpsc::channel::<Job>();
     thread::Builder::new().stack_size(STACK).spawn(move || {
         job();
-        while wait(&send) {
-            let Ok(next) = jobs.recv() else { return };
+        while let Ok(next) = receive.recv() {
             next();
         }
     })?;
-    Ok(())
+    Ok(Worker { process: process::id(), jobs })
 }
 
-/// A thread that waits. Where the list is in use, nobody waits for it: it may be for ever after a fork.
-fn waiting() -> Option<Sender<Job>> {
-    let mut idle = IDLE.try_lock().ok()?;
-    if idle.process != std::process::id() {
-        idle.process = std::process::id();
-        // Their threads are those of another process.
-        std::mem::forget(std::mem::take(&mut idle.threads));
+impl Worker {
+    /// Keeps it for the next call of this thread.
+    pub(crate) fn rest(self) {
+        IDLE.with_borrow_mut(|idle| idle.push(self));
     }
-    idle.threads.pop()
-}
-
-/// Has a thread wait for work; whether there is room.
-fn wait(thread: &Sender<Job>) -> bool {
-    let Ok(mut idle) = IDLE.lock() else { return false };
-    let has_room = idle.threads.len() < MOST_IDLE && idle.process == std::process::id();
-    if has_room {
-        idle.threads.push(thread.clone());
-    }
-    has_room
 }
