@@ -104,6 +104,13 @@ impl Diagnostics {
         Reported(())
     }
 
+    /// Whether this mistake was reported at this place: a body is opened once a call, and what a message
+    /// suggests is costly to find.
+    pub(crate) fn said(&self, code: Code, place: Span) -> Option<Reported> {
+        let known = |said: &&Diagnostic| said.code == code && said.labels[0].span == place;
+        self.list.iter().find(known).map(|_| Reported(()))
+    }
+
     /// `Err` if anything has been reported so far.
     pub fn check(&self) -> Result<(), Reported> {
         self.reported.map_or(Ok(()), Err)

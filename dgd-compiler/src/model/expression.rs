@@ -399,6 +399,9 @@ impl<'a> Lowering<'a> {
                 .help("give what it reads a `let`, and use that in both places"),
             );
         }
+        if let Some(said) = diagnostics.said(Code::E201, span) {
+            return said;
+        }
         let candidates = arguments.keys().copied().chain(self.scope.names.keys().copied());
         let mut diagnostic =
             Diagnostic::new(Code::E201, span, format!("nothing is called `{name}`"));
@@ -462,6 +465,9 @@ impl<'a> Lowering<'a> {
             )),
             None => {
                 let Some(intrinsic) = IntrinsicId::find(name) else {
+                    if let Some(said) = diagnostics.said(Code::E203, function.span) {
+                        return Err(said);
+                    }
                     let known = INTRINSICS.iter().map(|i| i.name);
                     let own = self.scope.function_names();
                     let mut diagnostic = Diagnostic::new(
