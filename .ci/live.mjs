@@ -165,7 +165,8 @@ const KINDS = { ".html": "text/html", ".js": "text/javascript", ".css": "text/cs
 function served(folder, asked) {
   const server = createServer((request, response) => {
     const path = normalize(decodeURIComponent(new URL(request.url, "http://x").pathname));
-    asked.push(path);
+    // The browser's own, whenever it has time.
+    if (path !== "/icon.svg") asked.push(path);
     const file = join(folder, path.endsWith("/") ? "index.html" : path);
     if (!existsSync(file)) { response.writeHead(404).end(); return; }
     response.writeHead(200, { "content-type": KINDS[extname(file)] ?? "text/plain" });
