@@ -272,7 +272,7 @@ fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'
     let Prepared { request, model, .. } = prepared;
     let Searched { search, outcome, evidence, .. } = searched;
     let Refined { data, before, after, model_spreads: [_, model_spread] } = refined;
-    let missing = missing_inputs(model, request.base.engine, before, data);
+    let missing = missing_inputs(model, request.base.engine, before, data, request.threads);
     let circumstances = Circumstances::new(before, data);
     let structure = outcome.structure();
     let found =

@@ -75,10 +75,13 @@ fn moved(p: &[f64], free: &[(usize, f64, usize)], fit: &PlaceFit) -> Vec<f64> {
 impl Places<'_> {
     /// Fits a place again around the trajectory that has what it lacks. Where that is far from the one before, the
     /// linear model leads astray: only as much of the way is gone as brings the simulation nearer to the readings.
-    pub(super) fn again(&self, found: &mut Found, free: &[(usize, f64)]) {
+    /// `None` where no other trajectory does.
+    pub(super) fn again(&self, first: &Found, free: &[(usize, f64)]) -> Option<Found> {
+        let mut last: Option<Found> = None;
         let mut at = self.reference();
-        let mut misfit = self.misfit(found.place, &at);
+        let mut misfit = self.misfit(first.place, &at);
         for round in 0..ROUNDS {
+            let found = last.as_ref().unwrap_or(first);
             let aim = self.aim(found, &at);
             let nearer = SHARES.iter().find_map(|share| {
                 let between = at.towards(&aim, *share);
@@ -86,18 +89,19 @@ impl Places<'_> {
                 let left = self.misfit(found.place, &between);
                 (self.follows || left < misfit).then_some((between, left, *share))
             });
-            let Some((next, left, share)) = nearer else { return };
-            let Some(again) = self.fitted_around(found.place, &next, free) else { return };
+            let Some((next, left, share)) = nearer else { break };
+            let Some(again) = self.fitted_around(found.place, &next, free) else { break };
             if self.follows && again.fit.likelihood.train <= found.fit.likelihood.train {
-                return;
+                break;
             }
             let has_settled = share == 1.0 && (left > SETTLED * misfit || round >= AFTER_WHOLE);
-            *found = again;
+            last = Some(again);
             (at, misfit) = (next, left);
             if has_settled {
-                return;
+                break;
             }
         }
+        last
     }
 
     /// Fits a place around a trajectory.

@@ -13,6 +13,7 @@ use dgd_compiler::model::Model;
 use dgd_compiler::units::parse_unit;
 use dgd_execute::{Engine, Loaded};
 use dgd_identify::{Recording, Starts};
+use dgd_runtime::parallel::{in_parallel, in_parallel_stateless};
 use dgd_runtime::{Inputs, Problem, Solution, System, observe, simulate};
 
 use super::around::Piece;
@@ -139,11 +140,12 @@ pub(crate) fn missing_inputs(
     engine: Engine,
     fitted: &Fitted,
     data: &Data<'_>,
+    threads: usize,
 ) -> Missing {
     let Ok(terms) = MissingTerms::new(model, engine, &mut Diagnostics::default()) else {
         return Missing::nowhere("the model has no room for a missing term");
     };
-    let ranked = Places::new(&terms, fitted, data).ranked(model);
+    let ranked = Places::new(&terms, fitted, data).ranked(model, threads);
     match ranked {
         Ok(ranked) => Missing { ranked, terms: Some(terms), reason: None },
         Err(error) => Missing::nowhere(&error.to_string()),
@@ -281,7 +283,7 @@ impl<'a> Places<'a> {
         Some(Sight { deviations, residuals, counts_from, start, followed: None })
     }
 
-    fn ranked(&mut self, model: &Model) -> Result<Vec<FoundPlace>, LinearizeError> {
+    fn ranked(&mut self, model: &Model, threads: usize) -> Result<Vec<FoundPlace>, LinearizeError> {
         let [train, valid] = self.sights()?;
         let free: Vec<(usize, f64)> = self.free.iter().map(|(i, size, _)| (*i, *size)).collect();
         let plain = Sights { train: &train, valid: &valid, noise: &self.data.noise, free: &free };
@@ -291,19 +293,33 @@ impl<'a> Places<'a> {
         };
         let count = self.terms.places().len();
         let progress = self.data.keeping.count("places examined", count);
-        let mut found: Vec<Found> = (0..count)
-            .filter_map(|place| {
-                let fit = plain.fit(place, &columns);
-                progress.more(1);
-                Some(Found::new(place, fit?, &plain, &columns))
-            })
-            .collect();
+        let found = in_parallel_stateless(count, threads, |place| {
+            let fit = plain.fit(place, &columns);
+            progress.more(1);
+            Some(Found::new(place, fit?, &plain, &columns))
+        });
+        let mut found: Vec<Found> = found.into_iter().flatten().collect();
         sort(&mut found, nothing.likelihood);
-        for found in found.iter_mut().take(AROUND) {
-            if self.data.is_over() {
-                break;
+        let nearest = found.len().min(AROUND);
+        let again = in_parallel(self.terms, nearest, threads, |terms, k| {
+            // With a system of its own.
+            let places = Places {
+                terms,
+                data: self.data,
+                p: self.p.clone(),
+                own: self.own.clone(),
+                runs_away: self.runs_away,
+                follows: self.follows,
+                train: self.train.clone(),
+                valid: self.valid.clone(),
+                free: self.free.clone(),
+            };
+            if places.data.is_over() { None } else { places.again(&found[k], &free) }
+        });
+        for (found, again) in found.iter_mut().zip(again) {
+            if let Some(again) = again {
+                *found = again;
             }
-            self.again(found, &free);
         }
         sort(&mut found, nothing.likelihood);
         let told = found.into_iter().filter_map(|found| {

@@ -4,6 +4,7 @@ use dgd_identify::{Recording, Starts};
 use dgd_runtime::Observations;
 
 /// A recording at fewer times, with the start values that it is simulated from.
+#[derive(Clone)]
 pub(super) struct Thinned<'a> {
     pub(super) recording: &'a Recording,
     pub(super) times: Vec<f64>,
