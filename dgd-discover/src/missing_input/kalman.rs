@@ -307,7 +307,17 @@ impl Chain {
     /// Innovations of other measured values, over their standard deviations, with the gains of a filter that was run;
     /// `shifts` as those of the chain.
     fn along(&self, record: &Record, values: &[f64], shifts: &[f64]) -> Vec<f64> {
-        let n = self.n;
+        // As in `filter`.
+        match self.n {
+            4 => self.along_of_size(4, record, values, shifts),
+            8 => self.along_of_size(8, record, values, shifts),
+            12 => self.along_of_size(12, record, values, shifts),
+            n => self.along_of_size(n, record, values, shifts),
+        }
+    }
+
+    #[inline(always)]
+    fn along_of_size(&self, n: usize, record: &Record, values: &[f64], shifts: &[f64]) -> Vec<f64> {
         let (mut z, mut next) = (vec![0.0; n], vec![0.0; n]);
         let mut innovations = Vec::with_capacity(values.len());
         for k in 0..=self.intervals.len() {
