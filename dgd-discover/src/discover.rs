@@ -14,6 +14,7 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{Model, resolve};
 use dgd_identify::Recording;
 use dgd_identify::journal::Digest;
+use dgd_runtime::parallel::in_parallel;
 use dgd_runtime::{Options, Steps};
 
 use crate::conditions::Circumstances;
@@ -236,10 +237,24 @@ fn refine<'a>(
     let named = outcome.structure();
     let count = data.keeping.count("last fits", if named.is_base() { 1 } else { 2 });
     let of_base = if *outcome == Outcome::Sufficient { &of_fit } else { &data };
-    let before = to_the_end(search, StructureId::BASE, of_base)?;
-    count.more(1);
-    let after = if named.is_base() { before.clone() } else { to_the_end(search, named, &of_fit)? };
-    count.more(1);
+    let mut fits = vec![(StructureId::BASE, of_base)];
+    if !named.is_base() {
+        fits.push((named, &of_fit));
+    }
+    let tried: Vec<Fitted> = (fits.iter())
+        .map(|(structure, _)| {
+            let fitted = search.fitted(*structure).cloned();
+            fitted.ok_or_else(|| not_fitted(NoFit("it was never fitted".to_owned())))
+        })
+        .collect::<Result<_, _>>()?;
+    let ended = in_parallel(&tried, fits.len(), prepared.request.threads, |tried, k| {
+        let ended = to_the_end(&tried[k], fits[k].1);
+        count.more(1);
+        ended
+    });
+    let mut ended = ended.into_iter();
+    let before = ended.next().expect("the base model comes first")?;
+    let after = ended.next().transpose()?.unwrap_or_else(|| before.clone());
     let of_base = ModelSpread::of(search, StructureId::BASE, &before, &data);
     let model_spread = if named.is_base() {
         of_base.clone()
@@ -249,15 +264,8 @@ fn refine<'a>(
     Ok(Refined { data, before, after, model_spreads: [of_base, model_spread] })
 }
 
-/// A structure that was tried, fitted to the end with the asked tolerance.
-fn to_the_end(
-    search: &Search<'_>,
-    structure: StructureId,
-    data: &Data<'_>,
-) -> Result<Fitted, DiscoverError> {
-    let Some(fitted) = search.fitted(structure) else {
-        return Err(not_fitted(NoFit("it was never fitted".to_owned())));
-    };
+/// What was fitted, to the end with the asked tolerance.
+fn to_the_end(fitted: &Fitted, data: &Data<'_>) -> Result<Fitted, DiscoverError> {
     let structure = fitted.structure.clone();
     let points = [StartPoint::default()];
     let fitted = Fitted::new(structure, &fitted.values, &points, data, LAST_EVALUATIONS);
