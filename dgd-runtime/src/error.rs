@@ -110,8 +110,8 @@ pub enum IntegrateError {
         t: f64,
         /// The method.
         method: &'static str,
-        /// An algebraic unknown.
-        unknown: String,
+        /// The equation that determines one.
+        equation: String,
     },
     /// The method goes along Taylor series, and the model has none.
     NoTaylorSeries {
@@ -376,10 +376,10 @@ impl fmt::Display for IntegrateError {
                  model is stiff, and stability keeps the steps of an explicit method short; take an \
                  implicit one, such as `rodas5p`"
             ),
-            Self::UnsuitedMethod { t, method, unknown } => write!(
+            Self::UnsuitedMethod { t, method, equation } => write!(
                 f,
-                "`{method}` is for models without algebraic unknowns, and `{unknown}` is one at t = \
-                 {t} s; take an implicit method, such as `rodas5p`"
+                "`{method}` cannot solve `{equation}`, which has no derivative at t = {t} s; take an \
+                 implicit method, such as `rodas5p`"
             ),
             Self::NoTaylorSeries { method, why } => write!(
                 f,

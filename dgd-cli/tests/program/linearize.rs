@@ -503,6 +503,27 @@ fn the_mode_that_holds_is_linearised() {
 }
 
 #[test]
+fn how_far_a_solution_slides_is_a_mode_and_no_unknown() {
+    const ROOM: &str = "model room
+parameter a [1/s] = 0.5
+parameter warm [K] = 20
+state T [K] = 30
+equation heat: der(T) = (if T < warm then 15 [K/s] else 0 [K/s]) - a*T
+output T [K]
+";
+    let folder = folder(ROOM, "");
+    let model = path(&folder, "model.dgd");
+    let said = dgd(&["linearize", &model, "--at", "15"]).done().out;
+    assert!(said.contains("T - warm at 0: sliding"), "{said}");
+    let found = dgd(&["linearize", &model, "--at", "15", "--format", "json"]).done().json();
+    assert_eq!(found["eliminated"], serde_json::json!([]), "{found}");
+    let said = dgd(&["check", &model]).done().err;
+    assert!(said.contains("1 state, 2 parameters, 1 output"), "{said}");
+    let args = ["simulate", &model, "--until", "20", "--every", "10", "--method", "tsit5"];
+    dgd(&args).refused(3, &["cannot solve `switch T - warm at 0`"]);
+}
+
+#[test]
 fn where_there_is_no_steady_state_the_equation_and_the_unknown_are_named() {
     let tank = "\
 model tank

@@ -156,10 +156,11 @@ fn algebraic_unknowns_follow() {
     }
     let explicit = options("tsit5", exactly(1), tolerance);
     let failure = simulate(&problem, &times, &explicit).unwrap_err();
-    let IntegrateError::PerSample(PerSampleError::Algebraic { unknown, .. }) = failure.error else {
+    let IntegrateError::PerSample(PerSampleError::Algebraic { equation, .. }) = failure.error
+    else {
         panic!("{failure}");
     };
-    assert_eq!(unknown, "z");
+    assert_eq!(equation, "of_z");
 }
 
 #[test]

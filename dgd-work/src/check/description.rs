@@ -405,10 +405,11 @@ fn summary(path: &str, model: &Model, dae: &Dae) -> String {
     let of_families = dae.families.iter().filter(|family| family.differential);
     let differential = dae.unknowns.iter().filter(|unknown| unknown.differential).count()
         + of_families.map(|family| family.count as usize).sum::<usize>();
+    let shares = dae.unknowns.iter().filter(|unknown| is_share(&unknown.name)).count();
     let of_arrays = dae.output_arrays.iter().map(|array| array.count as usize);
     let counts = [
         (differential, "state"),
-        (dae.n() - differential, "algebraic unknown"),
+        (dae.n() - differential - shares, "algebraic unknown"),
         (model.inputs.len(), "input"),
         (model.parameters.len(), "parameter"),
         (model.outputs.len() + of_arrays.sum::<usize>(), "output"),

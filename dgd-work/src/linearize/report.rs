@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use super::conserved::Held;
 use super::figure;
-use crate::output::columns::quotient;
+use crate::output::columns::{is_share, quotient};
 use crate::output::provenance::Provenance;
 use crate::output::quantity::of_differences;
 use crate::output::table::{exact, push_table, significant};
@@ -138,7 +138,8 @@ pub struct Linearised {
     poles: Poles,
     states: Vec<Quantity>,
     rates: Vec<Quantity>,
-    eliminated: Vec<Quantity>,
+    /// With their rows; without what the model does not have: how far it slides is among the modes.
+    eliminated: Vec<(Quantity, usize)>,
     channels: Vec<Quantity>,
     late: Vec<Quantity>,
     /// What acts late, as it is now.
@@ -170,7 +171,8 @@ impl Linearised {
         let states: Vec<Quantity> = system.states.iter().map(unknown).collect();
         let rates =
             states.iter().zip(&system.rates).map(|(state, rate)| state.rate(*rate)).collect();
-        let eliminated = system.eliminated.iter().map(unknown).collect();
+        let eliminated = system.eliminated.iter().map(|row| (unknown(row), *row));
+        let eliminated = eliminated.filter(|(quantity, _)| !is_share(&quantity.name)).collect();
         let sources = system.late.iter().map(|late| unknown(&late.unknown)).collect();
         let late_input = |input: usize, tau: f64| {
             let name = &signature.inputs[input].name;
@@ -363,7 +365,7 @@ impl Linearised {
         }
         if !self.eliminated.is_empty() {
             let mut table = vec![["eliminated", "value", "unit", "by"].map(str::to_owned)];
-            for (quantity, row) in self.eliminated.iter().zip(&self.system.eliminated) {
+            for (quantity, row) in &self.eliminated {
                 let [name, value, unit] = cells(quantity);
                 table.push([name, value, unit, self.signature.equations.at(*row).to_string()]);
             }
@@ -467,8 +469,7 @@ impl Linearised {
             state["slope"] = json!(rate.value());
             state
         });
-        let eliminated = self.eliminated.iter().zip(&self.system.eliminated);
-        let eliminated = eliminated.map(|(quantity, row)| {
+        let eliminated = self.eliminated.iter().map(|(quantity, row)| {
             let mut quantity = entry(quantity);
             quantity["by"] = json!(self.signature.equations.at(*row));
             quantity

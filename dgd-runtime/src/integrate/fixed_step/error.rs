@@ -40,8 +40,8 @@ pub enum PerSampleError {
     Algebraic {
         /// The method.
         method: &'static str,
-        /// An algebraic unknown.
-        unknown: String,
+        /// The equation that determines one.
+        equation: String,
     },
     /// The solution grows beyond all bounds: the steps are too long, or the model has no solution.
     NotFinite {
@@ -74,12 +74,12 @@ pub(crate) fn verify<S: Solved>(
     match method.kind {
         MethodKind::Rosenbrock(_) => Ok(()),
         MethodKind::Explicit(RungeKuttaTableau { equal_steps: Some(_), .. }) => {
-            let mut unknowns = problem.system.signature().unknowns.iter();
-            match unknowns.find(|unknown| !unknown.differential) {
+            let signature = problem.system.signature();
+            match signature.unknowns.iter().position(|unknown| !unknown.differential) {
                 None => Ok(()),
-                Some(unknown) => Err(PerSampleError::Algebraic {
+                Some(row) => Err(PerSampleError::Algebraic {
                     method: method.name,
-                    unknown: unknown.name.to_string(),
+                    equation: signature.equations.at(row).to_string(),
                 }),
             }
         }
@@ -141,9 +141,9 @@ impl fmt::Display for PerSampleError {
                 "`{method}` goes along Taylor series, and the model has none, or none for these inputs; \
                  `rodas5p` needs none"
             ),
-            Self::Algebraic { method, unknown } => write!(
+            Self::Algebraic { method, equation } => write!(
                 f,
-                "`{method}` cannot solve for `{unknown}`, which no derivative determines; `rodas5p` can"
+                "`{method}` cannot solve `{equation}`, which has no derivative; `rodas5p` can"
             ),
             Self::NotFinite { t, per_sample, method } => write!(
                 f,

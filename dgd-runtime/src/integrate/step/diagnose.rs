@@ -95,8 +95,8 @@ impl<S: Solved> Simulation<'_, S> {
     /// The method cannot solve for algebraic unknowns, and there are some.
     pub(in crate::integrate) fn unsuited_method(&self) -> IntegrateError {
         let mut masses = self.algebraic.mass.as_ref().iter();
-        let unknown = masses.position(|mass| *mass == 0.0).unwrap_or(0);
-        let unknown = self.problem.system.signature().unknowns.name(unknown).to_string();
-        IntegrateError::UnsuitedMethod { t: self.t, method: self.method.name, unknown }
+        let row = masses.position(|mass| *mass == 0.0).unwrap_or(0);
+        let equation = self.problem.system.signature().equations.at(row).to_string();
+        IntegrateError::UnsuitedMethod { t: self.t, method: self.method.name, equation }
     }
 }
