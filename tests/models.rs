@@ -685,12 +685,14 @@ agreement! {
     hires: "models/test_set/hires.dgd";
     lines_of_the_well: "models/lines_of_the_well.dgd";
     medical_akzo_nobel: "models/medical_akzo_nobel.dgd";
+    more_intrinsics: "models/more_intrinsics.dgd";
     mud_circulation: "models/mud_circulation.dgd";
     mud_circulation_static: "models/mud_circulation.dgd", flow = static;
     mud_circulation_by_level: "models/mud_circulation.dgd", inertia = by_level;
     mud_circulation_u_tubing: "models/mud_circulation_u_tubing.dgd";
     mud_circulation_u_tubing_static: "models/mud_circulation_u_tubing.dgd", flow = static;
     mud_circulation_u_tubing_by_level: "models/mud_circulation_u_tubing.dgd", inertia = by_level;
+    night_setback: "models/night_setback.dgd";
     oregonator: "models/test_set/oregonator.dgd";
     pendulum: "models/pendulum.dgd";
     pendulum_cartesian: "models/pendulum_cartesian.dgd";
@@ -702,8 +704,10 @@ agreement! {
     pump_speed_step_static: "models/pump_speed_step.dgd", flow = static;
     rc_circuit: "models/rc_circuit.dgd";
     remote_level: "models/remote_level.dgd";
+    repeated_doses: "models/repeated_doses.dgd";
     robertson: "models/robertson.dgd";
     robertson_dae: "models/robertson.dgd", form = dae;
+    sampled_level: "models/sampled_level.dgd";
     subsea_pump: "models/subsea_pump.dgd";
     subsea_pump_power: "models/subsea_pump.dgd", pump.law = power;
     subsea_pump_theory: "models/subsea_pump.dgd", pump.law = theory;

@@ -16,6 +16,7 @@ use crate::source::{Source, Sources, Span};
 use crate::syntax::Hole;
 use crate::syntax::ast::Ast;
 use crate::syntax::imports::{self, Loaded};
+use crate::syntax::own_units;
 
 pub use crate::program::Directions;
 pub use crate::syntax::imports::Read;
@@ -49,6 +50,10 @@ pub fn load(
 ) -> Result<Vec<Ast>, Reported> {
     let mut own = Diagnostics::default();
     let Loaded { asts, holes } = imports::load(vec![main], read, sources, &mut own);
+    let units = own_units::declared(&asts);
+    if !units.is_empty() {
+        sources.units = units;
+    }
     let result = own.check();
     if result.is_err() && asts[0].model.is_some() {
         further_mistakes(&asts, &holes, &ModelOptions::default(), &mut own);

@@ -39,10 +39,23 @@ impl Span {
     }
 }
 
+/// A unit that a model declares, `unit stroke = 0.118 [l]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeclaredUnit {
+    /// Its symbol.
+    pub symbol: String,
+    /// What one of it is, in `unit`.
+    pub value: f64,
+    /// A unit of the language.
+    pub unit: String,
+}
+
 /// Every text of one compilation: the model's own first, then what it imports.
 #[derive(Debug, Clone, Default)]
 pub struct Sources {
     list: Vec<Source>,
+    /// Units that the model declares: columns of data files may be in them.
+    pub units: Vec<DeclaredUnit>,
 }
 
 impl Sources {

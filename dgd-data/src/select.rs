@@ -10,7 +10,7 @@ use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggest
 use dgd_compiler::source::Span;
 use dgd_compiler::units::{Dimension, Unit, convert};
 
-use crate::table::{Column, SHOWN, Table};
+use crate::table::{Column, Replicate, SHOWN, Table};
 
 /// An input, output or state as the model declares it.
 #[derive(Debug, Clone, Copy)]
@@ -28,7 +28,7 @@ pub struct Declared<'a> {
 /// # Errors
 ///
 /// An input has no column (E603), or one with missing values (E608), or one that cannot be read as
-/// declared (E604, E607, E609).
+/// declared (E604, E607, E609), or differs among three rows or more with one time (E606).
 pub fn inputs(
     table: &Table,
     declared: &[Declared<'_>],
@@ -65,7 +65,12 @@ pub fn inputs_with(
             continue;
         };
         match converted(column, input) {
-            Ok(values) => all.push(values),
+            Ok(values) => {
+                if let Some(diagnostic) = differing_replicate(table, input.name, &values) {
+                    reported = Err(diagnostics.error(diagnostic));
+                }
+                all.push(values);
+            }
             Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
         }
         if gaps == Gaps::Refused
@@ -81,6 +86,24 @@ pub fn inputs_with(
         }
     }
     reported.map(|()| all)
+}
+
+/// The first row beyond two with one time that has another value of an input than the first of them.
+fn differing_replicate(table: &Table, name: &str, values: &[f64]) -> Option<Diagnostic> {
+    // A missing value is a mistake of its own.
+    let differs = |a: f64, b: f64| a != b && !a.is_nan() && !b.is_nan();
+    let found = table.replicates.iter().find(|replicate| {
+        let Replicate { row, first, .. } = **replicate;
+        values[first..=row].iter().any(|value| differs(*value, values[first]))
+    })?;
+    let message = format!(
+        "three rows or more have the time `{}` and differ in the input `{name}`",
+        found.time.text
+    );
+    Some(found.time.diagnostic(Code::E606, message).help(
+        "two rows with one time are the left and right values of a jump; more of them are replicates, \
+         which agree in all inputs",
+    ))
 }
 
 /// The columns of what may have been measured, in the order of `declared` and in SI; `None` where

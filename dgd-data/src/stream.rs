@@ -126,6 +126,7 @@ impl<'a> Stream<'a> {
             epoch: None,
             columns,
             disorder: Disorder::default(),
+            replicates: Vec::new(),
             n_rows: 0,
         };
         let records = Records::new(rest, offset, lines).in_lines();

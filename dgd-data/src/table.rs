@@ -8,7 +8,7 @@ use crate::csv::clock::Epoch;
 
 /// A data file.
 ///
-/// Every column has [`Table::len`] values. Times never decrease, and no three in a row are equal.
+/// Every column has [`Table::len`] values. Times never decrease.
 #[derive(Debug, Clone)]
 pub struct Table {
     /// The file, as far as it is kept for diagnostics: all of it, or the head of a long one.
@@ -18,7 +18,7 @@ pub struct Table {
     /// Its header line.
     pub header: Span,
     /// Seconds since the first sample, where the file has a time column. Two equal ones are the
-    /// left and right side of a jump.
+    /// left and right side of a jump, three or more are replicates.
     pub time: Option<Vec<f64>>,
     /// What to tell the user where the time column is called otherwise.
     pub time_note: Option<Diagnostic>,
@@ -26,9 +26,22 @@ pub struct Table {
     pub epoch: Option<Epoch>,
     /// What is wrong with the order of times, where the file was read as it is.
     pub disorder: Disorder,
+    /// Rows beyond the second with one time.
+    pub replicates: Vec<Replicate>,
     /// The columns besides time, in the order of the file.
     pub columns: Vec<Column>,
     pub(crate) n_rows: usize,
+}
+
+/// A row beyond the second with one time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Replicate {
+    /// Which row.
+    pub row: usize,
+    /// The first row with its time.
+    pub first: usize,
+    /// The cell with the time.
+    pub time: Cells,
 }
 
 /// Times that do not run forwards, in a file that was read as it is.

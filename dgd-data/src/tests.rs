@@ -139,10 +139,7 @@ fn time_goes_forward_and_stands_still_once() {
     assert_eq!(table.time.as_deref(), Some([0.0, 1.0, 1.0, 2.0, 2.0].as_slice()));
     assert_eq!(
         errors("time [s],x\n0,1\n1,1\n1,2\n1,3\n1,4\n0.5,1\n0.2,1\n"),
-        [
-            "E606 5:1 more than two rows have the time `1`",
-            "E605 7:1 time runs backwards: `0.5` comes after `1`",
-        ]
+        ["E605 7:1 time runs backwards: `0.5` comes after `1`"]
     );
     assert_eq!(errors("time [s],x\n0,1\n,1\n"), ["E607 3:1 this row has no time"]);
     assert_eq!(errors("time [s]\n1e308\n-1e308\n").len(), 1);
@@ -233,9 +230,30 @@ fn what_is_wrong_with_an_input_is_told_at_its_place() {
         ("y,x [m]\n1,2\n1,2;5\n1,a\n", "m", "E607 3:3 `2;5` is not a number"),
         ("y,x [m]\n1,inf\n", "m", "E607 2:3 `inf` is not a number"),
         ("y,x [m]\n1,2\n1,\n1,NA\n", "m", "E608 3:3 the input `x` has no value here"),
+        (
+            "time [s],x [m]\n0,2\n1,3\n1,3\n1,3\n1,4\n",
+            "m",
+            "E606 6:1 three rows or more have the time `1` and differ in the input `x`",
+        ),
+        (
+            "time [s],x [m]\n0,2\n1,2\n1,3\n1,3\n",
+            "m",
+            "E606 5:1 three rows or more have the time `1` and differ in the input `x`",
+        ),
     ] {
         assert_eq!(input(text, declared), Err(vec![error.to_owned()]));
     }
+}
+
+#[test]
+fn rows_of_one_time_that_agree_are_replicates() {
+    let text = "time [s],x [m],y [m]\n0,1,1\n1,3,2\n1,3,5\n1,3,4\n2,3,2\n2,4,2\n";
+    let table = good(text.to_owned());
+    assert_eq!(table.time.as_deref(), Some([0.0, 1.0, 1.0, 1.0, 2.0, 2.0].as_slice()));
+    assert_eq!(input(text, "m"), Ok(vec![1.0, 3.0, 3.0, 3.0, 3.0, 4.0]));
+    // What is measured may differ, and what the model does not know.
+    let replicates: Vec<[usize; 2]> = table.replicates.iter().map(|r| [r.first, r.row]).collect();
+    assert_eq!(replicates, [[1, 3]]);
 }
 
 #[test]

@@ -184,13 +184,13 @@ fn evaluate(body: &[Operation], begin: usize, k: usize, read: &Read<'_>, registe
             Operation::Divide(a, b) => done[a.index()] / done[b.index()],
             Operation::Call1(f, a) => match f.get().definition {
                 Definition::One { value, .. } => value(done[a.index()]),
-                Definition::Two { .. } | Definition::Expansion(_) => {
+                Definition::Two { .. } | Definition::Expansion(..) => {
                     unreachable!("a function of one argument")
                 }
             },
             Operation::Call2(f, a, b) => match f.get().definition {
                 Definition::Two { value, .. } => value(done[a.index()], done[b.index()]),
-                Definition::One { .. } | Definition::Expansion(_) => {
+                Definition::One { .. } | Definition::Expansion(..) => {
                     unreachable!("a function of two arguments")
                 }
             },

@@ -289,6 +289,7 @@ impl<P: Perform> System for Executed<P> {
             Err(program::NoTaylor::Algebraic) => Err(NoTaylor::Algebraic),
             Err(program::NoTaylor::Delays) => Err(NoTaylor::Delays),
             Err(program::NoTaylor::Arrays) => Err(NoTaylor::Arrays),
+            Err(program::NoTaylor::Functions) => Err(NoTaylor::Functions),
         }
     }
 

@@ -146,6 +146,8 @@ impl<'a> Still<'a> {
                 | ItemKind::Part { .. }
                 | ItemKind::Binding { .. }
                 | ItemKind::When(_)
+                | ItemKind::Every { .. }
+                | ItemKind::Unit { .. }
                 | ItemKind::Saturate { .. }
                 | ItemKind::Size { .. }
                 | ItemKind::Array { .. }

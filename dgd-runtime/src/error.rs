@@ -222,11 +222,6 @@ pub enum BadRequest {
         /// Its predecessor, s.
         previous: f64,
     },
-    /// A time is asked for more than twice.
-    TimeRepeated {
-        /// The time, s.
-        at: f64,
-    },
     /// The delay of an unknown that acts on the model is below zero or not finite.
     UnknownDelay {
         /// The unknown.
@@ -445,10 +440,6 @@ impl fmt::Display for BadRequest {
             Self::TimeBackwards { at, previous } => {
                 write!(f, "asked times go back, from t = {previous} s to t = {at} s")
             }
-            Self::TimeRepeated { at } => write!(
-                f,
-                "t = {at} s is asked for more than twice; twice means left and right of a jump"
-            ),
             Self::UnknownDelay { unknown, delay, value } => write!(
                 f,
                 "`delay({unknown}, {delay})` would be {value} s late; the delay of an unknown in an \

@@ -34,6 +34,7 @@ pub mod system;
 pub use algebraic::readings::Reading;
 pub use codegen::{math, taylor};
 pub use dgd_signature as signature;
+pub use dgd_signature::special;
 pub use discrete::discrete_numbers;
 pub use ensemble::parallel;
 pub use error::{BadRequest, Evaluation, Failure, InitialError, IntegrateError};
@@ -59,7 +60,7 @@ pub use solution::{
 };
 pub use solved::Solved;
 pub use system::{
-    Automaton, AutomatonKind, Crossing, DelayedInput, Direction, Discrete, Features, Input,
+    Automaton, AutomatonKind, Clock, Crossing, DelayedInput, Direction, Discrete, Features, Input,
     Interpolation, List, Output, Parameter, Pattern, Point, Signature, Storage, System, Text,
     Transition, Unit, Unknown,
 };

@@ -229,8 +229,12 @@ impl Solution {
 ///
 /// A time that occurs twice means just before and just after a jump of the inputs or an event. One
 /// that occurs once means just after, at the end too: a row of a recording holds what goes on from
-/// there. At the start only just after exists.
+/// there. At the start only just after exists. One that occurs more often than twice is that of replicates, and
+/// means just after.
 pub fn side(times: &[f64], k: usize) -> Side {
     let t = times[k];
-    if t > times[0] && times.get(k + 1) == Some(&t) { Side::Left } else { Side::Right }
+    let is_first_of_two = times.get(k + 1) == Some(&t)
+        && times.get(k + 2) != Some(&t)
+        && (k == 0 || times[k - 1] != t);
+    if t > times[0] && is_first_of_two { Side::Left } else { Side::Right }
 }

@@ -9,35 +9,54 @@ pub struct Discrete {
     pub automata: List<Automaton>,
     /// Number of conditions on time n_c, which follow in z.
     pub n_time_conditions: usize,
+    /// Clocks, each of which takes the place of two conditions on time.
+    pub clocks: List<Clock>,
     /// Where ∂e/∂y is not zero: n_e × n.
     pub event_jacobian: Pattern,
     /// Where ∂r/∂y is not zero: n_r × n.
     pub reset_jacobian: Pattern,
 }
 
+/// What ticks at the times t₀ + k T.
+///
+/// Of two conditions on time that follow one another it has the places: the time of the first is t₀ and that of the
+/// second T, which may be below zero. The discrete number of the first is ⌊(t − t₀)/T⌋, so that it goes up at each
+/// tick, or down; what the first is afterwards is this number without what moves, for where T is infinite. That of
+/// the second is zero.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Clock {
+    /// The first of the two among the conditions on time.
+    pub condition: usize,
+    /// The automaton whose transition is made at each tick, of those of the kind [`AutomatonKind::Every`].
+    pub automaton: Option<usize>,
+}
+
 /// What an automaton stands for.
 ///
 /// Passes ask for what a kind does, by these predicates, and seldom for the kind itself:
 ///
-/// | | `Modes` | `When` | `Saturation` | `States` | `Switch` | `Corner` |
-/// |---|---|---|---|---|---|---|
-/// | [`is_declared`](Self::is_declared) | yes | yes | | | | |
-/// | [`is_remembered`](Self::is_remembered) | yes | yes | yes | | | |
-/// | [`has_equations_by_mode`](Self::has_equations_by_mode) | yes | | yes | | yes | |
-/// | [`has_masses_by_mode`](Self::has_masses_by_mode) | yes | | | yes | | |
-/// | [`shows_modes`](Self::shows_modes) | yes | | yes | yes | yes | |
-/// | [`is_bound`](Self::is_bound) | | | yes | | | |
-/// | [`chooses_states`](Self::chooses_states) | | | | yes | | |
-/// | [`has_surface`](Self::has_surface) | | | | | yes | |
-/// | [`chooses_side`](Self::chooses_side) | | | yes | | yes | |
-/// | [`only_ends_steps`](Self::only_ends_steps) | | | | | | yes |
-/// | [`keeps_slopes`](Self::keeps_slopes) | | | | yes | | yes |
+/// | | `Modes` | `When` | `Every` | `Saturation` | `States` | `Switch` | `Corner` | `Step` |
+/// |---|---|---|---|---|---|---|---|---|
+/// | [`is_declared`](Self::is_declared) | yes | yes | yes | | | | | |
+/// | [`is_remembered`](Self::is_remembered) | yes | yes | yes | yes | | | | |
+/// | [`has_equations_by_mode`](Self::has_equations_by_mode) | yes | | | yes | | yes | | yes |
+/// | [`has_masses_by_mode`](Self::has_masses_by_mode) | yes | | | | yes | | | |
+/// | [`shows_modes`](Self::shows_modes) | yes | | | yes | yes | yes | | |
+/// | [`is_bound`](Self::is_bound) | | | | yes | | | | |
+/// | [`chooses_states`](Self::chooses_states) | | | | | yes | | | |
+/// | [`has_surface`](Self::has_surface) | | | | | | yes | | |
+/// | [`chooses_side`](Self::chooses_side) | | | | yes | | yes | | yes |
+/// | [`only_ends_steps`](Self::only_ends_steps) | | | | | | | yes | |
+/// | [`keeps_slopes`](Self::keeps_slopes) | | | | | yes | | yes | |
+/// | [`counts`](Self::counts) | | | | | | | | yes |
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AutomatonKind {
     /// A `modes` block.
     Modes,
-    /// A `when`: one mode, and a transition from it to itself.
+    /// A `when`: one mode, and transitions from it to itself.
     When,
+    /// An `every`: one mode, and a transition from it to itself at each tick of a [`Clock`].
+    Every,
     /// An unknown with bounds: free, or at one of them.
     Saturation,
     /// Which unknowns are states, of those that constraints tie together. The solution is the same
@@ -49,22 +68,25 @@ pub enum AutomatonKind {
     Switch,
     /// A switch whose slope jumps: steps end at its surface, and nothing else happens there.
     Corner,
+    /// ⌊x⌋ of a number x that moves: its discrete number is ⌊x⌋. The event function of its first transition
+    /// is x − ⌊x⌋ − 1, that of its second x − ⌊x⌋.
+    Step,
 }
 
 impl AutomatonKind {
-    /// Whether the model's text declares it: a `modes` block or a `when`.
+    /// Whether the model's text declares it: a `modes` block, a `when` or an `every`.
     pub fn is_declared(self) -> bool {
-        matches!(self, Self::Modes | Self::When)
+        matches!(self, Self::Modes | Self::When | Self::Every)
     }
 
     /// Whether its mode cannot be told from the values at one time.
     pub fn is_remembered(self) -> bool {
-        matches!(self, Self::Modes | Self::When | Self::Saturation)
+        matches!(self, Self::Modes | Self::When | Self::Every | Self::Saturation)
     }
 
     /// Whether other equations hold in another of its modes.
     pub fn has_equations_by_mode(self) -> bool {
-        matches!(self, Self::Modes | Self::Saturation | Self::Switch)
+        matches!(self, Self::Modes | Self::Saturation | Self::Switch | Self::Step)
     }
 
     /// Whether an unknown can be differential in one of its modes and algebraic in another.
@@ -74,7 +96,7 @@ impl AutomatonKind {
 
     /// Whether a reader is told in which mode it is.
     pub fn shows_modes(self) -> bool {
-        !matches!(self, Self::When | Self::Corner)
+        !matches!(self, Self::When | Self::Every | Self::Corner | Self::Step)
     }
 
     /// Whether it holds an unknown at a bound.
@@ -94,7 +116,12 @@ impl AutomatonKind {
 
     /// Whether a run begins on the side of it that the start values are on.
     pub fn chooses_side(self) -> bool {
-        matches!(self, Self::Switch | Self::Saturation)
+        matches!(self, Self::Switch | Self::Saturation | Self::Step)
+    }
+
+    /// Whether its discrete number is a count, and not the position of a mode.
+    pub fn counts(self) -> bool {
+        self == Self::Step
     }
 
     /// Whether steps end where it switches and nothing else happens there.
@@ -119,6 +146,8 @@ pub enum Trigger {
     Entry,
     /// If its condition is true at the start of a run: the first such is the mode to start in.
     Start,
+    /// At the ticks of a [`Clock`], whatever its event function is.
+    Clock,
 }
 
 /// A `modes` block of the model, or what else changes at events.
@@ -184,6 +213,7 @@ impl Discrete {
     pub const NONE: Self = Self {
         automata: List::Borrowed(&[]),
         n_time_conditions: 0,
+        clocks: List::Borrowed(&[]),
         event_jacobian: Pattern::EMPTY,
         reset_jacobian: Pattern::EMPTY,
     };

@@ -15,6 +15,7 @@
 //! | `features` | what models of a type may have |
 //! | `unit` | a declared unit |
 //! | `number` | numbers in sentences |
+//! | `special` | functions that the standard library lacks |
 
 pub mod arrays;
 mod automaton;
@@ -24,13 +25,14 @@ mod past;
 mod pattern;
 mod quantity;
 mod signature;
+pub mod special;
 mod unit;
 mod unknowns;
 
 use std::borrow::Cow;
 
 pub use arrays::Arrays;
-pub use automaton::{Automaton, AutomatonKind, Crossing, Discrete, Transition, Trigger};
+pub use automaton::{Automaton, AutomatonKind, Clock, Crossing, Discrete, Transition, Trigger};
 pub use features::Features;
 pub use past::{DelayedInput, DelayedUnknown, PastLayout};
 pub use pattern::Pattern;

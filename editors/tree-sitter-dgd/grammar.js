@@ -21,6 +21,7 @@ module.exports = grammar({
         $.effect,
         $.import,
         $.declaration,
+        $.unit_declaration,
         $.function,
         $.equation,
         $.variant,
@@ -29,6 +30,7 @@ module.exports = grammar({
         $.part,
         $.binding,
         $.when,
+        $.every,
         $.saturate,
         $.clause,
       ),
@@ -45,7 +47,7 @@ module.exports = grammar({
     declaration: ($) =>
       prec.right(
         seq(
-          choice("constant", "parameter", "input", "state", "unknown", "size", "let", "output"),
+          choice("constant", "parameter", "input", "state", "unknown", "held", "size", "let", "output"),
           field("name", $.dotted),
           optional($.range_or_index),
           optional($.unit),
@@ -53,6 +55,7 @@ module.exports = grammar({
           optional($._attributes),
         ),
       ),
+    unit_declaration: ($) => seq("unit", field("name", $.name), "=", $.number),
     range_or_index: ($) =>
       seq(
         token.immediate(prec(1, "[")),
@@ -79,7 +82,17 @@ module.exports = grammar({
       ),
 
     function: ($) =>
-      seq("function", field("name", $.dotted), "(", comma($.argument), ")", "=", $._expression),
+      seq(
+        "function",
+        field("name", $.dotted),
+        "(",
+        comma($.argument),
+        ")",
+        "=",
+        // A value that begins with a sign or a bracket is read as going on with the `let` above it.
+        choice($._expression, seq("{", repeat1($.local), optional($._expression), "}")),
+      ),
+    local: ($) => seq("let", field("name", $.name), optional($.unit), "=", $._expression),
     argument: ($) => seq($.name, optional($.unit)),
     equation: ($) =>
       prec.right(
@@ -109,8 +122,13 @@ module.exports = grammar({
       prec.right(seq($.name, "->", $.name, "when", $._condition, optional($.resets))),
     start: ($) => prec.right(seq("start", $.name, optional(seq("if", $._expression)))),
     when: ($) => seq("when", $._condition, $.resets),
-    _condition: ($) =>
-      seq($._expression, choice(seq("rises", "above"), seq("falls", "below")), $._expression),
+    every: ($) => seq("every", $._expression, $.resets),
+    _condition: ($) => prec.left(seq($._crossing, repeat(seq("or", $._crossing)))),
+    _crossing: ($) =>
+      prec(
+        2,
+        seq($._expression, choice(seq("rises", "above"), seq("falls", "below")), $._expression),
+      ),
     resets: ($) => seq("{", repeat1(seq("reset", $.dotted, "=", $._expression)), "}"),
     loop: ($) =>
       seq("for", $.name, "in", $._expression, "..", $._expression, "{", repeat($._item), "}"),

@@ -5,14 +5,16 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use dgd_compiler::syntax::ast::{
-    Ast, Comparison, Expr, ExprKind, Factor, Item, ItemKind, Sign, Unit,
+    Ast, Comparison, Expr, ExprKind, Factor, Item, ItemKind, LocalLet, Sign, Unit,
 };
 use dgd_compiler::units::parse_unit;
 
 /// A model's values, functions and equations.
 pub(crate) struct Truth<'a> {
     lets: BTreeMap<&'a str, (&'a Expr, f64, f64)>,
-    functions: BTreeMap<&'a str, (Vec<&'a str>, &'a Expr)>,
+    functions: BTreeMap<&'a str, (Vec<&'a str>, &'a [LocalLet], &'a Expr)>,
+    /// SI units in one of each unit that the model declares.
+    units: BTreeMap<&'a str, f64>,
     /// Label, left and right side.
     pub equations: Vec<(&'a str, &'a Expr, &'a Expr)>,
     /// Name, what it reads, and factor and offset of its unit.
@@ -30,10 +32,51 @@ pub(crate) struct Place<'p> {
     pub margin: Cell<f64>,
 }
 
-fn unit_of(unit: Option<&Unit>) -> Option<(f64, f64)> {
+fn unit_of_language(unit: Option<&Unit>) -> Option<(f64, f64)> {
     let Some(unit) = unit else { return Some((1.0, 0.0)) };
     let unit = parse_unit(&unit.text).ok()?;
     Some((unit.factor, unit.offset))
+}
+
+/// The error function, by its Taylor series or, where that would cancel, as one.
+fn error_function(x: f64) -> f64 {
+    if x.abs() > 6.0 {
+        return x.signum();
+    }
+    // erf x = 2/√π exp(−x²) Σ 2ⁿ x²ⁿ⁺¹/(2n + 1)!!, in which nothing cancels.
+    let (mut term, mut sum) = (x, x);
+    for n in 1..400 {
+        term *= 2.0 * x * x / f64::from(2 * n + 1);
+        sum += term;
+    }
+    std::f64::consts::FRAC_2_SQRT_PI * (-x * x).exp() * sum
+}
+
+/// ln Γ(x), by Stirling's series far from zero.
+fn log_gamma(x: f64) -> f64 {
+    let (mut x, mut less) = (x, 0.0);
+    while x < 30.0 {
+        less += x.ln();
+        x += 1.0;
+    }
+    let series = 1.0 / (12.0 * x) - 1.0 / (360.0 * x.powi(3)) + 1.0 / (1260.0 * x.powi(5));
+    (x - 0.5) * x.ln() - x + 0.5 * (2.0 * std::f64::consts::PI).ln() + series - less
+}
+
+/// The derivative of order n + 1 of ln Γ(x), by its sum, the rest of which is an integral and half a term.
+fn polygamma(n: f64, x: f64) -> f64 {
+    let (order, many) = (n as i32, 2000);
+    let sign = if order % 2 == 0 { -1.0 } else { 1.0 };
+    let factorial: f64 = (1..=order).map(f64::from).product();
+    let end = x + f64::from(many);
+    if order == 0 {
+        let sum: f64 = (0..many).map(|k| 1.0 / (x + f64::from(k))).sum();
+        return end.ln() - 0.5 / end - 1.0 / (12.0 * end * end) - sum;
+    }
+    let sum: f64 = (0..many).map(|k| (x + f64::from(k)).powi(-order - 1)).sum();
+    let rest =
+        end.powi(-order) / n + 0.5 * end.powi(-order - 1) + (n + 1.0) / 12.0 * end.powi(-order - 2);
+    sign * factorial * (sum + rest)
 }
 
 /// Whether an expression is made of plain numbers, which are in the declared unit.
@@ -51,10 +94,18 @@ impl<'a> Truth<'a> {
         let mut truth = Self {
             lets: BTreeMap::new(),
             functions: BTreeMap::new(),
+            units: BTreeMap::new(),
             equations: Vec::new(),
             outputs: Vec::new(),
             saturated: Vec::new(),
         };
+        for item in &ast.items {
+            if let ItemKind::Unit { name, value } = &item.kind
+                && let ExprKind::Number { value, unit, .. } = &value.kind
+            {
+                truth.units.insert(&name.text, value * unit_of_language(unit.as_ref())?.0);
+            }
+        }
         truth.items(&ast.items)?;
         Some(truth)
     }
@@ -63,18 +114,18 @@ impl<'a> Truth<'a> {
         for item in items {
             match &item.kind {
                 ItemKind::Constant { name, unit, value } | ItemKind::Let { name, unit, value } => {
-                    let (factor, offset) = unit_of(unit.as_ref())?;
+                    let (factor, offset) = self.unit_of(unit.as_ref())?;
                     self.lets.insert(&name.text, (value, factor, offset));
                 }
-                ItemKind::Function { name, arguments, body } => {
+                ItemKind::Function { name, arguments, lets, body } => {
                     let names = arguments.iter().map(|a| a.name.text.as_str()).collect();
-                    self.functions.insert(&name.text, (names, body));
+                    self.functions.insert(&name.text, (names, lets, body));
                 }
                 ItemKind::Equation { label, left, right, .. } => {
                     self.equations.push((&label.text, left, right));
                 }
                 ItemKind::Output { name, unit, value: Some(value), .. } => {
-                    let (factor, offset) = unit_of(unit.as_ref())?;
+                    let (factor, offset) = self.unit_of(unit.as_ref())?;
                     self.outputs.push((&name.text, value, factor, offset));
                 }
                 ItemKind::Saturate { name, .. } => self.saturated.push(&name.text),
@@ -83,6 +134,14 @@ impl<'a> Truth<'a> {
             }
         }
         Some(())
+    }
+
+    /// Factor and offset of a unit; one that the model declares stands alone.
+    fn unit_of(&self, unit: Option<&Unit>) -> Option<(f64, f64)> {
+        match unit.and_then(|unit| self.units.get(unit.text.as_str())) {
+            Some(factor) => Some((*factor, 0.0)),
+            None => unit_of_language(unit),
+        }
     }
 
     /// An expression in SI; none where it is beyond what is known here.
@@ -113,7 +172,7 @@ impl<'a> Truth<'a> {
             ExprKind::Number { value, unit, .. } => match unit {
                 None => *value,
                 Some(unit) => {
-                    let (factor, offset) = unit_of(Some(unit))?;
+                    let (factor, offset) = self.unit_of(Some(unit))?;
                     value * factor + offset
                 }
             },
@@ -198,11 +257,24 @@ impl<'a> Truth<'a> {
                     arguments.iter().map(of).collect()
                 };
                 let values = values?;
-                if let Some((names, body)) = self.functions.get(function.text.as_str()) {
-                    let local = names.iter().copied().zip(values).collect();
+                if let Some((names, lets, body)) = self.functions.get(function.text.as_str()) {
+                    let mut local: BTreeMap<&str, f64> =
+                        names.iter().copied().zip(values).collect();
+                    for one in *lets {
+                        let value = self.eval(&one.value, at, &local)?;
+                        let (factor, offset) = self.unit_of(one.unit.as_ref())?;
+                        let is_plain = is_plain(&one.value) && one.unit.is_some();
+                        let value = if is_plain { value * factor + offset } else { value };
+                        local.insert(&one.name.text, value);
+                    }
                     return self.eval(body, at, &local);
                 }
                 let (a, b) = (*values.first()?, values.get(1).copied().unwrap_or_default());
+                let c = values.get(2).copied().unwrap_or_default();
+                // How near a step is.
+                let steps = |x: f64| {
+                    at.margin.set(at.margin.get().min((x - x.round()).abs() / x.abs().max(1.0)));
+                };
                 match function.text.as_str() {
                     "sqrt" => a.sqrt(),
                     "exp" => a.exp(),
@@ -225,6 +297,32 @@ impl<'a> Truth<'a> {
                     }
                     "min" => a.min(b),
                     "max" => a.max(b),
+                    "clamp" => a.max(b).min(c),
+                    "hypot" => (a * a + b * b).sqrt(),
+                    "smoothstep" => {
+                        let s = ((c - a) / (b - a)).clamp(0.0, 1.0);
+                        s * s * (3.0 - 2.0 * s)
+                    }
+                    "floor" => {
+                        steps(a);
+                        a.floor()
+                    }
+                    "ceil" => {
+                        steps(a);
+                        a.ceil()
+                    }
+                    "round" => {
+                        steps(a + 0.5);
+                        (a + 0.5).floor()
+                    }
+                    "mod" => {
+                        steps(a / b);
+                        a - b * (a / b).floor()
+                    }
+                    "erf" => error_function(a),
+                    "erfc" => 1.0 - error_function(a),
+                    "lgamma" => log_gamma(a),
+                    "polygamma" => polygamma(a, b),
                     _ => return None,
                 }
             }

@@ -180,10 +180,12 @@ fn declared_by(item: &Item) -> Option<(&'static str, &str)> {
         ItemKind::Variant { name, .. } => ("variant", name),
         ItemKind::Modes { name, .. } => ("modes", name),
         ItemKind::Part { name, .. } => ("part", name),
+        ItemKind::Unit { name, .. } => ("unit", name),
         ItemKind::Import { .. }
         | ItemKind::For { .. }
         | ItemKind::Binding { .. }
         | ItemKind::When(_)
+        | ItemKind::Every { .. }
         | ItemKind::Saturate { .. } => return None,
     };
     Some((set, &name.text))
@@ -474,24 +476,26 @@ fn reference_page() -> String {
             same.iter().map(|(symbol, ..)| format!("`{symbol}`")).collect();
         let _ = writeln!(page, "| {} | {:e} |", spellings.join(", "), same[0].1 / same[0].2);
     }
-    page += "\n## Functions\n\n| function | units | is |\n|---|---|---|\n";
+    page += "\n## Functions\n\nA function that a model declares takes the place of one that is marked with \\*.\n\n| function | units | is |\n|---|---|---|\n";
     for function in INTRINSICS {
         let name = function.name;
         let call = match (function.unit_rule, function.definition.arity()) {
             (UnitRule::Power, _) => format!("x{name}y"),
             (_, 1) => format!("{name}(x)"),
-            (_, _) => format!("{name}(x, y)"),
+            (_, 2) => format!("{name}(x, y)"),
+            (_, _) => format!("{name}(x, y, z)"),
         };
         let units = match function.unit_rule {
             UnitRule::Dimensionless => "plain number to plain number",
             UnitRule::Same if function.definition.arity() == 1 => "any, which it keeps",
-            UnitRule::Same => "both of one, which it keeps",
+            UnitRule::Same => "all of one, which it keeps",
             UnitRule::Root => "any, to its root",
             UnitRule::Any => "any, to a plain number",
-            UnitRule::Ratio => "both of one, to a plain number",
+            UnitRule::Ratio => "all of one, to a plain number",
             UnitRule::Power => "y a plain number, and a constant where x has a unit",
         };
-        let _ = writeln!(page, "| `{call}` | {units} | {} |", function.doc);
+        let later = if function.yields { " \\*" } else { "" };
+        let _ = writeln!(page, "| `{call}`{later} | {units} | {} |", function.doc);
     }
     page
 }

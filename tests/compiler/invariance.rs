@@ -245,7 +245,7 @@ fn converted(item: &Item) -> Option<Item> {
             | AttributeKind::Exact => {}
         }
     }
-    *unit = Some(Unit { span: written.span, text: other });
+    *unit = Some(Unit::new(written.span, other));
     Some(item)
 }
 

@@ -9,4 +9,6 @@ mod support;
 
 mod events;
 mod hybrid;
+mod periodic;
+mod steps;
 mod switches;

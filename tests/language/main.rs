@@ -4,6 +4,7 @@
 mod support;
 
 mod arrays;
+mod definitions;
 mod effects;
 mod from_rust;
 mod line;

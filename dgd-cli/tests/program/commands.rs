@@ -711,3 +711,76 @@ fn a_fit_that_cannot_be_says_why() {
     fit(&[]).refused(2, &["--data"]);
     assert_eq!(listing(&folder), ["data.csv", "model.dgd", "other.csv"]);
 }
+
+#[test]
+fn columns_can_be_in_units_that_a_model_declares() {
+    let model = b"model pump\nunit stroke = 0.118 [l]\ninput rate [stroke/min]\nstate filled [stroke] = 2\n\
+        equation level: der(filled) = rate\noutput filled\noutput volume [l] = filled\n";
+    let data = b"time [min],rate [stroke/min],volume [stroke]\n0,40,2\n1,20,42\n2,20,62\n";
+    let folder = folder_with(&[("pump.dgd", model), ("data.csv", data)]);
+    let run = |arguments: &[&str]| dgd_in(folder.path(), arguments);
+    let first = run(&["simulate", "pump.dgd", "--data", "data.csv", "-o", "out.csv"]).done();
+    let out = fs::read_to_string(folder.path().join("out.csv")).expect("a result");
+    let header = out.lines().next().expect("a header");
+    assert_eq!(header, "time [s],rate [stroke/min],filled [stroke],volume [l]", "{}", first.err);
+    let filled = column(&out, "filled [stroke]");
+    for (found, expected) in filled.iter().zip([2.0, 42.0, 62.0]) {
+        assert!((found - expected).abs() < 1e-9, "{filled:?}");
+    }
+    // A result is the data of another run; values are set in the unit, too.
+    let set = ["--set", "filled=0.236 [l]"];
+    let again = run(&[&["simulate", "pump.dgd", "--data", "out.csv"], &set[..]].concat()).done();
+    assert_eq!(column(&again.out, "filled [stroke]"), filled);
+    let misspelt = "time [min],rate [stroek/min]\n0,40\n1,20\n";
+    fs::write(folder.path().join("wrong.csv"), misspelt).expect("a file");
+    run(&["simulate", "pump.dgd", "--data", "wrong.csv"])
+        .refused(1, &["E305", "no unit `stroek`", "did you mean `stroke`?"]);
+}
+
+#[test]
+fn replicates_weigh_like_their_mean() {
+    let model = |noise: &str| {
+        format!(
+            "model decay\ninput u\nparameter k [1/s] = 1  in 0 .. 10\nstate x = 2  fixed\n\
+             equation x: der(x) = u*1 [1/s] - k*x\noutput x  noise {noise}\n"
+        )
+    };
+    let (mut all, mut means) = (String::from("time [s],u,x\n"), String::from("time [s],u,x\n"));
+    for k in 0..12 {
+        let t = 0.25 * f64::from(k);
+        let mean = 2.0 * (-0.7 * t).exp() + 0.02 * (3.0 * t).sin();
+        let _ = writeln!(means, "{t},0,{mean}");
+        for off in [-0.03, 0.01, 0.02] {
+            let _ = writeln!(all, "{t},0,{}", mean + off);
+        }
+    }
+    let (single, mean) = (model("0.03"), model(&format!("{}", 0.03 / 3.0_f64.sqrt())));
+    let folder = folder_with(&[
+        ("single.dgd", single.as_bytes()),
+        ("mean.dgd", mean.as_bytes()),
+        ("all.csv", all.as_bytes()),
+        ("means.csv", means.as_bytes()),
+    ]);
+    let fit = |model: &str, data: &str| {
+        let run = dgd_in(folder.path(), &["fit", model, "--data", data, "--format", "json"]).done();
+        let k = run.json()["parameters"]["k"].clone();
+        let number = |name: &str| k[name].as_f64().expect("a number");
+        [number("value"), number("std")]
+    };
+    let ([all, _], [means, _]) = (fit("single.dgd", "all.csv"), fit("mean.dgd", "means.csv"));
+    assert!((all - means).abs() < 1e-6, "{all} {means}");
+    // In rows of one time an input has one value.
+    let wrong = all_but(&folder);
+    dgd_in(folder.path(), &["fit", "single.dgd", "--data", &wrong])
+        .refused(1, &["E606", "differ in the input `u`"]);
+}
+
+/// The recording of replicates with another input in one of its rows.
+fn all_but(folder: &TempDir) -> String {
+    let text = fs::read_to_string(folder.path().join("all.csv")).expect("the recording");
+    let mut lines: Vec<&str> = text.lines().collect();
+    let other = lines[5].replacen(",0,", ",1,", 1);
+    lines[5] = &other;
+    fs::write(folder.path().join("wrong.csv"), lines.join("\n")).expect("a file");
+    "wrong.csv".to_owned()
+}

@@ -407,7 +407,7 @@ impl Definition {
     fn rust_path(&self) -> &'static str {
         match self {
             Definition::One { rust_path, .. } | Definition::Two { rust_path, .. } => rust_path,
-            Definition::Expansion(_) => {
+            Definition::Expansion(..) => {
                 unreachable!("an expansion is expanded before it is called")
             }
         }

@@ -272,11 +272,16 @@ fn discrete(of: &Discrete) -> TokenStream {
         }
     });
     let n_time_conditions = index(of.n_time_conditions);
+    let clocks = of.clocks.iter().map(|clock| {
+        let (condition, automaton) = (index(clock.condition), option(clock.automaton.map(index)));
+        quote!(Clock { condition: #condition, automaton: #automaton })
+    });
     let [event_jacobian, reset_jacobian] = [&of.event_jacobian, &of.reset_jacobian].map(pattern);
     quote! {
         Discrete {
             automata: List::Borrowed(&[#(#automata),*]),
             n_time_conditions: #n_time_conditions,
+            clocks: List::Borrowed(&[#(#clocks),*]),
             event_jacobian: #event_jacobian,
             reset_jacobian: #reset_jacobian,
         }

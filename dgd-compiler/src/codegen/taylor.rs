@@ -23,6 +23,7 @@ pub(super) fn methods(program: &Program) -> TokenStream {
                 NoTaylor::Algebraic => quote!(Algebraic),
                 NoTaylor::Delays => quote!(Delays),
                 NoTaylor::Arrays => quote!(Arrays),
+                NoTaylor::Functions => quote!(Functions),
             };
             (quote!(::core::result::Result::Err(#path::NoTaylor::#reason)), TokenStream::new())
         }

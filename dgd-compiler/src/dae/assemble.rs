@@ -33,7 +33,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let delays = delays::resolve(model, &mut graph, &mut transferred, diagnostics)?;
     // After this: no conditions on time; they are discrete numbers. Delays come first, as a condition
     // on an earlier time switches at a time of its own.
-    let time_conditions = transferred.take_time_conditions(&mut graph, n_automata(model));
+    let (time_conditions, clocks) = transferred.take_time_conditions(&mut graph, n_automata(model));
     // After this: no element of an array without the equation that determines it.
     let mut plan = families::plan(model, &mut graph, &transferred, diagnostics)?;
     let origins = Origins::of(model, &transferred);
@@ -82,6 +82,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         names: transferred.names,
         automata,
         time_conditions,
+        clocks,
         ..declared(model)
     };
     // After this: no switch in a row whose value or slope jumps without an event.
@@ -114,5 +115,6 @@ fn declared(model: &Model) -> Dae {
         variants: model.variants.clone(),
         automata: Vec::new(),
         time_conditions: Vec::new(),
+        clocks: Vec::new(),
     }
 }

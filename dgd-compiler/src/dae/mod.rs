@@ -24,7 +24,9 @@ use crate::source::Span;
 use crate::units::Unit;
 
 pub use assemble::assemble;
-pub use dgd_signature::{AutomatonKind, Crossing, DelayedInput, DifferentiatedInput, Trigger};
+pub use dgd_signature::{
+    AutomatonKind, Clock, Crossing, DelayedInput, DifferentiatedInput, Trigger,
+};
 
 /// What `assemble` promises:
 ///
@@ -82,6 +84,8 @@ pub struct Dae {
     pub automata: Vec<Automaton>,
     /// Conditions on time; their discrete numbers follow those of the modes.
     pub time_conditions: Vec<TimeCondition>,
+    /// Clocks, each in the place of two conditions on time.
+    pub clocks: Vec<Clock>,
 }
 
 /// A `modes` block, or anything else that changes at events. Its equations are in the rows, so only

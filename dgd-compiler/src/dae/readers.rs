@@ -75,7 +75,11 @@ impl DerivativeReader<'_> {
                 from: transition.from.unwrap_or(automaton.modes.len()),
                 to: transition.to,
                 crossing: transition.crossing,
-                trigger: if transition.from.is_some() { Trigger::Edge } else { Trigger::Start },
+                trigger: match (automaton.origin, transition.from) {
+                    (model::Origin::Every, _) => Trigger::Clock,
+                    (_, Some(_)) => Trigger::Edge,
+                    (_, None) => Trigger::Start,
+                },
                 event,
                 resets: resets.collect(),
             }
@@ -84,6 +88,7 @@ impl DerivativeReader<'_> {
         let kind = match automaton.origin {
             model::Origin::Modes => AutomatonKind::Modes,
             model::Origin::When => AutomatonKind::When,
+            model::Origin::Every => AutomatonKind::Every,
         };
         Automaton {
             kind,

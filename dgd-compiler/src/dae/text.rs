@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Dae, Trigger};
+use super::{AutomatonKind, Dae, Trigger};
 use crate::expr::display::listing;
 use crate::expr::{ExprId, Symbol};
 
@@ -67,7 +67,12 @@ pub fn write(dae: &Dae) -> String {
     for k in 0..dae.time_conditions.len() {
         let name = discrete_name(dae, dae.automata.len() + k);
         let (at, after) = (next(), next());
-        let _ = writeln!(text, "  {name} = {after} from time {at} on");
+        let clock = |condition: usize| dae.clocks.iter().find(|c| c.condition == condition);
+        let _ = match (clock(k), k.checked_sub(1).and_then(clock)) {
+            (Some(_), _) => writeln!(text, "  {name} steps at time {at}"),
+            (None, Some(_)) => writeln!(text, "    and every {at} from there"),
+            (None, None) => writeln!(text, "  {name} = {after} from time {at} on"),
+        };
     }
     for automaton in &dae.automata {
         let shows_modes = automaton.kind.shows_modes();
@@ -76,7 +81,11 @@ pub fn write(dae: &Dae) -> String {
         let _ = if shows_modes {
             writeln!(text, "  modes {name} = {modes}; starts in {start}")
         } else {
-            let when = if automaton.kind.is_declared() { "when " } else { "" };
+            let when = match automaton.kind {
+                AutomatonKind::When => "when ",
+                AutomatonKind::Every => "every ",
+                _ => "",
+            };
             writeln!(text, "  {when}{name}")
         };
         for transition in &automaton.transitions {
@@ -88,7 +97,10 @@ pub fn write(dae: &Dae) -> String {
             let from = &automaton.modes[transition.from];
             let crossing = transition.crossing.words();
             let change = if shows_modes { format!("{from} -> {to} when ") } else { String::new() };
-            let _ = writeln!(text, "    {change}{} {crossing} 0", next());
+            let event = next();
+            if transition.trigger != Trigger::Clock {
+                let _ = writeln!(text, "    {change}{event} {crossing} 0");
+            }
             for (unknown, _) in &transition.resets {
                 let _ = writeln!(text, "      reset {} = {}", dae.unknowns[*unknown].name, next());
             }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::TimeCondition;
-use super::hybrid::time_conditions::time_conditions;
+use super::hybrid::time_conditions::{OnTime, time_conditions};
+use super::{Clock, TimeCondition};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
 use crate::source::Span;
@@ -32,6 +32,8 @@ pub(super) struct Transferred<'a> {
     pub(super) outputs: Vec<ExprId>,
     /// For each block and transition, left − right and the values of its resets.
     pub(super) transitions: Vec<Vec<(ExprId, Vec<ExprId>)>>,
+    /// For each block, the period of an `every`.
+    periods: Vec<Option<ExprId>>,
     /// For each saturation, its bound.
     pub(super) bounds: Vec<ExprId>,
     pub(super) names: BTreeMap<ExprId, String>,
@@ -44,14 +46,16 @@ impl Transferred<'_> {
         (0..self.common).chain(of_modes.flat_map(|(begin, end)| begin..end)).collect()
     }
 
-    /// Puts discrete numbers, from position `first` on, in the place of conditions on time.
+    /// Puts discrete numbers, from position `first` on, in the place of conditions on time and of steps that time
+    /// makes; and the clocks of these and of what happens periodically.
     pub(super) fn take_time_conditions(
         &mut self,
         graph: &mut Graph,
         first: usize,
-    ) -> Vec<TimeCondition> {
+    ) -> (Vec<TimeCondition>, Vec<Clock>) {
         let roots: Vec<ExprId> = self.expressions().map(|expression| *expression).collect();
-        let (conditions, replacement) = time_conditions(graph, roots.iter().copied(), first);
+        let OnTime { mut conditions, mut clocks, replacement } =
+            time_conditions(graph, roots.iter().copied(), first);
         if !conditions.is_empty() {
             let roots: Vec<ExprId> = roots.into_iter().chain(self.names.keys().copied()).collect();
             let replaced = graph.replace(roots, &replacement);
@@ -61,7 +65,13 @@ impl Transferred<'_> {
             let names = std::mem::take(&mut self.names);
             self.names = names.into_iter().map(|(id, name)| (replaced[&id], name)).collect();
         }
-        conditions
+        let zero = graph.constant(0.0);
+        for (automaton, period) in self.periods.iter().enumerate() {
+            let Some(period) = *period else { continue };
+            clocks.push(Clock { condition: conditions.len(), automaton: Some(automaton) });
+            conditions.extend([zero, period].map(|at| TimeCondition { at, after: zero }));
+        }
+        (conditions, clocks)
     }
 
     /// Everything but the names.
@@ -94,6 +104,7 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         .chain(model.outputs.iter().map(|o| o.value))
         .chain(transitions().flat_map(|t| [t.left, t.right]))
         .chain(transitions().flat_map(|t| t.resets.iter().map(|reset| reset.value)))
+        .chain(model.automata.iter().filter_map(|automaton| automaton.period))
         .chain(model.saturations.iter().map(|saturation| saturation.bound));
     let nodes = model.graph.listed(roots);
     let built = graph.rebuild(&nodes, |graph, symbol| match symbol {
@@ -146,6 +157,7 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         histories: model.unknowns.iter().map(|u| u.history.map(|id| built[&id])).collect(),
         outputs: model.outputs.iter().map(|o| built[&o.value]).collect(),
         transitions,
+        periods: model.automata.iter().map(|a| a.period.map(|id| built[&id])).collect(),
         bounds: model.saturations.iter().map(|saturation| built[&saturation.bound]).collect(),
         names,
     }

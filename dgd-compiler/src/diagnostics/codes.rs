@@ -1119,6 +1119,24 @@ Right:
     equation level: der(h) = 0.01 [m/s]
     saturate h <= rim
 "
+E511 "period that varies" "
+`every` acts at the times 0, T, 2 T and so on. T is made of parameters and constants.
+
+Wrong:
+
+    state h [m] = 1
+    held u [%] = 50
+    equation level: der(h) = 0.01 [m/s]
+    every h*10 [s/m] { reset u = 60 }
+
+Right:
+
+    parameter T [s] = 10
+    state h [m] = 1
+    held u [%] = 50
+    equation level: der(h) = 0.01 [m/s]
+    every T { reset u = 60 }
+"
 E601 "file that cannot be read" "
 The file does not exist, may not be read, is empty, or is not text in UTF-8.
 
@@ -1185,8 +1203,9 @@ Right:
     0,310
     1,300
 "
-E606 "more than two rows at one time" "
-Two rows with one time stamp are the values left and right of a jump. Three cannot be told apart.
+E606 "replicates with other inputs" "
+Two rows with one time stamp are the values left and right of a jump. Three or more are replicates: readings of
+one moment, in which all inputs are the same.
 
 Wrong:
 

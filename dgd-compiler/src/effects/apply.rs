@@ -443,6 +443,8 @@ fn equations_mut(
             | ItemKind::Part { .. }
             | ItemKind::Binding { .. }
             | ItemKind::When(_)
+            | ItemKind::Every { .. }
+            | ItemKind::Unit { .. }
             | ItemKind::Saturate { .. } => {}
         }
     }

@@ -37,6 +37,8 @@ impl Declarations {
                     | ItemKind::Part { .. }
                     | ItemKind::Binding { .. }
                     | ItemKind::When(_)
+                    | ItemKind::Every { .. }
+                    | ItemKind::Unit { .. }
                     | ItemKind::Saturate { .. } => return,
                     ItemKind::Constant { name, unit, .. }
                     | ItemKind::Let { name, unit, .. }
@@ -55,7 +57,7 @@ impl Declarations {
                     ItemKind::Unknown { declared, name, unit, .. } => {
                         let kind = match declared {
                             UnknownKind::State => SlotKind::State,
-                            UnknownKind::Unknown => SlotKind::Quantity,
+                            UnknownKind::Unknown | UnknownKind::Held => SlotKind::Quantity,
                         };
                         (Namespace::Value, name, unit.clone(), Some(kind))
                     }
@@ -91,7 +93,7 @@ impl Declarations {
             if let Some(declared) = self.names.get_mut(&key) {
                 let text = measured(equation.dimension);
                 let text = text.unwrap_or_else(|| model.spelling(equation.dimension));
-                declared.unit.get_or_insert(Unit { span: declared.span, text });
+                declared.unit.get_or_insert(Unit::new(declared.span, text));
             }
         }
     }

@@ -18,6 +18,7 @@ use crate::diagnostics::{Diagnostics, Reported};
 use crate::model::{ModelOptions, resolve};
 use crate::parts;
 use crate::syntax::ast::{Ast, Expr, ExprKind, ItemKind};
+use crate::syntax::local::without_lets;
 use crate::syntax::visit::{self, Namespace};
 
 /// What an effect replaces in a model, and what it hides there.
@@ -96,10 +97,13 @@ impl Definitions {
         let mut all = Definitions::default();
         for ast in asts {
             visit::items(&ast.items, &mut |item| match &item.kind {
-                ItemKind::Let { name, value, .. }
-                | ItemKind::Function { name, body: value, .. } => {
+                ItemKind::Let { name, value, .. } => {
                     let key = (Namespace::Value, name.text.clone());
                     collect(value, all.reads.entry(key).or_default());
+                }
+                ItemKind::Function { name, lets, body, .. } => {
+                    let key = (Namespace::Value, name.text.clone());
+                    collect(&without_lets(lets, body), all.reads.entry(key).or_default());
                 }
                 ItemKind::Output { name, value, .. } => {
                     let key = (Namespace::Output, name.text.clone());
@@ -126,6 +130,8 @@ impl Definitions {
                 | ItemKind::Part { .. }
                 | ItemKind::Binding { .. }
                 | ItemKind::When(_)
+                | ItemKind::Every { .. }
+                | ItemKind::Unit { .. }
                 | ItemKind::Saturate { .. } => {}
             });
         }

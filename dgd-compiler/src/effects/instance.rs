@@ -9,7 +9,7 @@ use crate::syntax::ast::{
     Name, Slot, SlotKind, Target,
 };
 use crate::syntax::rename::Renaming;
-use crate::syntax::visit::{self, Namespace, Part};
+use crate::syntax::visit::{self, Namespace, Part, units_of_expression_mut, units_of_item_mut};
 use crate::units::parse_unit;
 
 /// A change that an effect makes, in the names of the model.
@@ -136,10 +136,10 @@ impl Instance {
         };
         for item in &mut items {
             names.rename_item(item);
-            units::each_of_item(item, &mut |unit| unit.text = units::opened(&unit.text, &unit_of));
+            units_of_item_mut(item, &mut |unit| unit.text = units::opened(&unit.text, &unit_of));
         }
         for change in &mut changes {
-            units::each_of_expression(change.kind.expression_mut(), &mut |unit| {
+            units_of_expression_mut(change.kind.expression_mut(), &mut |unit| {
                 unit.text = units::opened(&unit.text, &unit_of);
             });
         }

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::splice::{Done, Splice, is_derivative, substitute, too_large};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::syntax::ast::{Argument, Ast, Expr, ExprKind, Item, ItemKind};
+use crate::syntax::local::without_lets;
 use crate::syntax::visit;
 
 /// Operands, `let`s and functions within one another are opened this deep.
@@ -40,8 +41,10 @@ impl Definitions {
     fn collect_items(&mut self, items: &[Item], path: &mut Path) {
         for item in items {
             let (name, arguments, value) = match &item.kind {
-                ItemKind::Let { name, value, .. } => (name, &[][..], value),
-                ItemKind::Function { name, arguments, body } => (name, arguments.as_slice(), body),
+                ItemKind::Let { name, value, .. } => (name, &[][..], value.clone()),
+                ItemKind::Function { name, arguments, lets, body } => {
+                    (name, arguments.as_slice(), without_lets(lets, body))
+                }
                 ItemKind::Variant { name, choices } => {
                     for (i, choice) in choices.iter().enumerate() {
                         path.push((name.text.clone(), i));
@@ -61,16 +64,15 @@ impl Definitions {
                 | ItemKind::Part { .. }
                 | ItemKind::Binding { .. }
                 | ItemKind::When(_)
+                | ItemKind::Every { .. }
+                | ItemKind::Unit { .. }
                 | ItemKind::Saturate { .. }
                 | ItemKind::Size { .. }
                 | ItemKind::Array { .. }
                 | ItemKind::For { .. } => continue,
             };
-            let definition = Definition {
-                path: path.clone(),
-                arguments: arguments.to_vec(),
-                value: value.clone(),
-            };
+            let definition =
+                Definition { path: path.clone(), arguments: arguments.to_vec(), value };
             self.all.entry(name.text.clone()).or_default().push(definition);
         }
     }

@@ -101,6 +101,7 @@ fn verify_changes(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostic
             ItemKind::Output { .. }
                 | ItemKind::Equation { .. }
                 | ItemKind::When(_)
+                | ItemKind::Every { .. }
                 | ItemKind::Saturate { .. }
         );
     });

@@ -4,39 +4,20 @@
 //! offset.
 
 use super::Effect;
-use crate::syntax::ast::{Ast, ClauseKind, Expr, ExprKind, Item, SlotKind, Target, Unit};
-use crate::syntax::visit::{self, Part};
+use crate::syntax::ast::{Ast, ClauseKind, Expr, SlotKind, Target, Unit};
+use crate::syntax::visit::{units_of_expression_mut, units_of_item_mut};
 use crate::units::catalogue::CATALOGUE;
 use crate::units::{describe, parse_unit};
-
-/// Visits every unit of an item, those of its numbers included.
-pub(super) fn each_of_item(item: &mut Item, visit: &mut dyn FnMut(&mut Unit)) {
-    visit::parts_mut(item, &mut |part| match part {
-        Part::Declares(..) | Part::Resets(_) => {}
-        Part::Unit(unit) => unit.iter_mut().for_each(&mut *visit),
-        Part::Expr(_, expr) => each_of_expression(expr, visit),
-    });
-}
-
-/// Visits the units of an expression's numbers.
-pub(super) fn each_of_expression(expr: &mut Expr, visit: &mut dyn FnMut(&mut Unit)) {
-    if let ExprKind::Number { unit: Some(unit), .. } = &mut expr.kind {
-        visit(unit);
-    }
-    for operand in visit::operands_mut(expr) {
-        each_of_expression(operand, visit);
-    }
-}
 
 /// Visits every unit of an effect's items and clauses.
 pub(super) fn each(ast: &Ast, visit: &mut dyn FnMut(&Unit)) {
     let mut seen = |unit: &mut Unit| visit(unit);
     for item in &ast.items {
-        each_of_item(&mut item.clone(), &mut seen);
+        units_of_item_mut(&mut item.clone(), &mut seen);
     }
     for clause in ast.effect.iter().flat_map(|effect| &effect.clauses) {
         if let Some(expr) = expression_of(&clause.kind) {
-            each_of_expression(&mut expr.clone(), &mut seen);
+            units_of_expression_mut(&mut expr.clone(), &mut seen);
         }
     }
 }

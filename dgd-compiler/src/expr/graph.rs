@@ -166,6 +166,15 @@ impl Graph {
         self.ids.contains_key(&Node::Symbol(symbol))
     }
 
+    /// Whether some expression calls this function.
+    pub(crate) fn calls(&self, function: IntrinsicId) -> bool {
+        let is_call = |node: &Node| match node {
+            Node::Call1(other, _) | Node::Call2(other, ..) => *other == function,
+            _ => false,
+        };
+        self.nodes.iter().any(is_call)
+    }
+
     /// Whether it holds no expressions.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()

@@ -4,6 +4,8 @@
 //! unit checker, the differentiator, the interpreter, the code generator and the documentation
 //! read this table; none of them names a function.
 
+use dgd_signature::special;
+
 use super::graph::{Comparison, ExprId, Graph, Node};
 
 /// A function of the language.
@@ -15,10 +17,26 @@ pub struct Intrinsic {
     /// How it is computed.
     pub definition: Definition,
     /// Points inside the domain at which the tests compare value and derivative.
-    pub sample_points: &'static [[f64; 2]],
+    pub sample_points: &'static [[f64; 3]],
     /// One line for the reference.
     pub doc: &'static str,
+    /// Whether a function of this name that a model declares takes its place: it came to the language later than
+    /// models that may have one.
+    pub yields: bool,
 }
+
+/// A function that takes the place of none that a model declares.
+const FIRST: Intrinsic = Intrinsic {
+    name: "",
+    unit_rule: UnitRule::Dimensionless,
+    definition: Definition::Expansion(0, |_, _| unreachable!("an entry says how it is computed")),
+    sample_points: &[],
+    doc: "",
+    yields: false,
+};
+
+/// One that gives way to a function that a model declares.
+const LATER: Intrinsic = Intrinsic { yields: true, ..FIRST };
 
 /// What a function does to units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,7 +49,7 @@ pub enum UnitRule {
     Root,
     /// Any unit in, a plain number out.
     Any,
-    /// Two arguments of one unit, a plain number out.
+    /// Arguments of one unit, a plain number out.
     Ratio,
     /// `^`: depends on the exponent's value, so the resolver handles it.
     Power,
@@ -59,8 +77,8 @@ pub enum Definition {
         /// Function that generated code calls; the same bits as `value`.
         rust_path: &'static str,
     },
-    /// Made of other expressions.
-    Expansion(fn(&mut Graph, ExprId, ExprId) -> ExprId),
+    /// Made of other expressions, of so many arguments.
+    Expansion(usize, fn(&mut Graph, &[ExprId]) -> ExprId),
 }
 
 /// A function that takes an instruction or a few, the result of which is exact or correctly rounded.
@@ -79,7 +97,8 @@ impl Definition {
     pub fn arity(&self) -> usize {
         match self {
             Definition::One { .. } => 1,
-            Definition::Two { .. } | Definition::Expansion(_) => 2,
+            Definition::Two { .. } => 2,
+            Definition::Expansion(arity, _) => *arity,
         }
     }
 }
@@ -109,7 +128,7 @@ impl IntrinsicId {
     pub fn value1(self, x: f64) -> f64 {
         match self.get().definition {
             Definition::One { value, .. } => value(x),
-            Definition::Two { .. } | Definition::Expansion(_) => {
+            Definition::Two { .. } | Definition::Expansion(..) => {
                 unreachable!("`{}` has two arguments", self.get().name)
             }
         }
@@ -119,7 +138,7 @@ impl IntrinsicId {
     pub fn value2(self, x: f64, y: f64) -> f64 {
         match self.get().definition {
             Definition::Two { value, .. } => value(x, y),
-            Definition::One { .. } | Definition::Expansion(_) => {
+            Definition::One { .. } | Definition::Expansion(..) => {
                 unreachable!("`{}` is no machine function of two arguments", self.get().name)
             }
         }
@@ -166,8 +185,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: "::dgd::__runtime::math::power",
         },
-        sample_points: &[[0.3, 2.0], [2.0, 0.5], [1.7, -1.3], [0.9, 3.0]],
+        sample_points: &[[0.3, 2.0, 0.0], [2.0, 0.5, 0.0], [1.7, -1.3, 0.0], [0.9, 3.0, 0.0]],
         doc: "x to the power y; 0^y is 0 for y > 0",
+        ..FIRST
     },
     Intrinsic {
         name: "sqrt",
@@ -183,8 +203,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: path!("sqrt"),
         },
-        sample_points: &[[0.2, 0.0], [9.0, 0.0]],
+        sample_points: &[[0.2, 0.0, 0.0], [9.0, 0.0, 0.0]],
         doc: "square root",
+        ..FIRST
     },
     Intrinsic {
         name: "exp",
@@ -195,8 +216,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             derivative: |g, x| g.call1("exp", x),
             rust_path: path!("exp"),
         },
-        sample_points: &[[-2.0, 0.0], [0.0, 0.0], [3.0, 0.0]],
+        sample_points: &[[-2.0, 0.0, 0.0], [0.0, 0.0, 0.0], [3.0, 0.0, 0.0]],
         doc: "exponential",
+        ..FIRST
     },
     Intrinsic {
         name: "log",
@@ -210,8 +232,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: path!("ln"),
         },
-        sample_points: &[[0.1, 0.0], [5.0, 0.0]],
+        sample_points: &[[0.1, 0.0, 0.0], [5.0, 0.0, 0.0]],
         doc: "natural logarithm",
+        ..FIRST
     },
     Intrinsic {
         name: "log10",
@@ -226,8 +249,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: path!("log10"),
         },
-        sample_points: &[[0.1, 0.0], [5.0, 0.0]],
+        sample_points: &[[0.1, 0.0, 0.0], [5.0, 0.0, 0.0]],
         doc: "decimal logarithm",
+        ..FIRST
     },
     Intrinsic {
         name: "sin",
@@ -238,8 +262,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             derivative: |g, x| g.call1("cos", x),
             rust_path: path!("sin"),
         },
-        sample_points: &[[-1.0, 0.0], [0.4, 0.0], [9.0, 0.0]],
+        sample_points: &[[-1.0, 0.0, 0.0], [0.4, 0.0, 0.0], [9.0, 0.0, 0.0]],
         doc: "sine of an angle in rad",
+        ..FIRST
     },
     Intrinsic {
         name: "cos",
@@ -253,8 +278,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: path!("cos"),
         },
-        sample_points: &[[-1.0, 0.0], [0.4, 0.0], [9.0, 0.0]],
+        sample_points: &[[-1.0, 0.0, 0.0], [0.4, 0.0, 0.0], [9.0, 0.0, 0.0]],
         doc: "cosine of an angle in rad",
+        ..FIRST
     },
     Intrinsic {
         name: "tan",
@@ -271,8 +297,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: path!("tan"),
         },
-        sample_points: &[[-1.0, 0.0], [0.4, 0.0]],
+        sample_points: &[[-1.0, 0.0, 0.0], [0.4, 0.0, 0.0]],
         doc: "tangent of an angle in rad",
+        ..FIRST
     },
     Intrinsic {
         name: "asin",
@@ -288,8 +315,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: path!("asin"),
         },
-        sample_points: &[[-0.6, 0.0], [0.3, 0.0]],
+        sample_points: &[[-0.6, 0.0, 0.0], [0.3, 0.0, 0.0]],
         doc: "inverse sine, in rad",
+        ..FIRST
     },
     Intrinsic {
         name: "acos",
@@ -305,8 +333,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: path!("acos"),
         },
-        sample_points: &[[-0.6, 0.0], [0.3, 0.0]],
+        sample_points: &[[-0.6, 0.0, 0.0], [0.3, 0.0, 0.0]],
         doc: "inverse cosine, in rad",
+        ..FIRST
     },
     Intrinsic {
         name: "atan",
@@ -323,8 +352,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: path!("atan"),
         },
-        sample_points: &[[-3.0, 0.0], [0.3, 0.0]],
+        sample_points: &[[-3.0, 0.0, 0.0], [0.3, 0.0, 0.0]],
         doc: "inverse tangent, in rad",
+        ..FIRST
     },
     Intrinsic {
         name: "atan2",
@@ -342,8 +372,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: path!("atan2"),
         },
-        sample_points: &[[1.0, 2.0], [-0.5, -1.5], [2.0, -0.3]],
+        sample_points: &[[1.0, 2.0, 0.0], [-0.5, -1.5, 0.0], [2.0, -0.3, 0.0]],
         doc: "angle of the point (second, first argument), in rad",
+        ..FIRST
     },
     Intrinsic {
         name: "sinh",
@@ -354,8 +385,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             derivative: |g, x| g.call1("cosh", x),
             rust_path: path!("sinh"),
         },
-        sample_points: &[[-1.0, 0.0], [0.4, 0.0]],
+        sample_points: &[[-1.0, 0.0, 0.0], [0.4, 0.0, 0.0]],
         doc: "hyperbolic sine",
+        ..FIRST
     },
     Intrinsic {
         name: "cosh",
@@ -366,8 +398,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             derivative: |g, x| g.call1("sinh", x),
             rust_path: path!("cosh"),
         },
-        sample_points: &[[-1.0, 0.0], [0.4, 0.0]],
+        sample_points: &[[-1.0, 0.0, 0.0], [0.4, 0.0, 0.0]],
         doc: "hyperbolic cosine",
+        ..FIRST
     },
     Intrinsic {
         name: "tanh",
@@ -384,8 +417,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: path!("tanh"),
         },
-        sample_points: &[[-3.0, 0.0], [0.0, 0.0], [0.7, 0.0]],
+        sample_points: &[[-3.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.7, 0.0, 0.0]],
         doc: "hyperbolic tangent",
+        ..FIRST
     },
     Intrinsic {
         name: "abs",
@@ -396,8 +430,9 @@ pub static INTRINSICS: &[Intrinsic] = &[
             derivative: |g, x| g.call1("sign", x),
             rust_path: path!("abs"),
         },
-        sample_points: &[[-3.0, 0.0], [0.7, 0.0]],
+        sample_points: &[[-3.0, 0.0, 0.0], [0.7, 0.0, 0.0]],
         doc: "absolute value",
+        ..FIRST
     },
     Intrinsic {
         name: "sign",
@@ -408,30 +443,213 @@ pub static INTRINSICS: &[Intrinsic] = &[
             derivative: |g, _| g.constant(0.0),
             rust_path: "::dgd::__runtime::math::sign",
         },
-        sample_points: &[[-3.0, 0.0], [0.7, 0.0]],
+        sample_points: &[[-3.0, 0.0, 0.0], [0.7, 0.0, 0.0]],
         doc: "-1, 0 or 1",
+        ..FIRST
     },
     Intrinsic {
         name: "min",
         unit_rule: UnitRule::Same,
-        definition: Definition::Expansion(|g, a, b| {
-            let first = g.compare(Comparison::Less, a, b);
-            g.select(first, a, b)
-        }),
-        sample_points: &[[-3.0, 0.5], [0.7, 0.2]],
+        definition: Definition::Expansion(2, |g, of| smaller(g, of[0], of[1])),
+        sample_points: &[[-3.0, 0.5, 0.0], [0.7, 0.2, 0.0]],
         doc: "the smaller of two",
+        ..FIRST
     },
     Intrinsic {
         name: "max",
         unit_rule: UnitRule::Same,
-        definition: Definition::Expansion(|g, a, b| {
-            let first = g.compare(Comparison::Greater, a, b);
-            g.select(first, a, b)
-        }),
-        sample_points: &[[-3.0, 0.5], [0.7, 0.2]],
+        definition: Definition::Expansion(2, |g, of| larger(g, of[0], of[1])),
+        sample_points: &[[-3.0, 0.5, 0.0], [0.7, 0.2, 0.0]],
         doc: "the larger of two",
+        ..FIRST
+    },
+    Intrinsic {
+        name: "clamp",
+        unit_rule: UnitRule::Same,
+        definition: Definition::Expansion(3, |g, of| {
+            let from_below = larger(g, of[0], of[1]);
+            smaller(g, from_below, of[2])
+        }),
+        sample_points: &[[-3.0, 0.5, 2.0], [0.7, 0.2, 2.0], [5.0, 0.2, 2.0]],
+        doc: "the first, but at least the second and at most the third",
+        ..LATER
+    },
+    Intrinsic {
+        name: "floor",
+        definition: Definition::One {
+            instruction: None,
+            value: f64::floor,
+            derivative: |g, _| g.constant(0.0),
+            rust_path: path!("floor"),
+        },
+        sample_points: &[[-1.3, 0.0, 0.0], [2.7, 0.0, 0.0]],
+        doc: "the largest whole number that is not above",
+        ..LATER
+    },
+    Intrinsic {
+        name: "ceil",
+        definition: Definition::Expansion(1, |g, of| {
+            let minus = g.negate(of[0]);
+            let floor = g.call1("floor", minus);
+            g.negate(floor)
+        }),
+        sample_points: &[[-1.3, 0.0, 0.0], [2.7, 0.0, 0.0]],
+        doc: "the smallest whole number that is not below",
+        ..LATER
+    },
+    Intrinsic {
+        name: "round",
+        definition: Definition::Expansion(1, |g, of| {
+            let half = g.constant(0.5);
+            let above = g.add(of[0], half);
+            g.call1("floor", above)
+        }),
+        sample_points: &[[-1.3, 0.0, 0.0], [2.7, 0.0, 0.0]],
+        doc: "the nearest whole number; of two as near the larger",
+        ..LATER
+    },
+    Intrinsic {
+        name: "mod",
+        unit_rule: UnitRule::Same,
+        // x − y ⌊x/y⌋
+        definition: Definition::Expansion(2, |g, of| {
+            let quotient = g.divide(of[0], of[1]);
+            let times = g.call1("floor", quotient);
+            let whole = g.multiply(of[1], times);
+            g.subtract(of[0], whole)
+        }),
+        sample_points: &[[7.3, 2.0, 0.0], [-1.3, 2.0, 0.0], [1.3, -0.7, 0.0]],
+        doc: "what is left of the first by whole multiples of the second, with the sign of the second",
+        ..LATER
+    },
+    Intrinsic {
+        name: "hypot",
+        unit_rule: UnitRule::Same,
+        definition: Definition::Two {
+            value: f64::hypot,
+            // x/√(x² + y²) and y/√(x² + y²); at the origin, where there is none, 0
+            derivative: |g, x, y| {
+                let length = g.call(IntrinsicId::named("hypot"), &[x, y]);
+                let zero = g.constant(0.0);
+                let positive = g.compare(Comparison::Greater, length, zero);
+                [x, y].map(|leg| {
+                    let share = g.divide(leg, length);
+                    g.select(positive, share, zero)
+                })
+            },
+            rust_path: path!("hypot"),
+        },
+        sample_points: &[[3.0, 4.0, 0.0], [-0.3, 0.1, 0.0]],
+        doc: "length of the hypotenuse: the root of the sum of the squares",
+        ..LATER
+    },
+    Intrinsic {
+        name: "smoothstep",
+        unit_rule: UnitRule::Ratio,
+        // 0 for s ≤ 0, 1 for s ≥ 1, between them s² (3 − 2 s), with s = (x − a)/(b − a)
+        definition: Definition::Expansion(3, |g, of| {
+            let [a, b, x] = [of[0], of[1], of[2]];
+            let (zero, one) = (g.constant(0.0), g.constant(1.0));
+            let (two, three) = (g.constant(2.0), g.constant(3.0));
+            let (passed, width) = (g.subtract(x, a), g.subtract(b, a));
+            let s = g.divide(passed, width);
+            let twice = g.multiply(two, s);
+            let rest = g.subtract(three, twice);
+            let square = g.multiply(s, s);
+            let between = g.multiply(square, rest);
+            let (before, behind) = (
+                g.compare(Comparison::LessEqual, s, zero),
+                g.compare(Comparison::GreaterEqual, s, one),
+            );
+            let upper = g.select(behind, one, between);
+            g.select(before, zero, upper)
+        }),
+        sample_points: &[[1.0, 3.0, 0.5], [1.0, 3.0, 1.7], [3.0, 1.0, 1.7], [1.0, 3.0, 3.5]],
+        doc: "0 up to the first, 1 from the second on, of the third; between them the cubic with slopes 0 at both",
+        ..LATER
+    },
+    Intrinsic {
+        name: "erf",
+        definition: Definition::One {
+            instruction: None,
+            value: special::erf,
+            derivative: |g, x| {
+                let factor = std::f64::consts::FRAC_2_SQRT_PI;
+                gaussian(g, factor, x)
+            },
+            rust_path: "::dgd::__runtime::special::erf",
+        },
+        sample_points: &[[-1.3, 0.0, 0.0], [0.0, 0.0, 0.0], [0.7, 0.0, 0.0], [2.5, 0.0, 0.0]],
+        doc: "error function",
+        ..LATER
+    },
+    Intrinsic {
+        name: "erfc",
+        definition: Definition::One {
+            instruction: None,
+            value: special::erfc,
+            derivative: |g, x| {
+                let factor = -std::f64::consts::FRAC_2_SQRT_PI;
+                gaussian(g, factor, x)
+            },
+            rust_path: "::dgd::__runtime::special::erfc",
+        },
+        sample_points: &[[-1.3, 0.0, 0.0], [0.0, 0.0, 0.0], [0.7, 0.0, 0.0], [2.5, 0.0, 0.0]],
+        doc: "1 - erf(x), without cancellation",
+        ..LATER
+    },
+    Intrinsic {
+        name: "lgamma",
+        definition: Definition::One {
+            instruction: None,
+            value: special::lgamma,
+            derivative: |g, x| {
+                let zero = g.constant(0.0);
+                g.call(IntrinsicId::named("polygamma"), &[zero, x])
+            },
+            rust_path: "::dgd::__runtime::special::lgamma",
+        },
+        sample_points: &[[0.3, 0.0, 0.0], [1.4616, 0.0, 0.0], [7.5, 0.0, 0.0]],
+        doc: "natural logarithm of the gamma function, of numbers above zero",
+        ..LATER
+    },
+    Intrinsic {
+        name: "polygamma",
+        definition: Definition::Two {
+            value: special::polygamma,
+            // The order is a whole number.
+            derivative: |g, n, x| {
+                let (zero, one) = (g.constant(0.0), g.constant(1.0));
+                let next = g.add(n, one);
+                [zero, g.call(IntrinsicId::named("polygamma"), &[next, x])]
+            },
+            rust_path: "::dgd::__runtime::special::polygamma",
+        },
+        // To the order there is no difference to compare with.
+        sample_points: &[],
+        doc: "derivative of `lgamma` of the order that the first, a whole number, and one make: polygamma(0, x) is the digamma function",
+        ..LATER
     },
 ];
+
+fn smaller(g: &mut Graph, a: ExprId, b: ExprId) -> ExprId {
+    let first = g.compare(Comparison::Less, a, b);
+    g.select(first, a, b)
+}
+
+fn larger(g: &mut Graph, a: ExprId, b: ExprId) -> ExprId {
+    let first = g.compare(Comparison::Greater, a, b);
+    g.select(first, a, b)
+}
+
+/// c exp(−x²)
+fn gaussian(g: &mut Graph, factor: f64, x: ExprId) -> ExprId {
+    let square = g.multiply(x, x);
+    let minus = g.negate(square);
+    let bell = g.call1("exp", minus);
+    let factor = g.constant(factor);
+    g.multiply(factor, bell)
+}
 
 /// √(1 − x²)
 fn root_of_one_minus_square(g: &mut Graph, x: ExprId) -> ExprId {
@@ -457,7 +675,7 @@ impl Graph {
         match (&function.get().definition, arguments) {
             (Definition::One { .. }, &[x]) => self.intern(Node::Call1(function, x)),
             (Definition::Two { .. }, &[x, y]) => self.intern(Node::Call2(function, x, y)),
-            (Definition::Expansion(expand), &[x, y]) => expand(self, x, y),
+            (Definition::Expansion(arity, expand), of) if of.len() == *arity => expand(self, of),
             _ => unreachable!("the resolver checks the number of arguments"),
         }
     }
@@ -473,13 +691,14 @@ mod tests {
         for intrinsic in INTRINSICS {
             let id = IntrinsicId::named(intrinsic.name);
             let mut g = Graph::default();
-            let symbols = [Symbol::Unknown(0), Symbol::Unknown(1)];
+            let symbols = [Symbol::Unknown(0), Symbol::Unknown(1), Symbol::Unknown(2)];
             let arguments = symbols.map(|s| g.symbol(s));
             let arity = intrinsic.definition.arity();
             let call = g.call(id, &arguments[..arity]);
             for &point in intrinsic.sample_points {
-                let at = |g: &Graph, e, point: [f64; 2]| {
-                    g.evaluate(e, &|s| if s == symbols[0] { point[0] } else { point[1] })
+                let at = |g: &Graph, e, point: [f64; 3]| {
+                    let value = |s| symbols.iter().position(|x| *x == s).map(|k| point[k]);
+                    g.evaluate(e, &|s| value(s).unwrap_or(f64::NAN))
                 };
                 let gradient = g.gradient(call, |s| symbols.iter().position(|x| *x == s));
                 for (k, x) in point.iter().enumerate().take(arity) {

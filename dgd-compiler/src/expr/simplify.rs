@@ -176,11 +176,20 @@ impl Graph {
                 // abs(−x) = abs(x), abs(abs(x)) = abs(x)
                 Node::Negate(inner) if name == "abs" => self.call(function, &[inner]),
                 Node::Call1(f, _) if name == "abs" && f == function => x,
+                // What is whole already.
+                Node::Call1(f, _) if name == "floor" && f == function => x,
                 _ => self.fold(Node::Call1(function, x)),
             },
             (Definition::Two { .. }, &[x, y]) if name == "^" => self.power_of(function, x, y),
+            // hypot(x, 0) = |x|, which has a corner.
+            (Definition::Two { .. }, &[x, y]) if name == "hypot" && self.is(y, 0.0) => {
+                self.call1("abs", x)
+            }
+            (Definition::Two { .. }, &[x, y]) if name == "hypot" && self.is(x, 0.0) => {
+                self.call1("abs", y)
+            }
             (Definition::Two { .. }, &[x, y]) => self.fold(Node::Call2(function, x, y)),
-            (Definition::Expansion(expand), &[x, y]) => expand(self, x, y),
+            (Definition::Expansion(arity, expand), of) if of.len() == *arity => expand(self, of),
             _ => unreachable!("the resolver checks the number of arguments"),
         }
     }

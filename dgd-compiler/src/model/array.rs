@@ -234,8 +234,9 @@ impl<'a> Lowering<'a> {
         let outer = self.index.replace(at);
         let result = match array.unit {
             None => self.value(array.value, diagnostics),
-            Some(unit) => unit_of(Some(unit), diagnostics)
-                .and_then(|unit| self.in_unit(array.value, &unit, Reading::Value, diagnostics)),
+            Some(unit) => unit_of(Some(unit), diagnostics).and_then(|unit| {
+                self.in_unit(array.value, &unit, Reading::Value, &Arguments::new(), diagnostics)
+            }),
         };
         self.index = outer;
         self.open.pop();

@@ -9,8 +9,12 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::Symbol;
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
-use crate::syntax::ast::{Argument, Choice, Expr, ExprKind, Item, ItemKind, Name, UnknownKind};
-use crate::units::{Dimension, Unit, parse_unit};
+use crate::syntax::ast::{
+    Argument, Choice, Expr, ExprKind, Item, ItemKind, LocalLet, Name, Unit as WrittenUnit,
+    UnknownKind,
+};
+use crate::syntax::visit;
+use crate::units::{Dimension, Unit};
 
 /// What a name stands for; numbers are positions among those of its kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +74,23 @@ pub(super) struct Entry {
 pub(super) struct Function<'a> {
     pub(super) name: &'a str,
     pub(super) arguments: &'a [Argument],
+    pub(super) lets: &'a [LocalLet],
     pub(super) body: &'a Expr,
+}
+
+impl<'a> Function<'a> {
+    /// What its text reads and calls, but for its own names.
+    fn names(&self) -> Vec<&'a str> {
+        let mut names = Vec::new();
+        for local in self.lets {
+            names_in(&local.value, &mut names);
+        }
+        names_in(self.body, &mut names);
+        let own = self.arguments.iter().map(|a| &a.name).chain(self.lets.iter().map(|l| &l.name));
+        let own: Vec<&str> = own.map(|name| name.text.as_str()).collect();
+        names.retain(|name| !own.contains(name));
+        names
+    }
 }
 
 /// All names of a model.
@@ -178,7 +198,7 @@ impl<'a> Scope<'a> {
                     (name, Definition::Input(next(2)), Some((unit, None)))
                 }
                 ItemKind::Unknown { declared, name, unit, start, .. } => {
-                    let state = *declared == UnknownKind::State;
+                    let state = *declared != UnknownKind::Unknown;
                     let definition = Definition::Unknown { index: next(3), state };
                     (name, definition, Some((unit, start.as_ref())))
                 }
@@ -196,15 +216,15 @@ impl<'a> Scope<'a> {
                     scope.collect_loop(items, &mut let_arrays, &mut labels, diagnostics);
                     continue;
                 }
-                ItemKind::Function { name, arguments, body } => {
-                    scope.functions.push(Function { name: &name.text, arguments, body });
-                    check_function(name, arguments, diagnostics);
+                ItemKind::Function { name, arguments, lets, body } => {
+                    scope.functions.push(Function { name: &name.text, arguments, lets, body });
+                    check_function(name, arguments, lets, diagnostics);
                     (name, Definition::Function(scope.functions.len() - 1), None)
                 }
                 ItemKind::Output { name, unit, .. } => {
                     unique(&mut scope.outputs, name, "output", diagnostics);
                     // Malformed ones are reported where the output is made.
-                    if let Some(Ok(unit)) = unit.as_ref().map(|unit| parse_unit(&unit.text)) {
+                    if let Some(Ok(unit)) = unit.as_ref().map(WrittenUnit::read) {
                         scope.spelling.learn(&unit);
                     }
                     continue;
@@ -223,6 +243,8 @@ impl<'a> Scope<'a> {
                 | ItemKind::Part { .. }
                 | ItemKind::Binding { .. }
                 | ItemKind::When(_)
+                | ItemKind::Every { .. }
+                | ItemKind::Unit { .. }
                 | ItemKind::Saturate { .. } => continue,
             };
             let unit = unit
@@ -313,8 +335,14 @@ impl<'a> Scope<'a> {
 }
 
 /// A function's own name and its arguments' names.
-fn check_function(name: &Name, arguments: &[Argument], diagnostics: &mut Diagnostics) {
-    if name.text == "der" || IntrinsicId::find(&name.text).is_some() {
+fn check_function(
+    name: &Name,
+    arguments: &[Argument],
+    lets: &[LocalLet],
+    diagnostics: &mut Diagnostics,
+) {
+    let is_taken = |function: IntrinsicId| !function.get().yields;
+    if name.text == "der" || IntrinsicId::find(&name.text).is_some_and(is_taken) {
         diagnostics.error(
             Diagnostic::new(
                 Code::E202,
@@ -328,6 +356,28 @@ fn check_function(name: &Name, arguments: &[Argument], diagnostics: &mut Diagnos
     for argument in arguments {
         unique(&mut seen, &argument.name, "argument", diagnostics);
     }
+    for (i, local) in lets.iter().enumerate() {
+        unique(&mut seen, &local.name, "value", diagnostics);
+        let early = lets[i..]
+            .iter()
+            .find_map(|later| read_of(&later.name.text, &local.value).map(|place| (later, place)));
+        if let Some((later, place)) = early {
+            let message = format!("`{}` is read before its own line", later.name.text);
+            diagnostics.error(
+                Diagnostic::new(Code::E206, place, message)
+                    .label(later.name.span, "declared here")
+                    .help("a `let` of a function reads those above it"),
+            );
+        }
+    }
+}
+
+/// Where a value reads a name.
+fn read_of(name: &str, expr: &Expr) -> Option<Span> {
+    if matches!(&expr.kind, ExprKind::Name(read) if read == name) {
+        return Some(expr.span);
+    }
+    visit::operands(expr).into_iter().find_map(|operand| read_of(name, operand))
 }
 
 /// Labels in a `modes` block. Modes exclude each other, so that a label may come again in the next.
@@ -394,12 +444,7 @@ pub(super) fn in_order<'a>(
     let bodies: BTreeMap<&str, Vec<&str>> = scope
         .functions
         .iter()
-        .map(|function| {
-            let mut names = Vec::new();
-            names_in(function.body, &mut names);
-            names.retain(|n| !function.arguments.iter().any(|a| a.name.text == *n));
-            (function.name, names)
-        })
+        .map(|function| (function.name, function.names()))
         .chain(scope.let_arrays.iter().map(|array| {
             let mut names = Vec::new();
             names_in(array.value, &mut names);

@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 
 use super::check_units::{Dim, Located, Spelling, quotient_for_derivative};
 use super::define::{Definition, Function, Scope};
+use super::resolve::Reading;
 use super::whole::LoopIndex;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::expr::intrinsics::{INTRINSICS, IntrinsicId};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::source::Span;
-use crate::syntax::ast::{Argument, Expr, ExprKind, Factor, Name, Sign};
-use crate::units::{Dimension, Unit, parse_unit};
+use crate::syntax::ast::{Expr, ExprKind, Factor, LocalLet, Name, Sign};
+use crate::units::{Dimension, Unit};
 
 /// Functions open inside functions at most this deep, and nested brackets with them.
 const DEEPEST: usize = 512;
@@ -399,7 +400,10 @@ impl<'a> Lowering<'a> {
                 .help("give what it reads a `let`, and use that in both places"),
             );
         }
-        if let Some(said) = diagnostics.said(Code::E201, span) {
+        // What a function reads above its line is told where the function stands.
+        let said =
+            [Code::E201, Code::E206].into_iter().find_map(|code| diagnostics.said(code, span));
+        if let Some(said) = said {
             return said;
         }
         let candidates = arguments.keys().copied().chain(self.scope.names.keys().copied());
@@ -456,7 +460,7 @@ impl<'a> Lowering<'a> {
                 failed.map_or(Ok(()), Err)?;
                 let spans: Vec<Span> = list.iter().map(|argument| argument.span).collect();
                 let passed = CallArguments { typed, spans, call: span, place };
-                self.open_function(name, declared.arguments, declared.body, passed, diagnostics)
+                self.open_function(declared, passed, diagnostics)
             }
             Some((_, place)) => Err(diagnostics.error(
                 Diagnostic::new(Code::E205, function.span, format!("`{name}` is not a function"))
@@ -500,12 +504,11 @@ impl<'a> Lowering<'a> {
 
     fn open_function(
         &mut self,
-        name: &'a str,
-        declared: &'a [Argument],
-        body: &'a Expr,
+        function: Function<'a>,
         passed: CallArguments,
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
+        let Function { name, arguments: declared, .. } = function;
         if self.open.contains(&name) {
             let chain = self.open.join("` → `");
             return Err(diagnostics.error(
@@ -561,7 +564,7 @@ impl<'a> Lowering<'a> {
         self.open.push(name);
         // A function knows of no loop.
         let outer = self.index.take();
-        let result = self.lower(body, &bound, diagnostics);
+        let result = self.value_of(function, bound, diagnostics);
         self.index = outer;
         self.open.pop();
         self.calls.insert(key, result);
@@ -582,9 +585,29 @@ impl<'a> Lowering<'a> {
             bound.insert(&argument.name.text, Typed { id, dim: Dim::Of(unit.dimension) });
         }
         self.open.push(function.name);
-        let result = self.lower(function.body, &bound, diagnostics);
+        let result = self.value_of(function, bound, diagnostics);
         self.open.pop();
         result.map(|_| ())
+    }
+
+    /// The value of a function with these arguments: its `let`s one after another, then its body.
+    fn value_of(
+        &mut self,
+        function: Function<'a>,
+        mut bound: Arguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        for LocalLet { name, unit, value } in function.lets {
+            let typed = match unit {
+                None => self.lower(value, &bound, diagnostics)?,
+                Some(unit) => {
+                    let unit = unit_of(Some(unit), diagnostics)?;
+                    self.in_unit(value, &unit, Reading::Value, &bound, diagnostics)?
+                }
+            };
+            bound.insert(name.text.as_str(), typed);
+        }
+        self.lower(function.body, &bound, diagnostics)
     }
 
     fn derivative(
@@ -651,24 +674,26 @@ pub(super) fn unit_of(
     let Some(written) = written else {
         return Ok(Unit::one());
     };
-    let unit = parse_unit(&written.text);
-    unit.map_err(|error| diagnostics.error(error.at(&written.text, written.span)))
+    written.read().map_err(|error| diagnostics.error(error.at(&written.text, written.span)))
 }
 
-/// Whether a declared value is made of plain numbers only, and so is in the declared unit.
-pub(super) fn is_plain(expr: &Expr) -> bool {
+/// Whether a declared value is made of plain numbers only, and so is in the declared unit. A function that
+/// the model declares, `is_own`, may read anything.
+pub(super) fn is_plain(expr: &Expr, is_own: &dyn Fn(&str) -> bool) -> bool {
+    let is_plain = |expr: &Expr| is_plain(expr, is_own);
     match &expr.kind {
         ExprKind::Number { unit, .. } => unit.is_none(),
         ExprKind::Name(name) => name == "pi",
         ExprKind::Call { function, arguments } => {
-            IntrinsicId::find(&function.text).is_some() && arguments.iter().all(is_plain)
+            let is_known = IntrinsicId::find(&function.text).is_some() && !is_own(&function.text);
+            is_known && arguments.iter().all(is_plain)
         }
         ExprKind::Group(inner) | ExprKind::Negate(inner) | ExprKind::Not(inner) => is_plain(inner),
         ExprKind::Sum(terms) => terms.iter().all(|(_, term)| is_plain(term)),
         ExprKind::Product(factors) => factors.iter().all(|(_, factor)| is_plain(factor)),
         ExprKind::Power(base, exponent) => is_plain(base) && is_plain(exponent),
         ExprKind::If(condition, holds, fails) => {
-            [condition, holds, fails].into_iter().all(|part| is_plain(part))
+            [condition, holds, fails].into_iter().all(|part| is_plain(part.as_ref()))
         }
         ExprKind::Compare(_, left, right) => is_plain(left) && is_plain(right),
         ExprKind::And(parts) | ExprKind::Or(parts) => parts.iter().all(is_plain),

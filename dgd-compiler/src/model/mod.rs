@@ -228,16 +228,18 @@ pub struct Equation {
 pub enum Origin {
     /// A `modes` block.
     Modes,
-    /// A `when`: one mode without equations, and a transition from it to itself.
+    /// A `when`: one mode without equations, and a transition from it to itself for each of its conditions.
     When,
+    /// An `every`: one mode without equations, and a transition from it to itself.
+    Every,
 }
 
-/// A `modes` block: equations that follow one another; or a `when`.
+/// A `modes` block: equations that follow one another; or a `when` or an `every`.
 #[derive(Debug, Clone)]
 pub struct Automaton {
     /// Where it comes from.
     pub origin: Origin,
-    /// Its name; of a `when` its condition as written.
+    /// Its name; of a `when` its condition as written, of an `every` its period.
     pub name: String,
     /// Doc comment.
     pub doc: Vec<String>,
@@ -247,6 +249,8 @@ pub struct Automaton {
     pub start: usize,
     /// Which mode follows which, and when; then the conditions of modes to start in.
     pub transitions: Vec<Transition>,
+    /// The period of an `every`: of parameters.
+    pub period: Option<ExprId>,
 }
 
 impl Automaton {
@@ -255,6 +259,7 @@ impl Automaton {
         match self.origin {
             Origin::Modes => format!("a transition of `{}`", self.name),
             Origin::When => "`when`".to_owned(),
+            Origin::Every => "`every`".to_owned(),
         }
     }
 }

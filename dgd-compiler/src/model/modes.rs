@@ -1,16 +1,18 @@
-//! What changes at events: `modes`, whose equations follow one another, `when` and `saturate`.
+//! What changes at events: `modes`, whose equations follow one another, `when`, `every` and `saturate`.
 
 use std::collections::BTreeMap;
 
+use super::check_units::Dim;
 use super::define::Definition;
-use super::expression::Lowering;
+use super::expression::{Lowering, Typed};
 use super::resolve::{Reading, Resolver};
-use super::{Automaton, Mode, Origin, Reset, Saturation, Transition};
+use super::{Automaton, Equation, Mode, Origin, Reset, Saturation, Transition};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::expr::{ExprId, Node, Symbol};
+use crate::source::Span;
 use crate::syntax::ast::{self, Bound, Choice, Crossing, Expr, Item, ItemKind, Name};
-use crate::syntax::print::print_condition;
-use crate::units::Unit;
+use crate::syntax::print::{print_condition, print_expression};
+use crate::units::{Dimension, Unit};
 
 impl<'a> Resolver<'a> {
     pub(super) fn automaton(
@@ -28,22 +30,25 @@ impl<'a> Resolver<'a> {
         // Each part reports its own mistakes; the next is independent of them.
         let modes: Vec<Result<Mode, Reported>> =
             modes.iter().map(|mode| self.mode(mode, diagnostics)).collect();
-        let transitions: Vec<Result<Transition, Reported>> = transitions
+        let transitions: Vec<Result<Vec<Transition>, Reported>> = transitions
             .iter()
             .map(|transition| self.transition(transition, &names, diagnostics))
             .collect();
+        let transitions: Result<Vec<Vec<Transition>>, Reported> = transitions.into_iter().collect();
         let starts: Vec<Result<Transition, Reported>> = starts
             .iter()
             .filter_map(|start| Some((&start.mode, start.condition.as_ref()?)))
             .map(|(mode, condition)| self.start_mode(mode, condition, &names, diagnostics))
             .collect();
+        let starts: Result<Vec<Transition>, Reported> = starts.into_iter().collect();
         Ok(Automaton {
             origin: Origin::Modes,
             name: name.text.clone(),
             doc: item.doc.clone(),
             modes: modes.into_iter().collect::<Result<_, _>>()?,
             start: start?,
-            transitions: transitions.into_iter().chain(starts).collect::<Result<_, _>>()?,
+            transitions: transitions?.into_iter().flatten().chain(starts?).collect(),
+            period: None,
         })
     }
 
@@ -64,28 +69,56 @@ impl<'a> Resolver<'a> {
         transition: &'a ast::Transition,
         names: &ModeNames<'_>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Transition, Reported> {
+    ) -> Result<Vec<Transition>, Reported> {
         let from = names.position(&transition.from, diagnostics);
         let to = names.position(&transition.to, diagnostics);
-        let left = self.lowering.value(&transition.left, diagnostics);
-        let right = self.lowering.value(&transition.right, diagnostics);
-        let resets = self.resets(&transition.resets, diagnostics);
+        let (conditions, resets) = (&transition.conditions, &transition.resets);
+        let all = self.reactions(transition.span, conditions, resets, diagnostics)?;
+        let (from, to) = (Some(from?), to?);
+        Ok(all.into_iter().map(|one| Transition { from, to, ..one }).collect())
+    }
+
+    /// A transition from mode 0 to itself for each condition.
+    fn reactions(
+        &mut self,
+        span: Span,
+        conditions: &'a [ast::Condition],
+        resets: &'a [ast::Reset],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Vec<Transition>, Reported> {
+        let sides: Vec<Result<[Typed; 2], Reported>> =
+            conditions.iter().map(|condition| self.sides(condition, diagnostics)).collect();
+        let resets = self.resets(resets, diagnostics);
+        let sides = sides.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let resets = resets?;
+        let all = conditions.iter().zip(sides).map(|(condition, [left, right])| Transition {
+            span,
+            from: Some(0),
+            to: 0,
+            left: left.id,
+            crossing: condition.crossing,
+            right: right.id,
+            resets: resets.clone(),
+        });
+        Ok(all.collect())
+    }
+
+    /// What a condition compares.
+    fn sides(
+        &mut self,
+        condition: &'a ast::Condition,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<[Typed; 2], Reported> {
+        let left = self.lowering.value(&condition.left, diagnostics);
+        let right = self.lowering.value(&condition.right, diagnostics);
         let (left, right) = (left?, right?);
-        let sides = [left.at(transition.left.span), right.at(transition.right.span)];
+        let sides = [left.at(condition.left.span), right.at(condition.right.span)];
         self.lowering
             .scope
             .spelling
             .same("compare", sides[0], sides[1])
             .map_err(|diagnostic| diagnostics.error(diagnostic))?;
-        Ok(Transition {
-            span: transition.span,
-            from: Some(from?),
-            to: to?,
-            left: left.id,
-            crossing: transition.crossing,
-            right: right.id,
-            resets: resets?,
-        })
+        Ok([left, right])
     }
 
     /// `start MODE if CONDITION`: made at the start where 1 or −1 is above zero.
@@ -141,32 +174,87 @@ impl<'a> Resolver<'a> {
         reaction: &'a ast::Reaction,
         diagnostics: &mut Diagnostics,
     ) -> Result<Automaton, Reported> {
-        let left = self.lowering.value(&reaction.left, diagnostics);
-        let right = self.lowering.value(&reaction.right, diagnostics);
-        let resets = self.resets(&reaction.resets, diagnostics);
-        let (left, right) = (left?, right?);
-        let sides = [left.at(reaction.left.span), right.at(reaction.right.span)];
-        self.lowering
-            .scope
-            .spelling
-            .same("compare", sides[0], sides[1])
-            .map_err(|diagnostic| diagnostics.error(diagnostic))?;
+        let ast::Reaction { conditions, resets } = reaction;
+        let transitions = self.reactions(item.span, conditions, resets, diagnostics)?;
+        Ok(of_one_mode(item, Origin::When, print_condition(reaction), transitions))
+    }
+
+    /// An `every` is an automaton of one mode, too; its transition is made at the ticks of a clock.
+    pub(super) fn every(
+        &mut self,
+        item: &Item,
+        period: &'a Expr,
+        resets: &'a [ast::Reset],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Automaton, Reported> {
+        let clock = self.period(period, diagnostics);
+        let resets = self.resets(resets, diagnostics);
+        let zero = self.lowering.graph.constant(0.0);
         let transition = Transition {
             span: item.span,
             from: Some(0),
             to: 0,
-            left: left.id,
-            crossing: reaction.crossing,
-            right: right.id,
+            left: zero,
+            crossing: Crossing::Rises,
+            right: zero,
             resets: resets?,
         };
-        Ok(Automaton {
-            origin: Origin::When,
-            name: print_condition(reaction),
-            doc: item.doc.clone(),
-            modes: vec![Mode { name: String::new(), doc: Vec::new(), equations: Vec::new() }],
-            start: 0,
-            transitions: vec![transition],
+        let name = print_expression(period);
+        let automaton = of_one_mode(item, Origin::Every, name, vec![transition]);
+        Ok(Automaton { period: Some(clock?), ..automaton })
+    }
+
+    /// A time above zero, of parameters.
+    fn period(
+        &mut self,
+        expr: &'a Expr,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<ExprId, Reported> {
+        let typed = self.lowering.value(expr, diagnostics)?;
+        let Lowering { graph, scope, .. } = &self.lowering;
+        if typed.dim.with(Dim::Of(scope.second)).is_none() {
+            let found = typed.dim.dimension();
+            let message =
+                format!("a period is a time, but this is {}", scope.spelling.being(found));
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E302, expr.span, message)
+                    .help("give it a unit of time: `every 10 [s]`"),
+            ));
+        }
+        let varies =
+            |symbol: &&Symbol| !matches!(symbol, Symbol::Parameter(_) | Symbol::Constant(_));
+        let symbols = graph.symbols(typed.id);
+        if let Some(symbol) = symbols.iter().find(varies) {
+            let varying = scope.quoted_name(*symbol).unwrap_or_else(|| "what varies".to_owned());
+            let message = format!("a period cannot depend on {varying}");
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E511, expr.span, message)
+                    .help("make it of parameters and constants"),
+            ));
+        }
+        if self.lowering.number(typed.id).is_some_and(|value| value.is_nan() || value <= 0.0) {
+            let message = "a period must be above zero";
+            return Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)));
+        }
+        Ok(typed.id)
+    }
+
+    /// The equation of a held value: it does not change by itself.
+    pub(super) fn held(&mut self, item: &Item, name: &Name) -> Result<Equation, Reported> {
+        let entry = self.lowering.scope.names.get(name.text.as_str());
+        let Some(Definition::Unknown { index, .. }) = entry.map(|entry| entry.definition) else {
+            unreachable!("a held value is an unknown")
+        };
+        let unit = self.declared(item, name)?.unit;
+        let Lowering { graph, scope, .. } = &mut self.lowering;
+        Ok(Equation {
+            label: format!("held {}", name.text),
+            span: item.span,
+            doc: Vec::new(),
+            left: graph.symbol(Symbol::Derivative(index)),
+            right: graph.constant(0.0),
+            dimension: unit.dimension.over(scope.second).unwrap_or(Dimension::ONE),
+            is_exact: true,
         })
     }
 
@@ -260,6 +348,18 @@ impl<'a> Resolver<'a> {
         let unit = entry.unit.unwrap_or_else(|| Ok(Unit::one()))?;
         Ok((index, unit))
     }
+}
+
+/// An automaton of one mode without equations.
+fn of_one_mode(
+    item: &Item,
+    origin: Origin,
+    name: String,
+    transitions: Vec<Transition>,
+) -> Automaton {
+    let mode = Mode { name: String::new(), doc: Vec::new(), equations: Vec::new() };
+    let (doc, modes) = (item.doc.clone(), vec![mode]);
+    Automaton { origin, name, doc, modes, start: 0, transitions, period: None }
 }
 
 /// Positions of modes by name; of two with one name the first counts.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::check_units::Dim;
 use super::choose::{check_settings, choose, leave_out_impossible, unknown_choice};
 use super::define::{Definition, Scope, in_order};
-use super::expression::{Lowering, Typed, is_plain, unit_of};
+use super::expression::{Arguments, Lowering, Typed, is_plain, unit_of};
 use super::item::UnknownDeclaration;
 use super::{Constant, Declared, Input, Interpolation, Let, Model};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
@@ -15,6 +15,7 @@ use crate::source::Span;
 use crate::syntax::ast::{
     Ast, AttributeKind, Expr, Item, ItemKind, Name, Unit as WrittenUnit, UnknownKind,
 };
+use crate::syntax::own_units;
 use crate::units::{Dimension, Unit};
 
 /// What is chosen and set from outside the model file.
@@ -81,7 +82,13 @@ pub fn resolve_noting(
         ));
     };
 
-    let Expanded { asts, parts, .. } = parts::expand(asts, diagnostics)?;
+    let mut set = options.settings.clone();
+    let own = own_units::all(asts);
+    for setting in set.iter_mut().filter(|_| !own.is_empty()) {
+        own_units::know_in(&mut setting.value, &own);
+    }
+    let asts = own_units::known_where_used(asts, diagnostics);
+    let Expanded { asts, parts, .. } = parts::expand(&asts, diagnostics)?;
     let [main, libraries @ ..] = &*asts else {
         unreachable!("a compilation has a main file");
     };
@@ -104,7 +111,7 @@ pub fn resolve_noting(
     parts::leave_out_unread_inputs(&mut items, main, options.columns.as_deref());
 
     let mut scope = Scope::collect(&items, diagnostics);
-    let settings = check_settings(&options.settings, &scope, diagnostics);
+    let settings = check_settings(&set, &scope, diagnostics);
     scope.place_arrays(&items, &settings, diagnostics);
     let order = in_order(&items, &scope, &settings, diagnostics);
     let mut resolver = Resolver {
@@ -251,11 +258,15 @@ impl<'a> Resolver<'a> {
                 self.model.inputs.push(Input { declared, interpolation });
             }
             ItemKind::Unknown { declared, name, start, attributes, .. } => {
-                let state = *declared == UnknownKind::State;
+                let state = *declared != UnknownKind::Unknown;
                 let start = start.as_ref();
                 let declaration = UnknownDeclaration { name, state, start, attributes };
                 let unknown = self.unknown(item, &declaration, diagnostics)?;
                 self.model.unknowns.push(unknown);
+                if *declared == UnknownKind::Held {
+                    let equation = self.held(item, name)?;
+                    self.model.equations.push(equation);
+                }
             }
             ItemKind::Output { name, unit, value: None, attributes } if self.is_array(name) => {
                 let output =
@@ -287,6 +298,10 @@ impl<'a> Resolver<'a> {
                 let automaton = self.when(item, reaction, diagnostics)?;
                 self.model.automata.push(automaton);
             }
+            ItemKind::Every { period, resets } => {
+                let automaton = self.every(item, period, resets, diagnostics)?;
+                self.model.automata.push(automaton);
+            }
             ItemKind::Saturate { name, side, bound } => {
                 let saturation = self.saturation(item, name, *side, bound, diagnostics)?;
                 self.model.saturations.push(saturation);
@@ -300,6 +315,7 @@ impl<'a> Resolver<'a> {
             ItemKind::For { index, items, .. } => self.loop_(index, items, diagnostics)?,
             ItemKind::Constant { .. }
             | ItemKind::Size { .. }
+            | ItemKind::Unit { .. }
             | ItemKind::Let { .. }
             | ItemKind::Function { .. }
             | ItemKind::Import { .. }
@@ -330,7 +346,7 @@ impl<'a> Resolver<'a> {
         reading: Reading,
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
-        self.lowering.in_unit(expr, unit, reading, diagnostics)
+        self.lowering.in_unit(expr, unit, reading, &Arguments::new(), diagnostics)
     }
 
     /// A number that must be known before anything runs.
@@ -383,17 +399,20 @@ impl<'a> Resolver<'a> {
 }
 
 impl<'a> Lowering<'a> {
-    /// A declared value: plain numbers are in the declared unit, anything else must have it.
+    /// A declared value: plain numbers are in the declared unit, anything else must have it. Within a function
+    /// its arguments are known.
     pub(super) fn in_unit(
         &mut self,
         expr: &'a Expr,
         unit: &Unit,
         reading: Reading,
+        arguments: &Arguments<'a>,
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
-        let typed = self.value(expr, diagnostics)?;
+        let typed = self.lower(expr, arguments, diagnostics)?;
         let number = self.number(typed.id);
-        if let (true, Some(number)) = (is_plain(expr), number) {
+        let is_plain = is_plain(expr, &|name| self.scope.names.contains_key(name));
+        if let (true, Some(number)) = (is_plain, number) {
             let si = match reading {
                 Reading::Value => unit.to_si(number),
                 Reading::Size => number * unit.factor,

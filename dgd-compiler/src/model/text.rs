@@ -188,6 +188,10 @@ impl Writer<'_> {
         let condition = format!("when {left} {} {right}", transition.crossing.words());
         match automaton.origin {
             Origin::When => self.line("  ", &condition),
+            Origin::Every => {
+                let period = automaton.period.map_or(String::new(), |p| self.shown("      ", p));
+                self.line("  ", &format!("every {period}"));
+            }
             Origin::Modes => {
                 let [from, to] = [from, transition.to].map(|mode| &automaton.modes[mode].name);
                 self.line("    ", &format!("{from} -> {to} {condition}"));

@@ -40,7 +40,7 @@ impl Names {
                 ItemKind::Unknown { declared, name, .. }
                 | ItemKind::Array { declared, name, .. } => match declared {
                     UnknownKind::State => (name, SymbolKind::State),
-                    UnknownKind::Unknown => (name, SymbolKind::Unknown),
+                    UnknownKind::Unknown | UnknownKind::Held => (name, SymbolKind::Unknown),
                 },
                 ItemKind::Size { name, .. } => (name, SymbolKind::Size),
                 ItemKind::Let { name, .. } => (name, SymbolKind::Let),
@@ -71,6 +71,8 @@ impl Names {
                 | ItemKind::Output { .. }
                 | ItemKind::Binding { .. }
                 | ItemKind::When(_)
+                | ItemKind::Every { .. }
+                | ItemKind::Unit { .. }
                 | ItemKind::Saturate { .. } => continue,
             };
             self.declare_in(scope, |s| &mut s.values, name, kind);

@@ -4,8 +4,8 @@ use super::files::Files;
 use super::{Names, Scope, SymbolId, SymbolKind, Use};
 use crate::source::{SourceId, Sources, Span};
 use crate::syntax::ast::{
-    Argument, Ast, Attribute, AttributeKind, ClauseKind, EffectHeader, Expr, ExprKind, Item,
-    ItemKind, Name, PartArgument, Reset, Target, Transition, Unit,
+    Argument, Ast, Attribute, AttributeKind, ClauseKind, Condition, EffectHeader, Expr, ExprKind,
+    Item, ItemKind, LocalLet, Name, PartArgument, Reset, Target, Transition, Unit,
 };
 use crate::syntax::visit;
 
@@ -182,7 +182,7 @@ impl Reader<'_> {
     fn item(&mut self, item: &Item) {
         match &item.kind {
             ItemKind::Import { .. } => {}
-            ItemKind::Size { value, .. } => self.expr(value),
+            ItemKind::Size { value, .. } | ItemKind::Unit { value, .. } => self.expr(value),
             ItemKind::Constant { unit, value, .. } | ItemKind::Let { unit, value, .. } => {
                 self.unit(unit.as_ref());
                 self.expr(value);
@@ -220,7 +220,9 @@ impl Reader<'_> {
                     }
                 });
             }
-            ItemKind::Function { arguments, body, .. } => self.function(arguments, body),
+            ItemKind::Function { arguments, lets, body, .. } => {
+                self.function(arguments, lets, body);
+            }
             ItemKind::Output { name, unit, value, attributes } => {
                 if value.is_none() {
                     self.name(name);
@@ -256,8 +258,12 @@ impl Reader<'_> {
                 self.expr(value);
             }
             ItemKind::When(reaction) => {
-                self.exprs([&reaction.left, &reaction.right]);
+                self.conditions(&reaction.conditions);
                 self.resets(&reaction.resets);
+            }
+            ItemKind::Every { period, resets } => {
+                self.expr(period);
+                self.resets(resets);
             }
             ItemKind::Saturate { name, bound, .. } => {
                 self.name(name);
@@ -283,11 +289,17 @@ impl Reader<'_> {
         }
     }
 
-    fn function(&mut self, arguments: &[Argument], body: &Expr) {
+    fn function(&mut self, arguments: &[Argument], lets: &[LocalLet], body: &Expr) {
         let open = self.locals.len();
         for Argument { name, unit } in arguments {
             self.unit(unit.as_ref());
             let symbol = self.names.add(&name.text, SymbolKind::Argument, name.span);
+            self.locals.push((name.text.clone(), symbol));
+        }
+        for LocalLet { name, unit, value } in lets {
+            self.unit(unit.as_ref());
+            self.expr(value);
+            let symbol = self.names.add(&name.text, SymbolKind::Let, name.span);
             self.locals.push((name.text.clone(), symbol));
         }
         self.expr(body);
@@ -302,11 +314,17 @@ impl Reader<'_> {
     }
 
     fn transition(&mut self, block: &Name, transition: &Transition) {
-        let Transition { from, to, left, right, resets, .. } = transition;
+        let Transition { from, to, conditions, resets, .. } = transition;
         self.mode(block, from);
         self.mode(block, to);
-        self.exprs([left, right]);
+        self.conditions(conditions);
         self.resets(resets);
+    }
+
+    fn conditions(&mut self, all: &[Condition]) {
+        for Condition { left, right, .. } in all {
+            self.exprs([left, right]);
+        }
     }
 
     fn resets(&mut self, resets: &[Reset]) {
@@ -375,7 +393,7 @@ impl Reader<'_> {
                     }
                     let none = |name: &Name| Argument { name: name.clone(), unit: None };
                     let arguments: Vec<Argument> = arguments.iter().map(none).collect();
-                    self.function(&arguments, by);
+                    self.function(&arguments, &[], by);
                 }
                 ClauseKind::ReplaceOutput { output, by } => {
                     self.output(output);

@@ -129,7 +129,7 @@ fn outputs_as_values(items: &mut Vec<Item>, values: &BTreeSet<String>) {
 
 /// The unit of what has none.
 pub(super) fn plain(name: &Name) -> Unit {
-    Unit { span: name.span, text: "1".to_owned() }
+    Unit::new(name.span, "1")
 }
 
 /// Gives a value, a start value or a choice to what has a name.
@@ -178,6 +178,8 @@ fn give(
         | ItemKind::Modes { .. }
         | ItemKind::For { .. }
         | ItemKind::When(_)
+        | ItemKind::Every { .. }
+        | ItemKind::Unit { .. }
         | ItemKind::Saturate { .. }
         | ItemKind::Part { .. }
         | ItemKind::Binding { .. } => {}

@@ -33,17 +33,19 @@ pub(super) fn tie(whole: &mut ExpandedModel) {
     let mut values: BTreeMap<String, Value> = BTreeMap::new();
     let mut varying: Vec<String> = vec!["time".to_owned()];
     visit::items(&whole.items, &mut |item| {
-        let (name, kind, value, hidden) = match &item.kind {
+        let (name, kind, values_read, hidden) = match &item.kind {
             ItemKind::Constant { name, value, .. } | ItemKind::Size { name, value } => {
-                (name, Kind::Constant, value, &[][..])
+                (name, Kind::Constant, vec![value], Vec::new())
             }
             ItemKind::Parameter { name, value, .. } => {
                 varying.push(name.text.clone());
-                (name, Kind::Parameter, value, &[][..])
+                (name, Kind::Parameter, vec![value], Vec::new())
             }
-            ItemKind::Let { name, value, .. } => (name, Kind::Definition, value, &[][..]),
-            ItemKind::Function { name, arguments, body } => {
-                (name, Kind::Definition, body, arguments.as_slice())
+            ItemKind::Let { name, value, .. } => (name, Kind::Definition, vec![value], Vec::new()),
+            ItemKind::Function { name, arguments, lets, body } => {
+                let of_lets = lets.iter().map(|local| &local.value);
+                let all = of_lets.chain([body]).collect();
+                (name, Kind::Definition, all, visit::locals(arguments, lets))
             }
             ItemKind::Input { name, .. }
             | ItemKind::Unknown { name, .. }
@@ -58,12 +60,16 @@ pub(super) fn tie(whole: &mut ExpandedModel) {
             | ItemKind::Modes { .. }
             | ItemKind::For { .. }
             | ItemKind::When(_)
+            | ItemKind::Every { .. }
+            | ItemKind::Unit { .. }
             | ItemKind::Saturate { .. }
             | ItemKind::Part { .. }
             | ItemKind::Binding { .. } => return,
         };
         let mut reads = BTreeSet::new();
-        names_in(value, &mut reads);
+        for value in values_read {
+            names_in(value, &mut reads);
+        }
         for argument in hidden {
             reads.remove(&argument.name.text);
         }

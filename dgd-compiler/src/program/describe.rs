@@ -156,6 +156,7 @@ fn of_single(
         discrete: Discrete {
             automata: dae.automata.iter().map(automaton).collect(),
             n_time_conditions: dae.time_conditions.len(),
+            clocks: dae.clocks.clone().into(),
             event_jacobian: pattern(ResultKind::EventJacobian),
             reset_jacobian: pattern(ResultKind::ResetJacobian),
         },

@@ -56,6 +56,8 @@ pub enum NoTaylor {
     Delays,
     /// Unknowns are arrays.
     Arrays,
+    /// Derivatives of a function in it lead to ever new ones.
+    Functions,
 }
 
 /// Series of expressions that share operations.
@@ -250,9 +252,30 @@ pub(super) fn taylor(derivation: &mut Derivation<'_>) -> Result<Taylor, NoTaylor
     }
     let Derivatives { f, jacobian, directions } = derivation.for_taylor();
     let Derivation { graph, names, .. } = derivation;
+    let of_matrices = jacobian.iter().chain(&directions).map(|entry| entry.value);
+    if derivatives_go_on(graph, f.iter().copied().chain(of_matrices)) {
+        return Err(NoTaylor::Functions);
+    }
     Ok(Taylor {
         unknowns: Builder::new(graph, names, dae).series(&f, &[], &[]),
         sensitivities: Builder::new(graph, names, dae).series(&f, &jacobian, &directions),
+    })
+}
+
+/// Whether one of these functions, whose derivatives are ever new ones, is called with what moves.
+fn derivatives_go_on(graph: &Graph, roots: impl Iterator<Item = ExprId>) -> bool {
+    let [lgamma, polygamma] = ["lgamma", "polygamma"].map(IntrinsicId::named);
+    if !graph.calls(lgamma) && !graph.calls(polygamma) {
+        return false;
+    }
+    let moves = |x: ExprId| {
+        let moving = |s: &Symbol| !matches!(s, Symbol::Parameter(_) | Symbol::Discrete(_));
+        graph.symbols(x).iter().any(moving)
+    };
+    graph.listed(roots).into_iter().any(|(_, node)| match node {
+        Node::Call1(function, x) => function == lgamma && moves(x),
+        Node::Call2(function, _, x) => function == polygamma && moves(x),
+        _ => false,
     })
 }
 
@@ -423,14 +446,14 @@ impl<'a> Builder<'a> {
         let all = match self.graph.node(id) {
             Node::Call1(f, x) if own_recurrence(f).is_none() => match f.get().definition {
                 Definition::One { derivative, .. } => vec![(x, derivative(self.graph, x))],
-                Definition::Two { .. } | Definition::Expansion(_) => Vec::new(),
+                Definition::Two { .. } | Definition::Expansion(..) => Vec::new(),
             },
             Node::Call2(f, x, y) if own_recurrence(f).is_none() => match f.get().definition {
                 Definition::Two { derivative, .. } => {
                     let [by_x, by_y] = derivative(self.graph, x, y);
                     vec![(x, by_x), (y, by_y)]
                 }
-                Definition::One { .. } | Definition::Expansion(_) => Vec::new(),
+                Definition::One { .. } | Definition::Expansion(..) => Vec::new(),
             },
             _ => Vec::new(),
         };

@@ -70,6 +70,9 @@ impl fmt::Display for Program {
             }
             Err(NoTaylor::Delays) => writeln!(f, "\nno Taylor series: unknowns are read late"),
             Err(NoTaylor::Arrays) => writeln!(f, "\nno Taylor series: unknowns are arrays"),
+            Err(NoTaylor::Functions) => {
+                writeln!(f, "\nno Taylor series: a function has ever new derivatives")
+            }
         }
     }
 }
@@ -147,12 +150,19 @@ fn write_discrete(discrete: &Discrete, f: &mut fmt::Formatter<'_>) -> fmt::Resul
                 Trigger::Level => ", at any time",
                 Trigger::Entry => ", on entry",
                 Trigger::Start => ", at the start",
+                Trigger::Clock => ", at ticks",
             };
             writeln!(f, "    {from} -> {to}, {crossing:?}{acts}, resets {resets:?}")?;
         }
     }
-    for k in discrete.automata.len()..discrete.len() {
-        writeln!(f, "  z[{k}] switches at a time")?;
+    for k in 0..discrete.n_time_conditions {
+        let z = discrete.automata.len() + k;
+        let clock = |condition: usize| discrete.clocks.iter().any(|c| c.condition == condition);
+        match (clock(k), k.checked_sub(1).is_some_and(clock)) {
+            (true, _) => writeln!(f, "  z[{z}] counts from a time")?,
+            (false, true) => writeln!(f, "  z[{z}] is the period of that")?,
+            (false, false) => writeln!(f, "  z[{z}] switches at a time")?,
+        }
     }
     Ok(())
 }

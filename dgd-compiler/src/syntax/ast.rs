@@ -4,6 +4,7 @@
 //! looked up here and no unit is understood.
 
 use crate::source::{SourceId, Span};
+use crate::units::{self, OwnUnits, UnitError, parse_unit_with};
 
 pub use dgd_signature::Crossing;
 
@@ -242,9 +243,9 @@ pub enum ItemKind {
         /// `hold` or `linear`, and attributes.
         attributes: Vec<Attribute>,
     },
-    /// `state h_r [m] = 50` or `unknown f [1] = 0.02`
+    /// `state h_r [m] = 50`, `unknown f [1] = 0.02` or `held u [%] = 50`
     Unknown {
-        /// Whether it was declared `state` (it may have a derivative) or `unknown`.
+        /// Whether it was declared `state` (it may have a derivative), `unknown` or `held`.
         declared: UnknownKind,
         /// Name.
         name: Name,
@@ -254,6 +255,13 @@ pub enum ItemKind {
         start: Option<Expr>,
         /// Attributes in the order written.
         attributes: Vec<Attribute>,
+    },
+    /// `unit stroke = 0.118 [l]`: a unit that the file uses.
+    Unit {
+        /// Its symbol.
+        name: Name,
+        /// What one of it is: a number, in a unit.
+        value: Expr,
     },
     /// `size N = 100`: a whole number that ranges are made of.
     Size {
@@ -298,12 +306,14 @@ pub enum ItemKind {
         /// Value.
         value: Expr,
     },
-    /// `function friction(q [m^3/s]) = …`
+    /// `function friction(q [m^3/s]) = …`, perhaps with `let`s in a block
     Function {
         /// Name.
         name: Name,
         /// Arguments; one with a unit is checked against it.
         arguments: Vec<Argument>,
+        /// Values that have names within the function, each of which may read those before it.
+        lets: Vec<LocalLet>,
         /// Value.
         body: Expr,
     },
@@ -365,6 +375,13 @@ pub enum ItemKind {
     },
     /// `when x rises above a { reset x = e }`
     When(Reaction),
+    /// `every 10 [s] { reset u = e }`: at the times 0, T, 2 T and so on.
+    Every {
+        /// T.
+        period: Expr,
+        /// Unknowns that it resets, with their new values.
+        resets: Vec<Reset>,
+    },
     /// `saturate q >= 0`
     Saturate {
         /// What stays within the bound.
@@ -388,14 +405,21 @@ pub struct PartArgument {
 /// What is watched, and what happens then.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reaction {
+    /// What is watched: one or several, joined by `or`.
+    pub conditions: Vec<Condition>,
+    /// Unknowns that it resets, with their new values.
+    pub resets: Vec<Reset>,
+}
+
+/// `x rises above a` or `x falls below a`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Condition {
     /// What is watched.
     pub left: Expr,
     /// In which direction it passes `right`.
     pub crossing: Crossing,
     /// What it is compared with.
     pub right: Expr,
-    /// Unknowns that it resets, with their new values.
-    pub resets: Vec<Reset>,
 }
 
 /// On which side of an unknown its bound lies.
@@ -425,6 +449,30 @@ pub enum UnknownKind {
     State,
     /// `unknown`
     Unknown,
+    /// `held`: it changes at resets only.
+    Held,
+}
+
+impl UnknownKind {
+    /// The word that declares it.
+    pub fn word(self) -> &'static str {
+        match self {
+            UnknownKind::State => "state",
+            UnknownKind::Unknown => "unknown",
+            UnknownKind::Held => "held",
+        }
+    }
+}
+
+/// `let y [m] = x*x` within a function.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LocalLet {
+    /// Name, known within the function.
+    pub name: Name,
+    /// Unit in brackets.
+    pub unit: Option<Unit>,
+    /// Value.
+    pub value: Expr,
 }
 
 /// An argument of a function.
@@ -467,12 +515,8 @@ pub struct Transition {
     pub from: Name,
     /// The mode that it enters.
     pub to: Name,
-    /// What is watched.
-    pub left: Expr,
-    /// In which direction it passes `right`.
-    pub crossing: Crossing,
-    /// What it is compared with.
-    pub right: Expr,
+    /// What is watched: one or several, joined by `or`.
+    pub conditions: Vec<Condition>,
     /// Unknowns that it resets, with their new values.
     pub resets: Vec<Reset>,
 }
@@ -529,6 +573,24 @@ pub struct Unit {
     pub span: Span,
     /// The text between the brackets, trimmed.
     pub text: String,
+    /// Units that the file declares, once they are known.
+    pub own: OwnUnits,
+}
+
+impl Unit {
+    /// A unit in which nothing that a file declares occurs.
+    pub fn new(span: Span, text: impl Into<String>) -> Unit {
+        Unit { span, text: text.into(), own: OwnUnits::default() }
+    }
+
+    /// What it means.
+    ///
+    /// # Errors
+    ///
+    /// [`UnitError`]: the text is not a unit.
+    pub fn read(&self) -> Result<units::Unit, UnitError> {
+        parse_unit_with(&self.text, &self.own)
+    }
 }
 
 /// An expression and its place.

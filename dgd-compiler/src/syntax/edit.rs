@@ -95,6 +95,8 @@ fn collect(
             | ItemKind::Modes { .. }
             | ItemKind::Binding { .. }
             | ItemKind::When(_)
+            | ItemKind::Every { .. }
+            | ItemKind::Unit { .. }
             | ItemKind::Saturate { .. } => {}
         }
     }

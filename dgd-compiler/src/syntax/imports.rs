@@ -147,13 +147,14 @@ fn verify_library(ast: &mut Ast, diagnostics: &mut Diagnostics) {
             item.kind,
             ItemKind::Import { .. }
                 | ItemKind::Constant { .. }
+                | ItemKind::Unit { .. }
                 | ItemKind::Let { .. }
                 | ItemKind::Function { .. }
         );
         if !is_allowed {
             diagnostics.error(
                 Diagnostic::new(Code::E208, item.span, "this cannot stand in a library").help(
-                    "a library has constants, `let`s and functions; a model file begins with `model NAME`",
+                    "a library has constants, units, `let`s and functions; a model file begins with `model NAME`",
                 ),
             );
         }

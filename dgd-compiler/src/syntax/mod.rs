@@ -4,6 +4,8 @@ pub mod ast;
 pub mod edit;
 pub mod imports;
 pub mod layout;
+pub(crate) mod local;
+pub mod own_units;
 mod parse;
 pub mod places;
 pub mod print;

@@ -1,9 +1,9 @@
 //! Trees without their places, so that two texts can be compared.
 
 use super::ast::{
-    Argument, Ast, Attribute, AttributeKind, Choice, Clause, ClauseKind, EffectHeader, Expr,
-    ExprKind, Header, Item, ItemKind, Name, PartArgument, Range, Reaction, Reset, Slot, StartMode,
-    Target, Transition, Unit,
+    Argument, Ast, Attribute, AttributeKind, Choice, Clause, ClauseKind, Condition, EffectHeader,
+    Expr, ExprKind, Header, Item, ItemKind, LocalLet, Name, PartArgument, Range, Reaction, Reset,
+    Slot, StartMode, Target, Transition, Unit,
 };
 use crate::source::{SourceId, Span};
 
@@ -69,7 +69,7 @@ fn placeless_name(name: &Name) -> Name {
 }
 
 fn placeless_unit(unit: Option<&Unit>) -> Option<Unit> {
-    unit.map(|unit| Unit { span: Span::default(), text: unit.text.clone() })
+    unit.map(|unit| Unit::new(Span::default(), unit.text.clone()))
 }
 
 fn placeless_attribute(attribute: &Attribute) -> Attribute {
@@ -122,6 +122,9 @@ fn placeless_item(item: &Item) -> Item {
             start: start.as_ref().map(placeless),
             attributes: attributes(all),
         },
+        ItemKind::Unit { name, value } => {
+            ItemKind::Unit { name: placeless_name(name), value: placeless(value) }
+        }
         ItemKind::Size { name, value } => {
             ItemKind::Size { name: placeless_name(name), value: placeless(value) }
         }
@@ -146,13 +149,21 @@ fn placeless_item(item: &Item) -> Item {
             unit: placeless_unit(unit.as_ref()),
             value: placeless(value),
         },
-        ItemKind::Function { name, arguments, body } => ItemKind::Function {
+        ItemKind::Function { name, arguments, lets, body } => ItemKind::Function {
             name: placeless_name(name),
             arguments: arguments
                 .iter()
                 .map(|a| Argument {
                     name: placeless_name(&a.name),
                     unit: placeless_unit(a.unit.as_ref()),
+                })
+                .collect(),
+            lets: lets
+                .iter()
+                .map(|local| LocalLet {
+                    name: placeless_name(&local.name),
+                    unit: placeless_unit(local.unit.as_ref()),
+                    value: placeless(&local.value),
                 })
                 .collect(),
             body: placeless(body),
@@ -193,12 +204,14 @@ fn placeless_item(item: &Item) -> Item {
         ItemKind::Binding { input, value } => {
             ItemKind::Binding { input: placeless_name(input), value: placeless(value) }
         }
-        ItemKind::When(Reaction { left, crossing, right, resets }) => ItemKind::When(Reaction {
-            left: placeless(left),
-            crossing: *crossing,
-            right: placeless(right),
+        ItemKind::When(Reaction { conditions, resets }) => ItemKind::When(Reaction {
+            conditions: conditions.iter().map(placeless_condition).collect(),
             resets: resets.iter().map(placeless_reset).collect(),
         }),
+        ItemKind::Every { period, resets } => ItemKind::Every {
+            period: placeless(period),
+            resets: resets.iter().map(placeless_reset).collect(),
+        },
         ItemKind::Saturate { name, side, bound } => {
             ItemKind::Saturate { name: placeless_name(name), side: *side, bound: placeless(bound) }
         }
@@ -227,6 +240,14 @@ fn placeless_reset(reset: &Reset) -> Reset {
     }
 }
 
+fn placeless_condition(condition: &Condition) -> Condition {
+    Condition {
+        left: placeless(&condition.left),
+        crossing: condition.crossing,
+        right: placeless(&condition.right),
+    }
+}
+
 fn placeless_start(start: &StartMode) -> StartMode {
     StartMode {
         mode: placeless_name(&start.mode),
@@ -240,9 +261,7 @@ fn placeless_transition(transition: &Transition) -> Transition {
         doc: transition.doc.clone(),
         from: placeless_name(&transition.from),
         to: placeless_name(&transition.to),
-        left: placeless(&transition.left),
-        crossing: transition.crossing,
-        right: placeless(&transition.right),
+        conditions: transition.conditions.iter().map(placeless_condition).collect(),
         resets: transition.resets.iter().map(placeless_reset).collect(),
     }
 }

@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 
 use super::ast::{
     Argument, Ast, Attribute, AttributeKind, Bound, Choice, Clause, ClauseKind, Comparison,
-    EffectHeader, Expr, ExprKind, Factor, Item, ItemKind, Name, PartArgument, Range, Reaction,
-    Reset, Sign, Slot, SlotKind, StartMode, Target, Transition, Unit, UnknownKind,
+    Condition, EffectHeader, Expr, ExprKind, Factor, Item, ItemKind, LocalLet, Name, PartArgument,
+    Range, Reaction, Reset, Sign, Slot, SlotKind, StartMode, Target, Transition, Unit,
 };
 use super::parse::lexical::RESERVED;
 
@@ -365,20 +365,16 @@ impl Printer {
                 self.declaration("input", name, unit.as_ref(), None, attributes);
             }
             ItemKind::Unknown { declared, name, unit, start, attributes } => {
-                let keyword = match declared {
-                    UnknownKind::State => "state",
-                    UnknownKind::Unknown => "unknown",
-                };
-                self.declaration(keyword, name, unit.as_ref(), start.as_ref(), attributes);
+                self.declaration(declared.word(), name, unit.as_ref(), start.as_ref(), attributes);
+            }
+            ItemKind::Unit { name, value } => {
+                self.declaration("unit", name, None, Some(value), &[]);
             }
             ItemKind::Size { name, value } => {
                 self.declaration("size", name, None, Some(value), &[]);
             }
             ItemKind::Array { declared, name, index, range, unit, start, attributes } => {
-                let keyword = match declared {
-                    UnknownKind::State => "state",
-                    UnknownKind::Unknown => "unknown",
-                };
+                let keyword = declared.word();
                 let index =
                     index.as_ref().map_or_else(String::new, |index| format!("{} in ", index.text));
                 let text = format!("{}[{index}{}]", name.text, print_range(range));
@@ -398,13 +394,25 @@ impl Printer {
             ItemKind::Output { name, unit, value, attributes } => {
                 self.declaration("output", name, unit.as_ref(), value.as_ref(), attributes);
             }
-            ItemKind::Function { name, arguments, body } => {
+            ItemKind::Function { name, arguments, lets, body } => {
                 let argument = |argument: &Argument| {
                     format!("{}{}", argument.name.text, brackets(argument.unit.as_ref()))
                 };
                 let arguments: Vec<String> = arguments.iter().map(argument).collect();
                 let body = print_expression(body);
-                self.line(&format!("function {}({}) = {body}", name.text, arguments.join(", ")));
+                let head = format!("function {}({}) =", name.text, arguments.join(", "));
+                if lets.is_empty() {
+                    self.line(&format!("{head} {body}"));
+                    return;
+                }
+                self.line(&format!("{head} {{"));
+                self.depth += 1;
+                for LocalLet { name, unit, value } in lets {
+                    self.declaration("let", name, unit.as_ref(), Some(value), &[]);
+                }
+                self.line(&body);
+                self.depth -= 1;
+                self.line("}");
             }
             ItemKind::Equation { label, left, right, attributes } => {
                 let (left, right) = (print_expression(left), print_expression(right));
@@ -450,6 +458,9 @@ impl Printer {
             ItemKind::When(reaction) => {
                 self.reaction(&format!("when {}", print_condition(reaction)), &reaction.resets);
             }
+            ItemKind::Every { period, resets } => {
+                self.reaction(&format!("every {}", print_expression(period)), resets);
+            }
             ItemKind::Saturate { name, side, bound } => {
                 let sign = match side {
                     Bound::Lower => ">=",
@@ -472,11 +483,9 @@ impl Printer {
     }
 
     fn transition(&mut self, transition: &Transition) {
-        let Transition { doc, from, to, left, crossing, right, resets, .. } = transition;
+        let Transition { doc, from, to, conditions, resets, .. } = transition;
         self.doc(doc);
-        let (left, right) = (print_expression(left), print_expression(right));
-        let crosses = crossing.words();
-        let head = format!("{} -> {} when {left} {crosses} {right}", from.text, to.text);
+        let head = format!("{} -> {} when {}", from.text, to.text, print_conditions(conditions));
         self.reaction(&head, resets);
     }
 
@@ -519,10 +528,21 @@ fn print_attributes(attributes: &[Attribute]) -> String {
     if words.is_empty() { String::new() } else { format!(" {}", words.join(", ")) }
 }
 
-/// `x falls below e`
+/// `x falls below e`, or several of that, joined by `or`.
 pub(crate) fn print_condition(reaction: &Reaction) -> String {
-    let Reaction { left, crossing, right, .. } = reaction;
-    format!("{} {} {}", print_expression(left), crossing.words(), print_expression(right))
+    print_conditions(&reaction.conditions)
+}
+
+fn print_conditions(all: &[Condition]) -> String {
+    let side = |expr: &Expr| {
+        let mut out = String::new();
+        expression(&mut out, expr, Binding::Sum, Position::Inner);
+        out
+    };
+    let one = |Condition { left, crossing, right }: &Condition| {
+        format!("{} {} {}", side(left), crossing.words(), side(right))
+    };
+    all.iter().map(one).collect::<Vec<_>>().join(" or ")
 }
 
 /// An index as it stands between brackets, without blanks where it needs none.

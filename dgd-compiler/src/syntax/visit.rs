@@ -1,8 +1,8 @@
 //! Walks over the parts of a tree, written once for everything that renames, replaces or compares.
 
 use super::ast::{
-    Argument, Attribute, AttributeKind, Choice, Expr, ExprKind, Item, ItemKind, Name, Range,
-    Reaction, Reset, Transition, Unit,
+    Argument, Attribute, AttributeKind, Choice, Condition, Expr, ExprKind, Item, ItemKind,
+    LocalLet, Name, Range, Reaction, Reset, Transition, Unit,
 };
 
 /// Names of one set differ from each other; those of two sets need not.
@@ -31,7 +31,7 @@ pub enum Role<'a> {
     Start,
     /// The value of a `let`.
     Let(&'a Name),
-    /// The body of a function with these arguments.
+    /// The body of a function, or one of its `let`s, with what these may be called by names of its own.
     Body(&'a Name, &'a [Argument]),
     /// What an output reads.
     Output(&'a Name),
@@ -39,7 +39,7 @@ pub enum Role<'a> {
     Left(&'a Name),
     /// The right side of an equation.
     Right(&'a Name),
-    /// The condition of a transition, the value of a reset, or the bound of a saturation.
+    /// The condition of a transition, a period, the value of a reset, or the bound of a saturation.
     Transition,
 }
 
@@ -82,6 +82,7 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             }
             attributes(all, visit);
         }
+        ItemKind::Unit { value, .. } => visit(Part::Expr(Role::Declaration, value)),
         ItemKind::Size { name, value } => {
             visit(Part::Declares(Namespace::Value, name));
             visit(Part::Expr(Role::Declaration, value));
@@ -105,12 +106,17 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             declared(name, unit, visit);
             visit(Part::Expr(Role::Let(name), value));
         }
-        ItemKind::Function { name, arguments, body } => {
+        ItemKind::Function { name, arguments, lets, body } => {
             visit(Part::Declares(Namespace::Value, name));
             for argument in arguments.iter_mut() {
                 visit(Part::Unit(&mut argument.unit));
             }
-            visit(Part::Expr(Role::Body(name, arguments), body));
+            let locals = locals(arguments, lets);
+            for local in lets {
+                visit(Part::Unit(&mut local.unit));
+                visit(Part::Expr(Role::Body(name, &locals), &mut local.value));
+            }
+            visit(Part::Expr(Role::Body(name, &locals), body));
         }
         ItemKind::Output { name, unit, value, attributes: all } => {
             visit(Part::Declares(Namespace::Output, name));
@@ -133,8 +139,8 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
         ItemKind::Modes { name, modes, transitions, starts } => {
             visit(Part::Declares(Namespace::Modes, name));
             items_of_choices(modes, visit);
-            for Transition { left, right, resets, .. } in transitions {
-                reaction(left, right, resets, visit);
+            for Transition { conditions, resets, .. } in transitions {
+                reaction(conditions, resets, visit);
             }
             for condition in starts.iter_mut().filter_map(|start| start.condition.as_mut()) {
                 visit(Part::Expr(Role::Start, condition));
@@ -147,8 +153,10 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             }
         }
         ItemKind::Binding { input, value } => visit(Part::Expr(Role::Let(input), value)),
-        ItemKind::When(Reaction { left, right, resets, .. }) => {
-            reaction(left, right, resets, visit);
+        ItemKind::When(Reaction { conditions, resets }) => reaction(conditions, resets, visit),
+        ItemKind::Every { period, resets } => {
+            visit(Part::Expr(Role::Transition, period));
+            reaction(&mut [], resets, visit);
         }
         ItemKind::Saturate { name, bound, .. } => {
             visit(Part::Resets(name));
@@ -193,18 +201,40 @@ fn items_of_choices(choices: &mut [Choice], visit: &mut dyn FnMut(Part<'_>)) {
     }
 }
 
-/// The sides of a condition, and the resets when it is met.
-fn reaction(
-    left: &mut Expr,
-    right: &mut Expr,
-    resets: &mut [Reset],
-    visit: &mut dyn FnMut(Part<'_>),
-) {
-    visit(Part::Expr(Role::Transition, left));
-    visit(Part::Expr(Role::Transition, right));
+/// What a function knows by names of its own: its arguments and its `let`s.
+pub fn locals(arguments: &[Argument], lets: &[LocalLet]) -> Vec<Argument> {
+    let of_let = |local: &LocalLet| Argument { name: local.name.clone(), unit: None };
+    arguments.iter().cloned().chain(lets.iter().map(of_let)).collect()
+}
+
+/// The sides of conditions, and the resets when one is met.
+fn reaction(conditions: &mut [Condition], resets: &mut [Reset], visit: &mut dyn FnMut(Part<'_>)) {
+    for Condition { left, right, .. } in conditions {
+        visit(Part::Expr(Role::Transition, left));
+        visit(Part::Expr(Role::Transition, right));
+    }
     for reset in resets {
         visit(Part::Resets(&mut reset.name));
         visit(Part::Expr(Role::Transition, &mut reset.value));
+    }
+}
+
+/// Visits every unit of an item, those of its numbers included.
+pub fn units_of_item_mut(item: &mut Item, visit: &mut dyn FnMut(&mut Unit)) {
+    parts_mut(item, &mut |part| match part {
+        Part::Declares(..) | Part::Resets(_) => {}
+        Part::Unit(unit) => unit.iter_mut().for_each(&mut *visit),
+        Part::Expr(_, expr) => units_of_expression_mut(expr, visit),
+    });
+}
+
+/// Visits the units of an expression's numbers.
+pub fn units_of_expression_mut(expr: &mut Expr, visit: &mut dyn FnMut(&mut Unit)) {
+    if let ExprKind::Number { unit: Some(unit), .. } = &mut expr.kind {
+        visit(unit);
+    }
+    for operand in operands_mut(expr) {
+        units_of_expression_mut(operand, visit);
     }
 }
 

@@ -65,6 +65,8 @@ const CURRENT: Dimension = Dimension::of([0, 0, 0, 1, 0, 0, 0]);
 const TEMPERATURE: Dimension = Dimension::of([0, 0, 0, 0, 1, 0, 0]);
 const AMOUNT: Dimension = Dimension::of([0, 0, 0, 0, 0, 1, 0]);
 pub(super) const LUMINOUS_INTENSITY: Dimension = Dimension::of([0, 0, 0, 0, 0, 0, 1]);
+const CONCENTRATION: Dimension = Dimension::of([0, -3, 0, 0, 0, 1, 0]);
+const SPEED: Dimension = Dimension::of([0, 1, -1, 0, 0, 0, 0]);
 const AREA: Dimension = Dimension::of([0, 2, 0, 0, 0, 0, 0]);
 const VOLUME: Dimension = Dimension::of([0, 3, 0, 0, 0, 0, 0]);
 const FLOW: Dimension = Dimension::of([0, 3, -1, 0, 0, 0, 0]);
@@ -165,6 +167,8 @@ pub static CATALOGUE: &[Row] = &[
     Row::of("min", TIME, (60.0, 1.0), "minute"),
     Row::of("h", TIME, (3600.0, 1.0), "hour").or(&["hr"]),
     Row::of("d", TIME, (86_400.0, 1.0), "day").or(&["day"]),
+    Row::of("week", TIME, (604_800.0, 1.0), "week: 7 d"),
+    Row::of("year", TIME, (31_557_600.0, 1.0), "Julian year: 365.25 d").or(&["yr"]),
     Row::si("Hz", FREQUENCY, "hertz: 1/s"),
     Row::of("rpm", FREQUENCY, (std::f64::consts::PI, 30.0), "revolutions per minute: 2π/60 rad/s"),
     Row::of("spm", FREQUENCY, (1.0, 60.0), "strokes per minute: 1/60 s⁻¹"),
@@ -177,6 +181,9 @@ pub static CATALOGUE: &[Row] = &[
     Row::of("l", VOLUME, (1.0, 1e3), "litre").or(&["L"]).with_prefixes(),
     Row::of("bbl", VOLUME, (42.0 * GALLON.0, GALLON.1), "oil barrel: 42 US gallons"),
     Row::of("gal", VOLUME, GALLON, "US gallon: 231 in³"),
+    // Speed
+    Row::of("mph", SPEED, (1_609_344.0, 3_600e3), "mile per hour: 0.44704 m/s"),
+    Row::of("knot", SPEED, (1852.0, 3600.0), "nautical mile per hour: 1852 m/h").or(&["kn"]),
     // Flow
     Row::of("lpm", FLOW, (1.0, 60e3), "litres per minute").or(&["LPM"]),
     Row::of("gpm", FLOW, (GALLON.0, 60.0 * GALLON.1), "US gallons per minute").or(&["GPM"]),
@@ -186,6 +193,8 @@ pub static CATALOGUE: &[Row] = &[
     Row::si("N", FORCE, "newton"),
     Row::of("lbf", FORCE, POUND_FORCE, "pound-force"),
     Row::of("kgf", FORCE, (980_665.0, 1e5), "kilogram-force: 9.80665 N"),
+    // Concentration
+    Row::of("M", CONCENTRATION, (1e3, 1.0), "molar: 1 mol/l").with_prefixes(),
     // Density
     Row::of("sg", DENSITY, (1e3, 1.0), "specific gravity: relative to 1000 kg/m³"),
     Row::of("ppg", DENSITY, (POUND.0 * 1e4, GALLON.0), "pounds per US gallon"),
@@ -210,6 +219,7 @@ pub static CATALOGUE: &[Row] = &[
     Row::of("inH2O", PRESSURE, (980_665.0 * 25.4, 1e5), "inch of water"),
     // Energy, power
     Row::si("J", ENERGY, "joule"),
+    Row::of("cal", ENERGY, (4184.0, 1e3), "thermochemical calorie: 4.184 J").with_prefixes(),
     Row::of("Wh", ENERGY, (3600.0, 1.0), "watt-hour").with_prefixes(),
     Row::si("W", POWER, "watt"),
     Row::of("hp", POWER, (550.0 * 0.3048 * POUND_FORCE.0, POUND_FORCE.1), "mechanical horsepower"),

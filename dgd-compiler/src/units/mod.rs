@@ -3,11 +3,13 @@
 pub mod catalogue;
 pub mod dimension;
 mod grammar;
+mod own;
 mod read;
 
 pub use catalogue::{convert, describe};
 pub use dimension::{Dimension, Exponent};
-pub use read::{UnitError, UnitErrorKind, parse_unit, read_unit};
+pub use own::{OwnUnit, OwnUnits};
+pub use read::{UnitError, UnitErrorKind, parse_unit, parse_unit_with, read_unit};
 
 /// A unit: `si = value * factor + offset`.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::ops::Range;
 
-use super::catalogue::{Row, all_spellings, find};
-use super::{Exponent, Unit, grammar};
+use super::catalogue::{all_spellings, find};
+use super::{Datum, Dimension, Exponent, OwnUnits, Unit, grammar};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
 use crate::source::{Sources, Span};
 
@@ -94,7 +94,20 @@ impl std::error::Error for UnitError {}
 ///
 /// A zero elsewhere (°C) and a labelled zero (bara) belong to a unit that stands alone. In a product
 /// or power a °C is a difference of one kelvin, and `bara` is `bar`.
+///
+/// # Errors
+///
+/// [`UnitError`]: the text is not a unit.
 pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
+    parse_unit_with(text, &OwnUnits::default())
+}
+
+/// Reads a unit as [`parse_unit`] does, in which units that a file declares may occur.
+///
+/// # Errors
+///
+/// [`UnitError`]: the text is not a unit.
+pub fn parse_unit_with(text: &str, own: &OwnUnits) -> Result<Unit, UnitError> {
     let factors = grammar::parse(text).map_err(|malformed| {
         let length = text[malformed.at..].chars().next().map_or(0, char::len_utf8);
         UnitError {
@@ -108,10 +121,10 @@ pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
     for factor in &factors {
         let out_of_range =
             || UnitError { range: factor.range.clone(), kind: UnitErrorKind::OutOfRange };
-        let found = look_up(factor)?;
+        let found = look_up(factor, own)?;
         let exponent = factor.exponent.times(found.digits).ok_or_else(out_of_range)?;
 
-        let dimension = found.row.dimension.power(exponent);
+        let dimension = found.dimension.power(exponent);
         all.dimension = dimension
             .and_then(|dimension| all.dimension.times(dimension))
             .ok_or_else(out_of_range)?;
@@ -125,8 +138,8 @@ pub fn parse_unit(text: &str) -> Result<Unit, UnitError> {
             denominator *= power(up, exponent);
         }
         if factors.len() == 1 && exponent.value() == 1.0 {
-            all.offset = found.row.offset;
-            all.datum = found.row.datum;
+            all.offset = found.offset;
+            all.datum = found.datum;
         }
         all.factor = numerator / denominator;
         if !all.factor.is_normal() {
@@ -147,19 +160,26 @@ fn power(x: f64, exponent: Exponent) -> f64 {
 }
 
 /// Reads the unit `text` between `brackets` of a source, or reports at the right place why it is not a unit.
+/// Units that the model declares count, where `sources` knows them.
+///
+/// # Errors
+///
+/// A [`Diagnostic`]: the text is not a unit.
 pub fn read_unit(text: &str, brackets: Span, sources: &Sources) -> Result<Unit, Box<Diagnostic>> {
-    parse_unit(text).map_err(|error| {
+    parse_unit_with(text, &OwnUnits::declared(&sources.units)).map_err(|error| {
         // The text is what stands between the brackets, without blanks around it.
         let before = sources.text(brackets).find(text).unwrap_or(0);
         Box::new(error.behind(brackets.start + before as u32, brackets))
     })
 }
 
-/// A symbol found in the catalogue.
+/// A symbol found in the catalogue, or among the units that a file declares.
 struct Found {
-    row: &'static Row,
-    /// Factor of the row and its prefix.
+    dimension: Dimension,
+    /// Its factor, with that of its prefix.
     factor: (f64, f64),
+    offset: f64,
+    datum: Option<Datum>,
     /// The power that digits after the symbol stand for.
     digits: Exponent,
 }
@@ -196,24 +216,33 @@ const SPELLED_OUT: &[(&str, &str)] = &[
     ("percent", "%"),
 ];
 
-fn look_up(factor: &grammar::Factor) -> Result<Found, UnitError> {
+fn look_up(factor: &grammar::Factor, own: &OwnUnits) -> Result<Found, UnitError> {
     let whole = format!("{}{}", factor.symbol, factor.digits);
     let one = Exponent::new(1, 1);
-    let (symbol, digits) = if factor.digits.is_empty() || find(&whole).is_some() {
-        (&whole, one)
-    } else {
-        // m3 is m^3; more than one digit is a slip.
-        let digit = (factor.digits.len() == 1).then(|| factor.digits.parse().ok()).flatten();
-        (&factor.symbol, digit.and_then(|digit| Exponent::new(digit, 1)))
-    };
+    let (symbol, digits) =
+        if factor.digits.is_empty() || find(&whole).is_some() || own.get(&whole).is_some() {
+            (&whole, one)
+        } else {
+            // m3 is m^3; more than one digit is a slip.
+            let digit = (factor.digits.len() == 1).then(|| factor.digits.parse().ok()).flatten();
+            (&factor.symbol, digit.and_then(|digit| Exponent::new(digit, 1)))
+        };
+    if let (Some(unit), Some(digits)) = (own.get(symbol), digits) {
+        let (dimension, factor) = (unit.dimension, (unit.factor, 1.0));
+        return Ok(Found { dimension, factor, offset: 0.0, datum: None, digits });
+    }
     if let (Some((row, factor)), Some(digits)) = (find(symbol), digits) {
-        return Ok(Found { row, factor, digits });
+        let (dimension, offset, datum) = (row.dimension, row.offset, row.datum);
+        return Ok(Found { dimension, factor, offset, datum, digits });
     }
     let meant = SPELLED_OUT.iter().find(|(word, _)| whole.trim_end_matches('s') == *word);
     let spellings = all_spellings();
-    let suggestion = match meant {
-        Some((_, symbol)) => Some((*symbol).to_owned()),
-        None => suggestion(&whole, spellings.iter().map(String::as_str)).map(str::to_owned),
+    let suggestion = if let Some((_, symbol)) = meant {
+        Some((*symbol).to_owned())
+    } else {
+        let known =
+            own.iter().map(|(symbol, _)| symbol).chain(spellings.iter().map(String::as_str));
+        suggestion(&whole, known).map(str::to_owned)
     };
     let kind = UnitErrorKind::Unknown { symbol: whole, suggestion };
     Err(UnitError { range: factor.range.clone(), kind })
@@ -223,7 +252,7 @@ fn look_up(factor: &grammar::Factor) -> Result<Found, UnitError> {
 mod tests {
     use super::*;
     use crate::units::catalogue::{LUMINOUS_INTENSITY, PRESSURE, TIME};
-    use crate::units::convert;
+    use crate::units::{OwnUnit, convert};
 
     fn unit(text: &str) -> Unit {
         parse_unit(text).unwrap_or_else(|error| panic!("{text}: {error}"))
@@ -281,6 +310,17 @@ mod tests {
             ("deg", std::f64::consts::PI / 180.0),
             ("ft^(1/2)", 0.3048_f64.sqrt()),
             ("1", 1.0),
+            ("kcal", 4184.0),
+            ("cal/(g*K)", 4184.0),
+            ("M", 1000.0),
+            ("µM", 1e-3),
+            ("mol/l", 1000.0),
+            ("week", 604_800.0),
+            ("year", 365.25 * 86_400.0),
+            ("1/yr", 1.0 / (365.25 * 86_400.0)),
+            ("mph", 0.447_04),
+            ("knot", 1852.0 / 3600.0),
+            ("ppm", 1e-6),
         ] {
             let error = (unit(text).factor / factor - 1.0).abs();
             assert!(error <= ROUNDING, "{text}: {} {factor}", unit(text).factor);
@@ -316,6 +356,24 @@ mod tests {
         assert_eq!(convert(2.0, &bar, &bara), 2.0);
         assert_eq!(bara.to_si(1.0), barg.to_si(1.0));
         assert_eq!(unit("bara/s").datum, None);
+    }
+
+    #[test]
+    fn declared_units_are_read_like_others_and_take_no_prefix() {
+        let litre = unit("l");
+        let stroke = OwnUnit::of(0.118, &litre);
+        let kelvin = OwnUnit::of(2.0, &unit("°C"));
+        let units = [("stroke".to_owned(), stroke), ("step2".to_owned(), kelvin)];
+        let own = OwnUnits::new(units.into_iter().collect());
+        let read = |text: &str| parse_unit_with(text, &own);
+        let rate = read("stroke/min").expect("a unit");
+        assert_eq!((rate.symbol.as_str(), rate.dimension), ("stroke/min", unit("lpm").dimension));
+        assert!((rate.factor / (0.118e-3 / 60.0) - 1.0).abs() <= ROUNDING);
+        assert_eq!(read("stroke^2").expect("a unit").factor, 0.118e-3 * 0.118e-3);
+        assert_eq!(read("step2").expect("a unit").offset, 0.0);
+        let error = read("stroek").expect_err("no unit");
+        assert_eq!(error.help().as_deref(), Some("did you mean `stroke`?"));
+        assert!(read("kstroke").is_err() && parse_unit("stroke").is_err());
     }
 
     #[test]

@@ -160,8 +160,8 @@ mod tests {
             ["E605 1:1 time runs backwards: `1` comes after `2`; row 2"]
         );
         assert_eq!(
-            mistakes(&[("time [s]", &[0.0, 1.0, 1.0, 1.0])]),
-            ["E606 1:1 more than two rows have the time `1`; row 3"]
+            mistakes(&[("time [s]", &[0.0, 1.0, 1.0, 0.5])]),
+            ["E605 1:1 time runs backwards: `0.5` comes after `1`; row 3"]
         );
         assert_eq!(
             mistakes(&[("time [s]", &[0.0, NAN, f64::INFINITY])]),

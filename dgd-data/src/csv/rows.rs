@@ -139,16 +139,16 @@ impl Rows {
         let time = self.time.map(|time| time.finish(diagnostics)).transpose();
         reported?;
         let Rows { mut columns, taken: mut n_rows, .. } = self;
-        let (time, disorder, epoch) = match time? {
-            None => (None, Disorder::default(), None),
-            Some(Timed { seconds, rows, disorder, epoch }) => {
+        let (time, disorder, replicates, epoch) = match time? {
+            None => (None, Disorder::default(), Vec::new(), None),
+            Some(Timed { seconds, rows, disorder, replicates, epoch }) => {
                 if let Some(rows) = rows {
                     for column in &mut columns {
                         column.values = rows.iter().map(|row| column.values[*row]).collect();
                     }
                     n_rows = rows.len();
                 }
-                (Some(seconds), disorder, epoch)
+                (Some(seconds), disorder, replicates, epoch)
             }
         };
         Ok(Table {
@@ -159,6 +159,7 @@ impl Rows {
             time_note: self.time_note,
             epoch,
             disorder,
+            replicates,
             columns,
             n_rows,
         })

@@ -8,7 +8,7 @@ use crate::cell::shown;
 use crate::csv::clock::{Clock, Epoch, TimeFault};
 use crate::csv::kept::Kept;
 use crate::csv::records::Record;
-use crate::table::{Cells, Column, Disorder, Location, Order};
+use crate::table::{Cells, Column, Disorder, Location, Order, Replicate};
 
 /// The time column, while rows come in.
 pub(crate) struct Time {
@@ -22,7 +22,9 @@ pub(crate) struct Time {
     /// The first of each kind of mistake, and how many there are.
     unreadable: Option<(Cells, TimeFault)>,
     backwards: Option<(Cells, Before)>,
-    crowded: Option<(Cells, Location)>,
+    crowded: Option<Cells>,
+    /// Rows beyond the second with one time.
+    replicates: Vec<Replicate>,
 }
 
 /// What the time column says.
@@ -32,6 +34,8 @@ pub(crate) struct Timed {
     /// The rows that have these times, where some are left out.
     pub(crate) rows: Option<Vec<usize>>,
     pub(crate) disorder: Disorder,
+    /// Rows beyond the second with one time, where the file is not read as it is.
+    pub(crate) replicates: Vec<Replicate>,
     /// The stamp from which they are counted, where the file has stamps.
     pub(crate) epoch: Option<Epoch>,
 }
@@ -48,8 +52,7 @@ struct Last {
     seconds: f64,
     place: Location,
     text: Vec<u8>,
-    /// The first of the rows with this time, and how many there are.
-    same_from: Location,
+    /// How many rows have this time.
     same: usize,
 }
 
@@ -87,6 +90,7 @@ impl Time {
             unreadable: None,
             backwards: None,
             crowded: None,
+            replicates: Vec::new(),
         })
     }
 
@@ -145,7 +149,7 @@ impl Time {
         };
         let Some(last) = &mut self.last else {
             let own = cell.to_owned();
-            self.last = Some(Last { seconds, place, text: own, same_from: place, same: 1 });
+            self.last = Some(Last { seconds, place, text: own, same: 1 });
             self.seconds.push(seconds);
             return;
         };
@@ -153,13 +157,13 @@ impl Time {
             last.same += 1;
         } else {
             last.same = 1;
-            last.same_from = place;
         }
-        if last.same > 2 {
-            match &mut self.crowded {
-                Some((cells, _)) => cells.count += 1,
-                None => self.crowded = Some((Cells::one(place, text()), last.same_from)),
-            }
+        if last.same > 2 && self.order == Order::Recorded {
+            Cells::count(&mut self.crowded, || (place, text()));
+        } else if last.same > 2 {
+            let row = self.seconds.len();
+            let first = row + 1 - last.same;
+            self.replicates.push(Replicate { row, first, time: Cells::one(place, text()) });
         }
         if seconds < last.seconds {
             if let Some((cells, _)) = &mut self.backwards {
@@ -207,19 +211,7 @@ impl Time {
                         .error(diagnostic.label(place.span, place.text("the row before"))));
             }
         }
-        if let Some((cells, first)) = self.crowded {
-            if self.order == Order::Recorded {
-                disorder.crowded = Some(cells.text);
-            } else {
-                let message = format!("more than two rows have the time `{}`", cells.text);
-                let diagnostic = cells.diagnostic(Code::E606, message);
-                reported = Err(diagnostics.error(
-                    diagnostic
-                        .label(first.span, first.text("the first of them"))
-                        .help("two rows with one time are the left and right values of a jump"),
-                ));
-            }
-        }
+        disorder.crowded = self.crowded.map(|cells| cells.text);
         reported?;
         // Where rows are left out the first may be one of them.
         let epoch = self.clock.as_ref().and_then(Clock::epoch).filter(|_| rows.is_none());
@@ -229,7 +221,8 @@ impl Time {
             let first = rows.first().map_or(0.0, |row| seconds[*row]);
             seconds = rows.iter().map(|row| seconds[*row] - first).collect();
         }
-        Ok(Timed { seconds, rows, disorder, epoch })
+        let replicates = self.replicates;
+        Ok(Timed { seconds, rows, disorder, replicates, epoch })
     }
 }
 

@@ -174,13 +174,14 @@ fn has_inner(effect: &Effect) -> bool {
     })
 }
 
-/// Whether an expression by which an effect changes a model has a kink: `min`, `max`, `abs`, `sign` or a choice.
+/// Functions of the language that have kinks or jumps.
+const KINKED: [&str; 9] = ["min", "max", "abs", "sign", "clamp", "floor", "ceil", "round", "mod"];
+
+/// Whether an expression by which an effect changes a model has a kink: one of [`KINKED`] or a choice.
 fn has_kink(effect: &Effect) -> bool {
     fn is_in(expr: &Expr) -> bool {
         let own = match &expr.kind {
-            ExprKind::Call { function, .. } => {
-                ["min", "max", "abs", "sign"].contains(&function.text.as_str())
-            }
+            ExprKind::Call { function, .. } => KINKED.contains(&function.text.as_str()),
             ExprKind::If { .. } => true,
             _ => false,
         };

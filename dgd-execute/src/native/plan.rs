@@ -148,7 +148,7 @@ fn kinds(
             Operation::Call1(function, a) => {
                 match function.get().definition {
                     Definition::One { .. } => number(&kinds, a)?,
-                    Definition::Two { .. } | Definition::Expansion(_) => {
+                    Definition::Two { .. } | Definition::Expansion(..) => {
                         return Err(Refused::Malformed);
                     }
                 }
@@ -160,7 +160,7 @@ fn kinds(
                         number(&kinds, a)?;
                         number(&kinds, b)?;
                     }
-                    Definition::One { .. } | Definition::Expansion(_) => {
+                    Definition::One { .. } | Definition::Expansion(..) => {
                         return Err(Refused::Malformed);
                     }
                 }

@@ -61,10 +61,27 @@ fn expression(noise: &mut Noise, depth: usize) -> String {
             format!("{}({first})", unary[noise.below(unary.len())])
         }
         6 => {
-            let unary = ["sinh", "cosh", "tanh", "abs", "sign", "-"];
+            let unary = [
+                "sinh",
+                "cosh",
+                "tanh",
+                "abs",
+                "sign",
+                "-",
+                "floor",
+                "ceil",
+                "round",
+                "erf",
+                "erfc",
+                "lgamma",
+                "polygamma(1, 1)*",
+            ];
             format!("{}({first})", unary[noise.below(unary.len())])
         }
-        7 => format!("{}({first}, {second})", ["min", "max", "atan2"][noise.below(3)]),
+        7 => format!(
+            "{}({first}, {second})",
+            ["min", "max", "atan2", "hypot", "mod"][noise.below(5)]
+        ),
         8 => format!("({first})^{}", ["2", "3", "0.5", "(a)", "(-1)"][noise.below(5)]),
         _ => {
             let (third, fourth) = (one(noise), one(noise));

@@ -35,13 +35,10 @@ impl Drive {
         if !t.is_finite() {
             return inputs(InputError::TimeNotFinite { sample: self.rows.len() });
         }
-        if let Some(last) = self.rows.back() {
-            if t < last.t {
-                return inputs(InputError::TimeBackwards { at: t, previous: last.t });
-            }
-            if self.rows.iter().rev().take(2).filter(|row| row.t == t).count() == 2 {
-                return inputs(InputError::TimeRepeated { at: t });
-            }
+        if let Some(last) = self.rows.back()
+            && t < last.t
+        {
+            return inputs(InputError::TimeBackwards { at: t, previous: last.t });
         }
         self.missing.resize(u.len(), 0);
         let last = self.rows.back().map(|row| row.u.clone());
@@ -56,6 +53,22 @@ impl Drive {
             };
             *value = last[i];
             self.missing[i] += 1;
+        }
+        let [before, last] = [1, 0].map(|k| self.rows.iter().rev().nth(k));
+        if let (Some(before), Some(last)) = (before, last)
+            && before.t == t
+            && last.t == t
+        {
+            let differs =
+                |(i, u): (usize, &f64)| (*u != last.u[i] || last.u[i] != before.u[i]).then_some(i);
+            return match held.iter().enumerate().find_map(differs) {
+                // A replicate brings no other inputs.
+                None => Ok(()),
+                Some(i) => {
+                    let input = signature.inputs[i].name.to_string();
+                    inputs(InputError::TimeRepeated { at: t, input })
+                }
+            };
         }
         self.rows.push_back(Held { t, u: held });
         Ok(())

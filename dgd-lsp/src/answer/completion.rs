@@ -2,17 +2,19 @@
 
 use std::path::Path;
 
+use dgd_compiler::expr::display::number;
 use dgd_compiler::expr::intrinsics::INTRINSICS;
 use dgd_compiler::names::{Symbol, SymbolKind};
 use dgd_compiler::source::{SourceId, Sources};
 use dgd_compiler::syntax::ast::{EffectKind, SlotKind};
+use dgd_compiler::syntax::own_units;
 use dgd_compiler::units::catalogue::CATALOGUE;
 use lsp_types::{CompletionItem, CompletionItemKind, CompletionParams};
 
 use super::Context;
 
 /// Words that begin an item, and attributes that end one.
-const KEYWORDS: [&str; 19] = [
+const KEYWORDS: [&str; 22] = [
     "model",
     "effect",
     "import",
@@ -21,6 +23,8 @@ const KEYWORDS: [&str; 19] = [
     "input",
     "state",
     "unknown",
+    "held",
+    "unit",
     "size",
     "let",
     "function",
@@ -31,6 +35,7 @@ const KEYWORDS: [&str; 19] = [
     "for",
     "part",
     "when",
+    "every",
     "saturate",
 ];
 /// Words that begin a clause of an effect.
@@ -69,7 +74,7 @@ pub(super) fn completion(params: &CompletionParams, context: &Context<'_>) -> Ve
     let before = &context.text()[..byte];
     let line = &before[before.rfind('\n').map_or(0, |at| at + 1)..];
     if line.rfind('[') > line.rfind(']') {
-        return units();
+        return units(context);
     }
     let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
     let word = line
@@ -164,8 +169,15 @@ fn files(sources: &Sources, path: &str) -> Vec<CompletionItem> {
     below.map(|below| item(&below.display().to_string(), CompletionItemKind::FILE, None)).collect()
 }
 
-fn units() -> Vec<CompletionItem> {
-    CATALOGUE.iter().map(|row| item(row.symbol, CompletionItemKind::UNIT, Some(row.doc))).collect()
+/// The units of the language, after those that the document and its libraries declare.
+fn units(context: &Context<'_>) -> Vec<CompletionItem> {
+    let own = context.analysis.map_or_else(Vec::new, |a| own_units::declared(&a.asts));
+    let own = own.iter().map(|unit| {
+        let detail = format!("{} {}", number(unit.value), unit.unit);
+        item(&unit.symbol, CompletionItemKind::UNIT, Some(&detail))
+    });
+    let known = CATALOGUE.iter();
+    own.chain(known.map(|row| item(row.symbol, CompletionItemKind::UNIT, Some(row.doc)))).collect()
 }
 
 fn item(label: &str, kind: CompletionItemKind, detail: Option<&str>) -> CompletionItem {

@@ -4,8 +4,8 @@
 use dgd_compiler::diagnostics::{Code, Diagnostic, Edit};
 use dgd_compiler::source::{SourceId, Span};
 use dgd_compiler::syntax::ast::{ItemKind, Unit as WrittenUnit};
-use dgd_compiler::syntax::visit;
-use dgd_compiler::units::{Dimension, describe, parse_unit};
+use dgd_compiler::syntax::{own_units, visit};
+use dgd_compiler::units::{Dimension, describe, parse_unit_with};
 
 use crate::analysis::Analysis;
 
@@ -130,13 +130,14 @@ struct Quantity<'a> {
 
 fn declared(analysis: &Analysis) -> Vec<Quantity<'_>> {
     let mut all = Vec::new();
+    let own = own_units::all(&analysis.asts);
     visit::items(&analysis.asts[0].items, &mut |item| {
         let (ItemKind::Constant { name, unit: Some(WrittenUnit { text, .. }), .. }
         | ItemKind::Parameter { name, unit: Some(WrittenUnit { text, .. }), .. }) = &item.kind
         else {
             return;
         };
-        if let Ok(unit) = parse_unit(text)
+        if let Ok(unit) = parse_unit_with(text, &own)
             && unit.dimension != Dimension::ONE
         {
             let is_coherent = unit.factor == 1.0 && unit.offset == 0.0;
@@ -154,6 +155,7 @@ fn declared(analysis: &Analysis) -> Vec<Quantity<'_>> {
 /// The dimension in which the item around a place is declared.
 fn declared_around(place: Span, analysis: &Analysis) -> Option<Dimension> {
     let mut found = None;
+    let own = own_units::all(&analysis.asts);
     visit::items(&analysis.asts[0].items, &mut |item| {
         let is_around = item.span.source == place.source
             && item.span.start <= place.start
@@ -167,7 +169,7 @@ fn declared_around(place: Span, analysis: &Analysis) -> Option<Dimension> {
             return;
         };
         if is_around {
-            found = unit.as_ref().and_then(|unit| parse_unit(&unit.text).ok());
+            found = unit.as_ref().and_then(|unit| parse_unit_with(&unit.text, &own).ok());
         }
     });
     found.map(|unit| unit.dimension)

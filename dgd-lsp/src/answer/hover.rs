@@ -2,12 +2,13 @@
 
 use std::fmt::Write as _;
 
+use dgd_compiler::expr::display::number;
 use dgd_compiler::expr::intrinsics::INTRINSICS;
 use dgd_compiler::model::typeset::latex;
 use dgd_compiler::names::{Names, Symbol, SymbolId, SymbolKind};
 use dgd_compiler::source::{SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::{Ast, Item, ItemKind};
-use dgd_compiler::syntax::{parse_what_is_sound, visit};
+use dgd_compiler::syntax::{own_units, parse_what_is_sound, visit};
 use dgd_compiler::units::describe;
 use lsp_types::{
     Hover, HoverContents, HoverParams, InlayHint, InlayHintKind, InlayHintLabel, MarkupContent,
@@ -31,6 +32,12 @@ pub(super) fn hover(params: &HoverParams, context: &Context<'_>) -> Option<Hover
     {
         place = Some(span);
         let _ = write!(text, "`{}`: {}", function.name, function.doc);
+    } else if let Some((word, span)) = word_at(context.text(), byte)
+        && let Some(unit) =
+            own_units::declared(&analysis.asts).into_iter().find(|unit| unit.symbol == word)
+    {
+        place = Some(span);
+        let _ = write!(text, "`{word}`: {} {}", number(unit.value), unit.unit);
     }
     // The innermost expression around the cursor.
     let dimensions = dimensions::all(analysis);

@@ -75,7 +75,7 @@ fn arguments_of(name: &str, context: &Context<'_>) -> Option<(Vec<String>, Strin
         "delay" => Some((plain(&["value", "time"]), "what it was so long ago".to_owned())),
         _ => {
             let function = INTRINSICS.iter().find(|function| function.name == name)?;
-            let arguments = ["x", "y"];
+            let arguments = ["x", "y", "z"];
             let n = function.definition.arity().min(arguments.len());
             Some((plain(&arguments[..n]), function.doc.to_owned()))
         }

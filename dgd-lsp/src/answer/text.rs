@@ -38,9 +38,9 @@ fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<Docu
     for item in items {
         let mut children = Vec::new();
         let (name, kind): (&Name, _) = match &item.kind {
-            ItemKind::Constant { name, .. } | ItemKind::Size { name, .. } => {
-                (name, lsp_types::SymbolKind::CONSTANT)
-            }
+            ItemKind::Constant { name, .. }
+            | ItemKind::Size { name, .. }
+            | ItemKind::Unit { name, .. } => (name, lsp_types::SymbolKind::CONSTANT),
             ItemKind::Parameter { name, .. } => (name, lsp_types::SymbolKind::PROPERTY),
             ItemKind::Input { name, .. } => (name, lsp_types::SymbolKind::INTERFACE),
             ItemKind::Unknown { name, .. }
@@ -63,6 +63,7 @@ fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<Docu
             ItemKind::Import { .. }
             | ItemKind::Binding { .. }
             | ItemKind::When(_)
+            | ItemKind::Every { .. }
             | ItemKind::Saturate { .. } => continue,
         };
         let range = places::range_of(item.span, sources, context.columns);

@@ -40,6 +40,8 @@ pub enum NoTaylor {
     Delays,
     /// Unknowns are arrays.
     Arrays,
+    /// Derivatives of a function in the equations lead to ever new ones.
+    Functions,
     /// The model was not made by the compiler.
     NotCompiled,
 }
@@ -50,6 +52,7 @@ impl fmt::Display for NoTaylor {
             Self::Algebraic => "unknowns are algebraic, always or in some modes",
             Self::Delays => "unknowns are read late",
             Self::Arrays => "unknowns are arrays",
+            Self::Functions => "a function in the equations, `lgamma`, has ever new derivatives",
             Self::NotCompiled => "the compiler has not made any",
         })
     }

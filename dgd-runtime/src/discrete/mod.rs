@@ -1,8 +1,10 @@
 //! Discrete numbers: modes and conditions on time, and when the latter switch.
 
+pub(crate) mod clock;
 pub(crate) mod state_selection;
 
-use crate::system::{Automaton, Point, Signature, System, Transition, Trigger};
+use self::clock::Clocks;
+use crate::system::{Automaton, Crossing, Discrete, Point, Signature, System, Transition, Trigger};
 
 /// The discrete numbers of a simulation that starts at `t`: every automaton in the mode it starts
 /// in, conditions on time as they are just after `t`.
@@ -74,8 +76,12 @@ pub fn choose_sides<S: System>(system: &S, at: Point<'_>, e: &mut [f64], z: &mut
         }
     }
     system.event_functions(Point { z, ..at }, e);
+    count_steps(discrete, e, z);
     for (k, (position, transition)) in discrete.transitions().enumerate() {
         let automaton = &discrete.automata[position];
+        if automaton.kind.counts() {
+            continue;
+        }
         let algebraic = transition.resets.iter().all(|i| !unknowns.is_differential(*i));
         if automaton.kind.chooses_side()
             && algebraic
@@ -85,6 +91,27 @@ pub fn choose_sides<S: System>(system: &S, at: Point<'_>, e: &mut [f64], z: &mut
         {
             z[position] = transition.to as f64;
         }
+    }
+}
+
+/// Makes the numbers of steps what they are, by the event functions with the numbers as they were.
+pub(crate) fn count_steps(discrete: &Discrete, e: &[f64], z: &mut [f64]) {
+    for (position, automaton) in discrete.automata.iter().enumerate() {
+        if automaton.kind.counts() {
+            count_steps_of(discrete, position, e, z);
+        }
+    }
+}
+
+/// The same for one automaton that counts.
+pub(crate) fn count_steps_of(discrete: &Discrete, position: usize, e: &[f64], z: &mut [f64]) {
+    // x − z is the event function that falls below zero.
+    let above = discrete.transitions().zip(e).find_map(|((of, transition), e)| {
+        (of == position && transition.crossing == Crossing::Falls).then_some(*e)
+    });
+    let steps = above.map_or(0.0, f64::floor);
+    if steps.is_finite() {
+        z[position] += steps;
     }
 }
 
@@ -142,6 +169,7 @@ pub(crate) struct Schedule {
     /// Conditions that switch after the start: by time, then those that move together.
     switches: Vec<Switch>,
     next: usize,
+    pub(crate) clocks: Clocks,
 }
 
 /// A condition that switches.
@@ -165,14 +193,21 @@ impl Schedule {
         let at = Point { t: from, y: &[], u: &[], p, z: &[] };
         system.condition_times(at, &mut times, &mut after);
         let mut switches = Vec::new();
+        let first = z.len();
+        let clocks = Clocks::new(discrete, &times, &after, from);
         for (condition, (&t, &after)) in times.iter().zip(&after).enumerate() {
+            if clocks.has(condition) {
+                z.push(0.0);
+                continue;
+            }
             // A time that is not a number never comes.
             z.push(if t <= from { after } else { 1.0 - after });
             if t > from {
                 switches.push(Switch { t, condition, after, group: 0 });
             }
         }
-        let mut schedule = Self { z, switches, next: 0 };
+        clocks.write(&mut z[first..]);
+        let mut schedule = Self { z, switches, next: 0, clocks };
         schedule.sort();
         schedule
     }
@@ -201,9 +236,15 @@ impl Schedule {
         });
     }
 
-    /// When the next condition switches; infinity when none does.
+    /// When the next condition switches or clock ticks; infinity when none does.
     #[inline]
     pub(crate) fn next_time(&self) -> f64 {
+        self.next_switch().min(self.clocks.next_time())
+    }
+
+    /// When the next condition switches; infinity when none does.
+    #[inline]
+    pub(crate) fn next_switch(&self) -> f64 {
         self.switches.get(self.next).map_or(f64::INFINITY, |switch| switch.t)
     }
 

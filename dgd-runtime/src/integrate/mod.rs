@@ -51,6 +51,7 @@ impl<S: Solved> Simulation<'_, S> {
         until: f64,
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
+        self.align_clocks(times);
         self.start(solution)?;
         self.record_now(times, solution);
         self.natural_step = self.resumed_step();

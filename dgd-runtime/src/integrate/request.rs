@@ -16,8 +16,8 @@ use crate::system::Signature;
 /// Integrates from the first of the asked `times` to the last and gives the unknowns at all of
 /// them.
 ///
-/// Times ascend; one that occurs twice means just before and just after a jump of the inputs
-/// ([`side`](crate::side)).
+/// Times ascend; one that occurs twice means just before and just after a jump of the inputs, one that occurs
+/// more often just after ([`side`](crate::side)).
 ///
 /// # Errors
 ///
@@ -268,9 +268,6 @@ fn verify_times(times: &[f64]) -> Result<(), BadRequest> {
     }
     if let Some(pair) = times.windows(2).find(|pair| pair[1] < pair[0]) {
         return Err(BadRequest::TimeBackwards { at: pair[1], previous: pair[0] });
-    }
-    if let Some(three) = times.windows(3).find(|three| three[0] == three[2]) {
-        return Err(BadRequest::TimeRepeated { at: three[0] });
     }
     Ok(())
 }

@@ -11,6 +11,19 @@ use crate::solved::Solved;
 use crate::system::Point;
 
 impl<S: Solved> Simulation<'_, S> {
+    /// Lets clocks tick at the asked times and at samples, where they do so but for rounding.
+    pub(super) fn align_clocks(&mut self, times: &[f64]) {
+        if !S::FEATURES.events || self.discrete.schedule.clocks.is_empty() {
+            return;
+        }
+        let inputs = self.problem.inputs;
+        let samples = (0..inputs.segments()).map(|k| inputs.segment(k).t0);
+        let mut marks: Vec<f64> = samples.chain(times.iter().copied()).collect();
+        marks.sort_by(f64::total_cmp);
+        marks.dedup();
+        self.discrete.schedule.clocks.align(marks);
+    }
+
     /// Makes the next segment of the inputs the current one.
     pub(super) fn enter_next_segment(
         &mut self,

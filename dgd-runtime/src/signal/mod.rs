@@ -98,10 +98,12 @@ pub enum InputError {
         /// Its predecessor, s.
         previous: f64,
     },
-    /// More than two samples at one time.
+    /// More than two samples at one time, which differ.
     TimeRepeated {
         /// The time, s.
         at: f64,
+        /// An input in which they do.
+        input: String,
     },
     /// A time before the first sample was asked for.
     InputStarts {
@@ -167,7 +169,7 @@ impl Inputs {
 
     /// Inputs from samples at `times`, s.
     ///
-    /// Exactly two samples with one time are the values left and right of a jump. The last value
+    /// Exactly two samples with one time are the values left and right of a jump; more of them agree. The last value
     /// of a held input goes on for ever. A single sample means a constant.
     ///
     /// # Errors
@@ -391,9 +393,6 @@ fn verify_samples(times: &[f64], columns: &[Column<'_>]) -> Result<(), InputErro
     if let Some(pair) = times.windows(2).find(|pair| pair[1] < pair[0]) {
         return Err(InputError::TimeBackwards { at: pair[1], previous: pair[0] });
     }
-    if let Some(three) = times.windows(3).find(|three| three[0] == three[2]) {
-        return Err(InputError::TimeRepeated { at: three[0] });
-    }
     for column in columns {
         if column.values.len() != times.len() {
             return Err(InputError::Length {
@@ -404,6 +403,14 @@ fn verify_samples(times: &[f64], columns: &[Column<'_>]) -> Result<(), InputErro
         }
         if let Some((&at, _)) = times.iter().zip(column.values).find(|(_, v)| !v.is_finite()) {
             return Err(InputError::NotFinite { input: column.name.to_owned(), at });
+        }
+        let differs = |three: &(&[f64], &[f64])| {
+            let (t, u) = three;
+            t[0] == t[2] && (u[0] != u[1] || u[1] != u[2])
+        };
+        if let Some((three, _)) = times.windows(3).zip(column.values.windows(3)).find(differs) {
+            let input = column.name.to_owned();
+            return Err(InputError::TimeRepeated { at: three[0], input });
         }
     }
     Ok(())
@@ -425,10 +432,10 @@ impl fmt::Display for InputError {
             Self::TimeBackwards { at, previous } => {
                 write!(f, "input samples go back in time, from t = {previous} s to t = {at} s")
             }
-            Self::TimeRepeated { at } => write!(
+            Self::TimeRepeated { at, input } => write!(
                 f,
-                "more than two input samples at t = {at} s; two are the values left and right of \
-                 a jump"
+                "more than two samples at t = {at} s differ in input `{input}`; two are the values left \
+                 and right of a jump"
             ),
             Self::InputStarts { input, at, first } => write!(
                 f,
@@ -515,7 +522,10 @@ mod tests {
         let refused = |times: &[f64], values: &[f64]| {
             Inputs::recorded(times, &[held(values)]).unwrap_err().to_string()
         };
-        assert!(refused(&[0.0, 1.0, 1.0, 1.0], &[0.0; 4]).contains("more than two"));
+        let third = refused(&[0.0, 1.0, 1.0, 1.0], &[0.0, 1.0, 1.0, 2.0]);
+        assert!(third.contains("more than two"), "{third}");
+        let agreeing = Inputs::recorded(&[0.0, 1.0, 1.0, 1.0], &[held(&[0.0, 1.0, 1.0, 1.0])]);
+        assert_eq!(at(&agreeing.expect("replicates"), 1.0, Side::Left), [0.0]);
         assert!(refused(&[0.0, 2.0, 1.0], &[0.0; 3]).contains("go back in time"));
         assert!(refused(&[0.0, 1.0], &[0.0, f64::NAN]).contains("`u` is not a finite number"));
         assert!(refused(&[0.0, 1.0], &[0.0]).contains("1 values for 2 sample times"));

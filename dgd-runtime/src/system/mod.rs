@@ -30,7 +30,7 @@ pub mod storage;
 use crate::codegen::taylor::{KeptSeries, NoTaylor, Terms};
 
 pub use dgd_signature::{
-    Automaton, AutomatonKind, Crossing, DelayedInput, DelayedUnknown, DifferentiatedInput,
+    Automaton, AutomatonKind, Clock, Crossing, DelayedInput, DelayedUnknown, DifferentiatedInput,
     Direction, Discrete, Features, Input, Interpolation, Labels, List, Output, Parameter,
     PastLayout, Pattern, Signature, Text, Transition, Trigger, Unit, Unknown, Unknowns, arrays,
 };

@@ -50,6 +50,34 @@ fn a_time_that_occurs_twice_is_left_and_right() {
 }
 
 #[test]
+fn a_time_that_occurs_more_often_is_that_of_replicates() {
+    let system = FollowerStacked::of::<Follower>();
+    let p = parameters::<Follower>();
+    let values = [1.0, 3.0, 3.0, 3.0, 2.0];
+    let column = Column { name: "u", interpolation: Interpolation::Hold, values: &values };
+    let inputs = Inputs::recorded(&[0.0, 1.0, 1.0, 1.0, 2.0], &[column]).unwrap();
+    let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+    let times = [0.0, 0.0, 0.0, 0.4, 0.4, 0.4, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0];
+    let solution = simulate_with_sensitivities(&problem, &times, &Options::default()).unwrap();
+    assert_eq!(solution.times, times);
+    assert!((0..times.len()).all(|k| solution.side(k) == Right));
+    let observed = observe(&problem, &solution);
+    for (k, t) in times.iter().enumerate() {
+        let u = if *t < 1.0 {
+            1.0
+        } else if *t < 2.0 {
+            3.0
+        } else {
+            2.0
+        };
+        assert!(close(solution.y(k)[1], 2.0 * u), "z at {k}: {}", solution.y(k)[1]);
+        assert!(close(solution.s(k)[1], u), "dz/dk at {k}");
+        assert_eq!(observed.w(k), solution.y(k));
+    }
+    assert_eq!(solution.y(6), solution.y(8));
+}
+
+#[test]
 fn a_consistent_start_has_consistent_slopes() {
     let system = FollowerStacked::of::<Follower>();
     let p = parameters::<Follower>();

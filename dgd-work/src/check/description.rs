@@ -223,7 +223,7 @@ pub struct Part {
 /// A condition on which something is done.
 #[derive(Debug, Clone, Serialize)]
 pub struct When {
-    /// The condition.
+    /// The condition; of an `every` that word and its period.
     pub condition: String,
     /// What the model's text says of it.
     pub doc: String,
@@ -233,7 +233,7 @@ impl Description {
     /// Of a model that is sound; `path` is what its file is called.
     pub(crate) fn of(path: &str, model: &Model, dae: &Dae, provenance: Provenance) -> Self {
         let blocks = model.automata.iter().filter(|a| a.origin == Origin::Modes);
-        let whens = model.automata.iter().filter(|a| a.origin == Origin::When);
+        let whens = model.automata.iter().filter(|a| a.origin != Origin::Modes);
         Description {
             summary: summary(path, model, dae),
             model: model.name.clone(),
@@ -265,7 +265,10 @@ impl Description {
                 .collect(),
             whens: whens
                 .map(|automaton| When {
-                    condition: automaton.name.clone(),
+                    condition: match automaton.origin {
+                        Origin::Every => format!("every {}", automaton.name),
+                        Origin::When | Origin::Modes => automaton.name.clone(),
+                    },
                     doc: text(&automaton.doc),
                 })
                 .collect(),
@@ -429,9 +432,16 @@ fn summary(path: &str, model: &Model, dae: &Dae) -> String {
         let _ = write!(text, "; variant {} = {}", variant.name, choices.join(" | "));
     }
     for automaton in &model.automata {
-        if automaton.origin == Origin::When {
-            let _ = write!(text, "; when {}", automaton.name);
-            continue;
+        match automaton.origin {
+            Origin::Modes => {}
+            Origin::When => {
+                let _ = write!(text, "; when {}", automaton.name);
+                continue;
+            }
+            Origin::Every => {
+                let _ = write!(text, "; every {}", automaton.name);
+                continue;
+            }
         }
         let modes: Vec<&str> = automaton.modes.iter().map(|mode| mode.name.as_str()).collect();
         let _ = write!(text, "; modes {} = {}", automaton.name, modes.join(" | "));

@@ -260,6 +260,7 @@ fn outputs_are_late(signature: &Signature) -> bool {
 fn conditions(model: &Model, sources: &Sources) -> Vec<String> {
     let of = |automaton: &Automaton, transition: &Transition| match automaton.origin {
         Origin::When => format!("when {}", automaton.name),
+        Origin::Every => format!("every {}", automaton.name),
         Origin::Modes => {
             let span = transition.span;
             let text = &sources.get(span.source).text[span.start as usize..span.end as usize];

@@ -4,8 +4,8 @@
 (literal) @number
 (unit) @type
 
-["model" "effect" "import" "constant" "parameter" "input" "state" "unknown" "size" "let" "output"
- "function" "equation" "variant" "modes" "for" "part" "when" "saturate" "start" "reset"
+["model" "effect" "import" "constant" "parameter" "input" "state" "unknown" "held" "unit" "size" "let" "output"
+ "function" "equation" "variant" "modes" "for" "part" "when" "every" "saturate" "start" "reset"
  "kind" "form" "null" "replace" "add" "on" "by" "to"] @keyword
 ["if" "then" "else"] @conditional
 ["and" "or" "not" "rises" "above" "falls" "below"] @keyword.operator

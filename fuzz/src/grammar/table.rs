@@ -120,7 +120,31 @@ pub const TABLE: &[Row] = &[
     row(Scalar, 1, "sinh", |w, d| format!("sinh(tanh({}))", w.scalar(d))),
     row(Scalar, 1, "cosh", |w, d| format!("cosh(sin({}))", w.scalar(d))),
     row(Scalar, 3, "tanh", |w, d| format!("tanh({})", w.scalar(d))),
+    row(Scalar, 1, "erf", |w, d| format!("erf({})", w.scalar(d))),
+    row(Scalar, 1, "erfc", |w, d| format!("erfc({})", w.scalar(d))),
+    row(Scalar, 1, "lgamma", |w, d| format!("lgamma(1.5 + tanh({}))", w.scalar(d))),
+    row(Scalar, 1, "polygamma", |w, d| {
+        let order = w.random.below(3);
+        format!("polygamma({order}, 2.5 + tanh({}))", w.scalar(d))
+    }),
+    row(Scalar, 1, "hypot", |w, d| format!("hypot({}, 1 + ({})^2)", w.scalar(d), w.scalar(d))),
+    row(Scalar, 2, "smoothstep", |w, d| {
+        let a = w.random.between(-1.0, 0.5);
+        format!("smoothstep({a:.2}, {:.2}, {})", a + 0.7, w.scalar(d))
+    }),
     // What is not smooth.
+    row(Scalar, 2, "clamp", |w, d| {
+        let a = w.random.between(-1.0, 0.5);
+        format!("clamp({}, {a:.2}, {:.2})", w.scalar(d), a + 0.9)
+    }),
+    row(Scalar, 2, "mod of time", |w, _| {
+        let period = w.positive();
+        time(w, &format!("mod(time, {period} [s])/1 [s]"))
+    }),
+    row(Scalar, 1, "steps of time", |w, _| {
+        let (rate, word) = (w.positive(), *w.random.pick(&["floor", "ceil", "round"]));
+        time(w, &format!("{word}({rate}*time/1 [s])"))
+    }),
     row(Scalar, 3, "abs", |w, d| format!("abs({})", w.scalar(d))),
     row(Scalar, 1, "sign", |w, d| format!("sign({})", w.scalar(d))),
     row(Scalar, 3, "min", |w, d| format!("min({}, {})", w.scalar(d), w.scalar(d))),
@@ -221,6 +245,13 @@ pub const TABLE: &[Row] = &[
         format!("constant {name} = {value}")
     }),
     row(Value, 6, "parameter", |w, _| parameter(w)),
+    row(Value, 1, "unit", |w, _| {
+        let (unit, name) = (w.name("unit"), w.name("c"));
+        let size = w.positive();
+        w.declare(&name, &SCALES[2], Kind::Constant);
+        let value = w.random.between(-9.0, 9.0);
+        format!("unit {unit} = {size} [mm]\nconstant {name} [{unit}] = {value:.3}")
+    }),
     row(Value, 2, "parameter that is a time", |w, _| {
         let name = w.name("t");
         w.known.push(Known::new(&name, &SCALES[0], Kind::Delay));
@@ -301,6 +332,20 @@ pub const TABLE: &[Row] = &[
         format!("let {name} {} = {}", scale.brackets(), scale.quantity(&value))
     }),
     row(Between, 2, "function", function),
+    row(Between, 1, "function with a block", |w, d| {
+        let (name, local, next) = (w.name("f"), w.name("m"), w.name("m"));
+        w.arguments = vec!["a0".to_owned()];
+        let first = w.scalar(d);
+        w.arguments = vec!["a0".to_owned(), local.clone()];
+        let second = w.scalar(d.min(1));
+        w.arguments = vec![local.clone(), next.clone()];
+        let body = w.scalar(d.min(1));
+        w.arguments = Vec::new();
+        w.functions.push(Function { name: name.clone(), arguments: vec![&SCALES[0]] });
+        format!(
+            "function {name}(a0) = {{\n  let {local} = {first}\n  let {next} [1] = {second}\n  0 + {body}\n}}"
+        )
+    }),
     row(Between, 1, "import", library),
     // Unknowns.
     row(Unknown, 4, "unknown = e", |w, d| unknown(w, d, |y, e| format!("{y} = {e}"))),
@@ -377,6 +422,23 @@ pub const TABLE: &[Row] = &[
     }),
     // Beside equations.
     row(Beside, 3, "when", when),
+    row(Beside, 2, "every", |w, d| {
+        let scale = w.scale();
+        let name = w.name("x");
+        let start = scale.value(w.random.between(-1.0, 1.0));
+        let times = w.of_kind(Kind::Delay);
+        let period = if times.is_empty() || w.random.chance(0.5) {
+            format!("{} [s]", w.positive())
+        } else {
+            w.random.pick(&times).name.clone()
+        };
+        let value = scale.quantity(&format!("tanh({})", w.scalar(d.min(1))));
+        w.declare(&name, scale, Kind::OfPart);
+        format!(
+            "held {name} {} = {start:.2}\nevery {period} {{\n  reset {name} = {value}\n}}",
+            scale.brackets()
+        )
+    }),
     row(Beside, 2, "saturate", |w, _| saturate(w)),
     row(Beside, 2, "modes", modes),
     // Outputs.
@@ -404,6 +466,11 @@ pub const TABLE: &[Row] = &[
         let Some(array) = arrays.first() else { return String::new() };
         let line = format!("output {} {}", array.name, array.scale.brackets());
         if w.lines.contains(&line) { String::new() } else { line }
+    }),
+    row(Output, 1, "output of whole numbers", |w, d| {
+        let name = w.name("o");
+        let (a, b) = (w.scalar(d), w.scalar(0));
+        format!("output {name} = floor({a}) + ceil({a}) - round({b}) + mod({b}, 0.7)")
     }),
     row(Output, 1, "output of a delayed state", |w, _| {
         let states = w.of_kind(Kind::State);
@@ -628,8 +695,13 @@ fn when(w: &mut Writer, _: u32) -> String {
         format!("{back:.2} + 0.1*sin({})", w.scalar(1))
     };
     let kept = x.scale.quantity(&kept);
+    let other = if w.random.chance(0.3) {
+        format!(" or time rises above {} [s]", w.positive())
+    } else {
+        String::new()
+    };
     format!(
-        "when {} {words} {} {{\n  reset {} = {kept}\n}}",
+        "when {} {words} {}{other} {{\n  reset {} = {kept}\n}}",
         x.name,
         x.scale.quantity(&format!("{threshold:.2}")),
         x.name

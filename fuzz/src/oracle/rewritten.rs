@@ -132,7 +132,7 @@ fn change_unit(unit: &mut Option<Unit>) -> Option<&'static str> {
     let text = unit.as_ref().map_or("1", |unit| unit.text.as_str());
     let (_, other, factor) = OTHER.iter().find(|(symbol, ..)| *symbol == text)?;
     let span = unit.as_ref().map_or(Span::default(), |unit| unit.span);
-    *unit = Some(Unit { span, text: (*other).to_owned() });
+    *unit = Some(Unit::new(span, *other));
     Some(factor)
 }
 

@@ -1,9 +1,10 @@
-//! Conditions on time: comparisons that switch at a time which parameters alone determine.
+//! Conditions on time: comparisons that switch at a time which parameters alone determine, and clocks: ⌊x⌋ of an
+//! x that time moves, which steps at times that parameters alone determine.
 //!
 //! Both sides of `time > t_on` depend on time linearly, and otherwise on parameters only, so that
 //! left − right = α + β time. It switches at t = −α/β, and a solver can stop there.
 
-use crate::dae::TimeCondition;
+use crate::dae::{Clock, TimeCondition};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
@@ -15,17 +16,25 @@ struct Line {
     beta: Option<ExprId>,
 }
 
+/// Conditions on time, and what stands for them in expressions.
+pub(in crate::dae) struct OnTime {
+    pub(in crate::dae) conditions: Vec<TimeCondition>,
+    /// Each in the place of two conditions.
+    pub(in crate::dae) clocks: Vec<Clock>,
+    pub(in crate::dae) replacement: HashMap<ExprId, ExprId>,
+}
+
 /// The conditions on time that the roots hold, and what stands for each: whether the discrete
-/// number from position `first` on is above one half.
+/// number from position `first` on is above one half; for a step its discrete number.
 pub(in crate::dae) fn time_conditions(
     graph: &mut Graph,
     roots: impl IntoIterator<Item = ExprId>,
     first: usize,
-) -> (Vec<TimeCondition>, HashMap<ExprId, ExprId>) {
+) -> OnTime {
     let nodes = graph.listed(roots);
     let mut lines: HashMap<ExprId, Line> =
         HashMap::with_capacity_and_hasher(nodes.len(), <_>::default());
-    let mut conditions = Vec::new();
+    let (mut conditions, mut clocks) = (Vec::new(), Vec::new());
     let mut replacement = HashMap::default();
     for (id, node) in nodes {
         if let Node::Compare(comparison, a, b) = node
@@ -37,11 +46,20 @@ pub(in crate::dae) fn time_conditions(
             let half = graph.constant(0.5);
             replacement.insert(id, graph.compare(Comparison::Greater, number, half));
             conditions.push(condition);
+        } else if let Node::Call1(function, x) = node
+            && function.get().name == "floor"
+            && let Some(&line) = lines.get(&x)
+            && let Some(steps) = steps(graph, line)
+        {
+            let position = u32::try_from(first + conditions.len()).unwrap_or(u32::MAX);
+            replacement.insert(id, graph.symbol(Symbol::Discrete(position)));
+            clocks.push(Clock { condition: conditions.len(), automaton: None });
+            conditions.extend(steps);
         } else if let Some(line) = line(graph, id, node, &lines) {
             lines.insert(id, line);
         }
     }
-    (conditions, replacement)
+    OnTime { conditions, clocks, replacement }
 }
 
 /// An expression as a line over time, where its operands are lines.
@@ -93,6 +111,18 @@ fn line(graph: &mut Graph, id: ExprId, node: Node, lines: &HashMap<ExprId, Line>
         }
         _ => None,
     }
+}
+
+/// When ⌊α + β t⌋ is zero first, or last where β is below zero, and how long it stays the same: at −α/β, for 1/β.
+/// `None` if it does not depend on time.
+fn steps(graph: &mut Graph, line: Line) -> Option<[TimeCondition; 2]> {
+    let beta = line.beta?;
+    let (one, zero) = (graph.constant(1.0), graph.constant(0.0));
+    let quotient = graph.divide(line.alpha, beta);
+    let first = graph.negate(quotient);
+    let period = graph.divide(one, beta);
+    let first = TimeCondition { at: first, after: line.alpha };
+    Some([first, TimeCondition { at: period, after: zero }])
 }
 
 /// When a ≷ b switches, and what it is then; `None` if the condition does not depend on time.

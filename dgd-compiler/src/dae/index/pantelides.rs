@@ -293,9 +293,23 @@ impl Reduction<'_> {
                 {
                     return Err(Obstacle::Jump("sign"));
                 }
+                Node::Call1(function, x)
+                    if function.get().name == "floor" && !is_constant(self.graph, x) =>
+                {
+                    return Err(Obstacle::Jump("floor"));
+                }
+                // A count of what time passes: conditions on time compare their numbers.
+                node if !matches!(node, Node::Compare(..)) && reads_count(self.graph, node) => {
+                    return Err(Obstacle::Jump("floor"));
+                }
                 _ => {}
             }
         }
         Ok(inputs)
     }
+}
+
+/// Whether a discrete number is an operand.
+fn reads_count(graph: &Graph, node: Node) -> bool {
+    node.operands().any(|operand| matches!(graph.node(operand), Node::Symbol(Symbol::Discrete(_))))
 }

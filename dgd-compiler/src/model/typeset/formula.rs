@@ -46,14 +46,19 @@ pub enum Line {
 pub struct Transition {
     /// The mode that it leaves and the one that it enters; none of a `when`.
     pub modes: Option<[String; 2]>,
-    /// What is watched.
-    pub left: Formula,
-    /// In which direction it passes `right`.
-    pub crossing: Crossing,
-    /// What it is compared with.
-    pub right: Formula,
+    /// When it is made.
+    pub occasion: Occasion,
     /// Unknowns that get a new value, and the values.
     pub resets: Vec<(Formula, Formula)>,
+}
+
+/// When a transition is made.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Occasion {
+    /// When one of these passes the other in this direction.
+    When(Vec<(Formula, Crossing, Formula)>),
+    /// Again and again, with this period.
+    Every(Formula),
 }
 
 /// A piece of mathematics.
@@ -90,6 +95,8 @@ pub enum Formula {
     Function(&'static str, Option<&'static str>),
     /// One value where a condition holds, else another.
     Cases(Box<Cases>),
+    /// Words between formulas.
+    Words(&'static str),
 }
 
 /// A name as papers set it: `h_r` is h with subscript r, `c0` is c with subscript 0.
@@ -121,6 +128,10 @@ pub enum Fence {
     Arguments,
     /// Vertical bars.
     Bars,
+    /// Bars with feet: the whole number below.
+    Floor,
+    /// Bars with heads: the whole number above.
+    Ceiling,
 }
 
 /// Signs.
@@ -136,6 +147,8 @@ pub enum Operator {
     Times,
     /// Between arguments.
     Comma,
+    /// =
+    Equal,
     /// <
     Less,
     /// ≤
@@ -212,7 +225,7 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
             let (left, right) = (Formula::Symbol(Symbol::of(&name.text)), expression(value));
             push(Line::Equation { left, right, label: None });
         }
-        ItemKind::Function { name, arguments, body } => {
+        ItemKind::Function { name, arguments, lets, body } => {
             let arguments = arguments
                 .iter()
                 .map(|Argument { name, .. }| Formula::Symbol(Symbol::of(&name.text)));
@@ -221,7 +234,7 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
                 Formula::Symbol(Symbol::of(&name.text)),
                 Formula::Fenced(Fence::Arguments, Box::new(arguments)),
             ]);
-            push(Line::Equation { left, right: expression(body), label: None });
+            push(Line::Equation { left, right: with_lets(body, lets), label: None });
         }
         ItemKind::Equation { label, left, right, .. } => {
             let (left, right) = (expression(left), expression(right));
@@ -241,6 +254,11 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
             lines.extend(transitions.iter().map(transition).map(undocumented));
         }
         ItemKind::When(reaction) => push(when(reaction)),
+        ItemKind::Every { period, resets } => push(Line::Transition(Transition {
+            modes: None,
+            occasion: Occasion::Every(expression(period)),
+            resets: resets_of(resets),
+        })),
         ItemKind::Saturate { name, side, bound } => {
             let left = Formula::Symbol(Symbol::of(&name.text));
             push(Line::Bound { left, side: *side, right: expression(bound) });
@@ -263,6 +281,7 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
         | ItemKind::Part { .. }
         | ItemKind::Binding { .. }
         | ItemKind::Size { .. }
+        | ItemKind::Unit { .. }
         | ItemKind::Array { .. }
         | ItemKind::Variant { .. } => {}
     }
@@ -289,9 +308,7 @@ fn in_loop(index: &Name, item: &Item) -> Line {
 fn transition(transition: &ast::Transition) -> Line {
     Line::Transition(Transition {
         modes: Some([&transition.from, &transition.to].map(|mode| mode.text.clone())),
-        left: expression(&transition.left),
-        crossing: transition.crossing,
-        right: expression(&transition.right),
+        occasion: occasion(&transition.conditions),
         resets: resets_of(&transition.resets),
     })
 }
@@ -299,11 +316,34 @@ fn transition(transition: &ast::Transition) -> Line {
 fn when(reaction: &ast::Reaction) -> Line {
     Line::Transition(Transition {
         modes: None,
-        left: expression(&reaction.left),
-        crossing: reaction.crossing,
-        right: expression(&reaction.right),
+        occasion: occasion(&reaction.conditions),
         resets: resets_of(&reaction.resets),
     })
+}
+
+fn occasion(conditions: &[ast::Condition]) -> Occasion {
+    let one = |condition: &ast::Condition| {
+        (expression(&condition.left), condition.crossing, expression(&condition.right))
+    };
+    Occasion::When(conditions.iter().map(one).collect())
+}
+
+/// The value of a function: the last line of its block, where the names in it stand for those above.
+fn with_lets(body: &Expr, lets: &[ast::LocalLet]) -> Formula {
+    let mut row = vec![expression(body)];
+    for (k, local) in lets.iter().enumerate() {
+        row.push(if k == 0 { Formula::Words("where") } else { Formula::Operator(Operator::Comma) });
+        row.push(Formula::Symbol(Symbol::of(&local.name.text)));
+        row.push(Formula::Operator(Operator::Equal));
+        row.push(expression(&local.value));
+    }
+    match row.pop() {
+        Some(only) if row.is_empty() => only,
+        last => {
+            row.extend(last);
+            Formula::Row(row)
+        }
+    }
 }
 
 fn resets_of(resets: &[ast::Reset]) -> Vec<(Formula, Formula)> {
@@ -475,6 +515,14 @@ static WELL_KNOWN: &[(&str, &str, Option<&str>)] = &[
     ("atan", "atan", None),
     ("atan2", "atan2", None),
     ("sign", "sign", None),
+    ("mod", "mod", None),
+    ("round", "round", None),
+    ("hypot", "hypot", None),
+    ("clamp", "clamp", None),
+    ("smoothstep", "smoothstep", None),
+    ("erf", "erf", None),
+    ("erfc", "erfc", None),
+    ("lgamma", "lgamma", None),
 ];
 
 fn call(function: &str, arguments: &[Expr]) -> Formula {
@@ -493,6 +541,8 @@ fn call(function: &str, arguments: &[Expr]) -> Formula {
         ("delay", [x, tau]) => return late(x, tau),
         ("sqrt", _) => return Formula::Root(Box::new(list)),
         ("abs", _) => return Formula::Fenced(Fence::Bars, Box::new(list)),
+        ("floor", [_]) => return Formula::Fenced(Fence::Floor, Box::new(list)),
+        ("ceil", [_]) => return Formula::Fenced(Fence::Ceiling, Box::new(list)),
         _ => match WELL_KNOWN.iter().find(|(spelling, ..)| *spelling == function) {
             Some((_, name, foot)) => Formula::Function(name, *foot),
             None => Formula::Symbol(Symbol::of(function)),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::formula::{self, Fence, Formula, GREEK, Line, Operator, Symbol, Transition};
+use super::formula::{self, Fence, Formula, GREEK, Line, Occasion, Operator, Symbol, Transition};
 use crate::model::Model;
 use crate::syntax::ast::{Ast, Bound};
 
@@ -50,15 +50,24 @@ pub(super) fn line(line: &Line) -> String {
     }
 }
 
-fn transition(Transition { modes, left, crossing, right, resets }: &Transition) -> String {
-    let mut text = match modes {
-        Some([from, to]) => {
+fn transition(Transition { modes, occasion, resets }: &Transition) -> String {
+    let mut text = match (modes, occasion) {
+        (Some([from, to]), _) => {
             format!("&{} \\to {} \\text{{ when }} ", upright(from), upright(to))
         }
-        None => "&\\text{when } ".to_owned(),
+        (None, Occasion::When(_)) => "&\\text{when } ".to_owned(),
+        (None, Occasion::Every(_)) => "&\\text{every } ".to_owned(),
     };
-    let crosses = crossing.words();
-    let _ = write!(text, "{} \\text{{ {crosses} }} {}", formula(left), formula(right));
+    match occasion {
+        Occasion::Every(period) => text.push_str(&formula(period)),
+        Occasion::When(conditions) => {
+            for (k, (left, crossing, right)) in conditions.iter().enumerate() {
+                text.push_str(if k == 0 { "" } else { " \\text{ or } " });
+                let crosses = crossing.words();
+                let _ = write!(text, "{} \\text{{ {crosses} }} {}", formula(left), formula(right));
+            }
+        }
+    }
     for (unknown, value) in resets {
         let _ = write!(text, ", {} := {}", formula(unknown), formula(value));
     }
@@ -114,6 +123,8 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
                 Fence::Round => ("\\left(", "\\right)"),
                 Fence::Arguments => ("(", ")"),
                 Fence::Bars => ("\\left\\lvert ", " \\right\\rvert"),
+                Fence::Floor => ("\\left\\lfloor ", " \\right\\rfloor"),
+                Fence::Ceiling => ("\\left\\lceil ", " \\right\\rceil"),
             };
             write_parts(text, &[opening, closing], &[inner])
         }
@@ -135,6 +146,7 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
                 None => Ok(()),
             }
         }
+        Formula::Words(words) => write!(text, " \\text{{ {words} }} "),
         Formula::Cases(cases) => {
             let around = [
                 "\\begin{cases} ",
@@ -169,6 +181,7 @@ fn sign(operator: Operator) -> &'static str {
         Operator::Negative => "-",
         Operator::Times => " \\, ",
         Operator::Comma => ", ",
+        Operator::Equal => " = ",
         Operator::Less => " < ",
         Operator::LessEqual => " \\le ",
         Operator::Greater => " > ",

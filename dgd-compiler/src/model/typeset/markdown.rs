@@ -82,6 +82,7 @@ struct Declarations {
     parameters: Vec<Vec<String>>,
     constants: Vec<Vec<String>>,
     outputs: Vec<Vec<String>>,
+    units: Vec<Vec<String>>,
 }
 
 impl Default for Declarations {
@@ -93,18 +94,20 @@ impl Default for Declarations {
             parameters: heads(&["", "name", "value", "unit", "bounds", ""]),
             constants: heads(&["", "name", "value", "unit", ""]),
             outputs: heads(&["", "name", "unit", "noise", ""]),
+            units: heads(&["name", "value", ""]),
         }
     }
 }
 
 impl Declarations {
-    fn tables(self) -> [(&'static str, Vec<Vec<String>>); 5] {
+    fn tables(self) -> [(&'static str, Vec<Vec<String>>); 6] {
         [
             ("Inputs", self.inputs),
             ("States and unknowns", self.unknowns),
             ("Outputs", self.outputs),
             ("Parameters", self.parameters),
             ("Constants", self.constants),
+            ("Units", self.units),
         ]
     }
 
@@ -146,6 +149,10 @@ impl Declarations {
                 let [symbol, name, unit] = first(name, unit);
                 self.constants.push(vec![symbol, name, math(value), unit, doc]);
             }
+            ItemKind::Unit { name, value } => {
+                let name = format!("`[{}]`", name.text);
+                self.units.push(vec![name, math(value), doc]);
+            }
             ItemKind::Size { name, value } => {
                 let [symbol, name, unit] = first(name, &None);
                 self.constants.push(vec![symbol, name, math(value), unit, doc]);
@@ -169,6 +176,7 @@ fn start_of(declared: UnknownKind, start: Option<&Expr>) -> String {
     let start = start.map_or_else(|| "0".to_owned(), math);
     match declared {
         UnknownKind::State => start,
+        UnknownKind::Held => format!("{start}, held"),
         UnknownKind::Unknown => format!("{start} (a guess)"),
     }
 }

@@ -4,7 +4,7 @@
 
 use std::fmt::Write;
 
-use super::formula::{Cases, Fence, Formula, GREEK, Line, Operator, Symbol, Transition};
+use super::formula::{Cases, Fence, Formula, GREEK, Line, Occasion, Operator, Symbol, Transition};
 use crate::syntax::ast::Bound;
 
 /// One line as a `<math>` element; its label is left to the caller.
@@ -40,16 +40,26 @@ fn write_equality(
 }
 
 fn write_transition(text: &mut String, transition: &Transition) -> std::fmt::Result {
-    let Transition { modes, left, crossing, right, resets } = transition;
-    if let Some([from, to]) = modes {
-        let (from, to) = (escaped(from), escaped(to));
-        write!(text, "<mtext>{from}</mtext><mo>→</mo><mtext>{to} when </mtext>")?;
-    } else {
-        text.push_str("<mtext>when </mtext>");
+    let Transition { modes, occasion, resets } = transition;
+    match (modes, occasion) {
+        (Some([from, to]), _) => {
+            let (from, to) = (escaped(from), escaped(to));
+            write!(text, "<mtext>{from}</mtext><mo>→</mo><mtext>{to} when </mtext>")?;
+        }
+        (None, Occasion::When(_)) => text.push_str("<mtext>when </mtext>"),
+        (None, Occasion::Every(_)) => text.push_str("<mtext>every </mtext>"),
     }
-    write_formula(text, left)?;
-    write!(text, "<mtext> {} </mtext>", crossing.words())?;
-    write_formula(text, right)?;
+    match occasion {
+        Occasion::Every(period) => write_formula(text, period)?,
+        Occasion::When(conditions) => {
+            for (k, (left, crossing, right)) in conditions.iter().enumerate() {
+                text.push_str(if k == 0 { "" } else { "<mtext> or </mtext>" });
+                write_formula(text, left)?;
+                write!(text, "<mtext> {} </mtext>", crossing.words())?;
+                write_formula(text, right)?;
+            }
+        }
+    }
     for (unknown, value) in resets {
         text.push_str("<mo>,</mo>");
         write_equality(text, unknown, ":=", value)?;
@@ -104,6 +114,8 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
                 Fence::Round => ("(", ")", "true"),
                 Fence::Arguments => ("(", ")", "false"),
                 Fence::Bars => ("|", "|", "true"),
+                Fence::Floor => ("⌊", "⌋", "true"),
+                Fence::Ceiling => ("⌈", "⌉", "true"),
             };
             text.push_str("<mrow>");
             write!(text, "<mo form=\"prefix\" fence=\"true\" stretchy=\"{stretchy}\">")?;
@@ -116,6 +128,7 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
         Formula::Function(name, Some(foot)) => {
             write!(text, "<msub><mi mathvariant=\"normal\">{name}</mi><mn>{foot}</mn></msub>")
         }
+        Formula::Words(words) => write!(text, "<mtext> {words} </mtext>"),
         Formula::Cases(cases) => write_cases(text, cases),
     }
 }
@@ -146,6 +159,7 @@ fn sign(operator: Operator) -> &'static str {
         // Invisible times, with the room of a thin space.
         Operator::Times => "<mo lspace=\"0\" rspace=\"0.17em\">\u{2062}</mo>",
         Operator::Comma => "<mo>,</mo>",
+        Operator::Equal => "<mo>=</mo>",
         Operator::Less => "<mo>&lt;</mo>",
         Operator::LessEqual => "<mo>≤</mo>",
         Operator::Greater => "<mo>&gt;</mo>",

@@ -8,6 +8,7 @@
 //!
 //! Works on tokens, so that it also lays out what this version cannot compile.
 
+use super::parse::is_keyword;
 use super::parse::lexical::{self, RESERVED, Token, TokenKind};
 use crate::diagnostics::{Diagnostics, Reported};
 use crate::source::{Source, SourceId, Sources};
@@ -105,6 +106,8 @@ const IN_COLUMNS: &[&str] = &[
     "input",
     "state",
     "unknown",
+    "held",
+    "unit",
     "let",
     "function",
     "output",
@@ -457,12 +460,21 @@ impl Spacing<'_> {
             || behind.starts_with("///")
     }
 
+    /// Whether a word that begins a line is a keyword or a name of its own, and not the first operand of the
+    /// value of a function.
+    fn begins_item(&self, token: Token) -> bool {
+        let behind = self.text[token.end as usize..].trim_start_matches(' ');
+        let is_operand = behind.starts_with(['(', '+', '*', '/', '^'])
+            || behind.starts_with('-') && !behind.starts_with("->");
+        !is_operand || is_keyword(token.text(self.text))
+    }
+
     fn class(&self, token: Token) -> Before {
         match token.kind {
             TokenKind::Name => {
                 let is_word = RESERVED.contains(&token.text(self.text))
                     || match self.before {
-                        Before::Start => true,
+                        Before::Start => self.begins_item(token),
                         // Two words in a row, or a list of attributes.
                         Before::Operand | Before::Other(TokenKind::Comma) => self.open == 0,
                         // `rises above`, `falls below`, `replace output y by`

@@ -188,13 +188,23 @@ impl Pending {
 
 /// An expression, as far as it reaches.
 pub(crate) fn expression(input: Tokens<'_>) -> Parsed<'_, Expr> {
+    expression_from(Level::Or, input)
+}
+
+/// A sum, as far as it reaches: no comparison, and nothing that joins such.
+pub(crate) fn sum(input: Tokens<'_>) -> Parsed<'_, Expr> {
+    expression_from(Level::Sum, input)
+}
+
+/// An expression of operators that bind at least so tightly.
+fn expression_from(least: Level, input: Tokens<'_>) -> Parsed<'_, Expr> {
     let mut stack: Vec<Pending> = Vec::new();
     let mut rest = input;
     loop {
         rest = signs(&mut stack, rest)?.0;
         let mut left;
         (rest, left) = operand(rest)?;
-        let next = operator(rest);
+        let next = operator(rest).filter(|next| next.level() >= least);
         (rest, left) = complete(&mut stack, left, next, rest);
         let Some(next) = next else {
             return Ok((rest, left));
@@ -306,7 +316,7 @@ pub(crate) fn optional_unit(input: Tokens<'_>) -> Parsed<'_, Option<Unit>> {
     }
     let (text, span) = (input.first_text(), input.span());
     let text = text[1..text.len() - 1].trim();
-    Ok((input.behind_first(), Some(Unit { span, text: text.to_owned() })))
+    Ok((input.behind_first(), Some(Unit::new(span, text))))
 }
 
 fn group(input: Tokens<'_>) -> Parsed<'_, Expr> {

@@ -13,7 +13,8 @@ use super::part::{self, is_binding};
 use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, dotted, name, token, word};
 use crate::diagnostics::{Code, Diagnostic, Edit, Fix, suggestion};
 use crate::syntax::ast::{
-    Argument, Attribute, AttributeKind, Bound, Expr, ItemKind, Name, Unit, UnknownKind,
+    Argument, Attribute, AttributeKind, Bound, Expr, ExprKind, ItemKind, LocalLet, Name, Unit,
+    UnknownKind,
 };
 use crate::units::parse_unit;
 
@@ -28,6 +29,8 @@ const SIMPLE: &[(&str, Rule)] = &[
     ("input", input),
     ("state", |input| unknown(UnknownKind::State, input)),
     ("unknown", |input| unknown(UnknownKind::Unknown, input)),
+    ("held", |input| unknown(UnknownKind::Held, input)),
+    ("unit", unit),
     ("let", definition),
     ("function", function),
     ("equation", equation),
@@ -46,7 +49,7 @@ fn keywords() -> impl Iterator<Item = &'static str> {
     SIMPLE
         .iter()
         .map(|(keyword, _)| *keyword)
-        .chain(["model", "variant", "modes", "when", "effect", "for"])
+        .chain(["model", "variant", "modes", "when", "every", "effect", "for"])
 }
 
 /// Reads an item without a block, from its keyword to its last token.
@@ -159,7 +162,11 @@ fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> 
     let what = match declared_as {
         UnknownKind::State => "a state",
         UnknownKind::Unknown => "an unknown",
+        UnknownKind::Held => "a held value",
     };
+    if declared_as == UnknownKind::Held {
+        return held(what, input);
+    }
     if input.second() == Some(TokenKind::Index) {
         let (rest, (name, (index, range))) = (name, array::declared_range).parse(input)?;
         let (rest, (unit, start)) = (optional_unit, optional_value).parse(rest)?;
@@ -175,6 +182,26 @@ fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> 
     Ok((rest, ItemKind::Unknown { declared: declared_as, name, unit, start, attributes }))
 }
 
+fn held<'a>(what: &'static str, input: Tokens<'a>) -> Parsed<'a, ItemKind> {
+    let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
+    let (rest, attributes) = attributes(&["fixed", "nominal"], what, rest)?;
+    Ok((rest, ItemKind::Unknown { declared: UnknownKind::Held, name, unit, start, attributes }))
+}
+
+/// `unit stroke = 0.118 [l]`
+fn unit(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, (name, value)) = (name, value("a unit")).parse(input)?;
+    if !matches!(value.kind, ExprKind::Number { .. }) {
+        let message = "a unit is a number of another unit";
+        return rest.wrong(
+            Diagnostic::new(Code::E105, value.span, message)
+                .help(format!("write it so: `unit {} = 0.118 [l]`", name.text)),
+        );
+    }
+    let rest = attributes(&[], "a unit", rest)?.0;
+    Ok((rest, ItemKind::Unit { name, value }))
+}
+
 fn size(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let (rest, (name, value)) = (name, value("a size")).parse(input)?;
     let rest = attributes(&[], "a size", rest)?.0;
@@ -188,6 +215,38 @@ fn definition(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 fn function(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, (name, arguments)) = signature(input)?;
+    let (rest, body) = value("a function")(rest)?;
+    Ok((rest, ItemKind::Function { name, arguments, lets: Vec::new(), body }))
+}
+
+/// `function NAME(arguments) =`, which a block follows.
+pub(crate) fn head_of_function(input: Tokens<'_>) -> Parsed<'_, (Name, Vec<Argument>)> {
+    let (rest, head) = signature(input.behind_first())?;
+    let rest = token(TokenKind::Equal, "`=` before the block of a function")(rest)?.0;
+    if rest.is_empty() { Ok((rest, head)) } else { rest.expected("`{`") }
+}
+
+/// `let NAME [unit] = …` within a function.
+pub(crate) fn local_let(input: Tokens<'_>) -> Parsed<'_, LocalLet> {
+    let what = "a `let`";
+    let (rest, (name, unit)) = (name, optional_unit).parse(input.behind_first())?;
+    let (rest, value) = value(what)(rest)?;
+    if rest.is_empty() {
+        Ok((rest, LocalLet { name, unit, value }))
+    } else {
+        rest.expected(OPERATOR)
+    }
+}
+
+/// The last line of a function's block.
+pub(crate) fn last_value(input: Tokens<'_>) -> Parsed<'_, Expr> {
+    let (rest, value) = expression(input)?;
+    if rest.is_empty() { Ok((rest, value)) } else { rest.expected(OPERATOR) }
+}
+
+/// A name and the arguments between parentheses.
+fn signature(input: Tokens<'_>) -> Parsed<'_, (Name, Vec<Argument>)> {
     let argument = map((name, optional_unit), |(name, unit)| Argument { name, unit });
     let (open, name) = dotted(input)?;
     let rest = token(TokenKind::Open, "`(` and the function's arguments")(open)?.0;
@@ -197,8 +256,7 @@ fn function(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
         return rest.behind_first().expected("the name of an argument");
     }
     let rest = close(open.span(), rest)?.0;
-    let (rest, body) = value("a function")(rest)?;
-    Ok((rest, ItemKind::Function { name, arguments, body }))
+    Ok((rest, (name, arguments)))
 }
 
 fn output(input: Tokens<'_>) -> Parsed<'_, ItemKind> {

@@ -6,6 +6,7 @@
 mod array;
 mod effect;
 mod expression;
+mod function;
 mod item;
 pub(super) mod lexical;
 mod modes;
@@ -21,6 +22,7 @@ use lexical::{Token, TokenKind};
 use notation::Declared;
 use tokens::{NESTING, Stop, Tokens, dotted, name, too_deep};
 
+pub(super) use item::is_keyword;
 pub use unsound::Hole;
 
 /// Reads a source.
@@ -199,6 +201,10 @@ impl<'a, 'd> Reader<'a, 'd> {
             (TokenKind::Name, "variant") => self.variant(statement, &mut docs, nesting),
             (TokenKind::Name, "modes") => self.modes(statement, &mut docs, nesting),
             (TokenKind::Name, "when") => self.when(statement, &mut docs).map(ItemKind::When),
+            (TokenKind::Name, "every") => self.every(statement, &mut docs),
+            (TokenKind::Name, "function") if has_block(statement) => {
+                self.function(statement, &mut docs)
+            }
             (TokenKind::Name, "for") => self.loop_(statement, &mut docs, nesting),
             _ => {
                 docs.extend(statement.iter().filter(|token| token.kind == TokenKind::Doc));
@@ -446,6 +452,10 @@ impl<'a, 'd> Reader<'a, 'd> {
             Err(nom::Err::Incomplete(_)) => unreachable!("an item's tokens are all there"),
         }
     }
+}
+
+fn has_block(statement: &[Token]) -> bool {
+    statement.iter().any(|token| token.kind == TokenKind::OpenBrace)
 }
 
 /// Moves doc comments up to the end of the line.

@@ -3,18 +3,19 @@
 
 use nom::Parser;
 
-use super::expression::expression;
+use super::expression::{expression, sum};
+use super::item::last_value;
 use super::lexical::{Token, TokenKind};
 use super::tokens::{OPERATOR, Parsed, Tokens, dotted, name, token, word};
 use super::{Reader, item_length, take_docs};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::syntax::ast::{
-    Choice, Crossing, Expr, Item, ItemKind, Name, Reaction, Reset, StartMode, Transition,
+    Choice, Condition, Crossing, Item, ItemKind, Name, Reaction, Reset, StartMode, Transition,
 };
 
 /// The tokens before the block of a line, its docs taken out, and the block; nothing where there is
 /// a token that could not be read.
-fn head_and_block<'a>(
+pub(super) fn head_and_block<'a>(
     line: &'a [Token],
     docs: &mut Vec<Token>,
 ) -> Option<(Vec<Token>, &'a [Token])> {
@@ -119,12 +120,12 @@ impl<'a> Reader<'a, '_> {
     fn transition(&mut self, line: &'a [Token], mut docs: Vec<Token>) -> Option<Transition> {
         let (plain, block) = head_and_block(line, &mut docs)?;
         let input = Tokens::new(&plain, self.text, self.source);
-        let (_, (from, to, left, crossing, right)) = self.report(head_of_transition(input))?;
+        let (_, (from, to, conditions)) = self.report(head_of_transition(input))?;
         let resets = if block.is_empty() { Vec::new() } else { self.resets(block, &mut docs)? };
         let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
         let span = self.span(*line.first()?).to(self.span(*last));
         let doc = self.doc_lines(&docs);
-        Some(Transition { span, doc, from, to, left, crossing, right, resets })
+        Some(Transition { span, doc, from, to, conditions, resets })
     }
 
     /// `when EXPRESSION falls below EXPRESSION { reset x = e }`
@@ -135,7 +136,7 @@ impl<'a> Reader<'a, '_> {
     ) -> Option<Reaction> {
         let (plain, block) = head_and_block(statement, docs)?;
         let input = Tokens::new(&plain, self.text, self.source);
-        let (_, (left, crossing, right)) = self.report(condition(input.behind_first()))?;
+        let (_, conditions) = self.report(conditions(input.behind_first()))?;
         let resets = if block.is_empty() { Vec::new() } else { self.resets(block, docs)? };
         if resets.is_empty() {
             let message = "this `when` does nothing";
@@ -145,7 +146,28 @@ impl<'a> Reader<'a, '_> {
             );
             return None;
         }
-        Some(Reaction { left, crossing, right, resets })
+        Some(Reaction { conditions, resets })
+    }
+
+    /// `every EXPRESSION { reset x = e }`
+    pub(super) fn every(
+        &mut self,
+        statement: &'a [Token],
+        docs: &mut Vec<Token>,
+    ) -> Option<ItemKind> {
+        let (plain, block) = head_and_block(statement, docs)?;
+        let input = Tokens::new(&plain, self.text, self.source);
+        let (_, period) = self.report(last_value(input.behind_first()))?;
+        let resets = if block.is_empty() { Vec::new() } else { self.resets(block, docs)? };
+        if resets.is_empty() {
+            let message = "this `every` does nothing";
+            self.error(
+                Diagnostic::new(Code::E105, input.span(), message)
+                    .help("write `{ reset NAME = … }` behind it"),
+            );
+            return None;
+        }
+        Some(ItemKind::Every { period, resets })
     }
 
     /// `{ reset x = e … }`, one to a line.
@@ -184,19 +206,39 @@ fn start_mode(input: Tokens<'_>) -> Parsed<'_, StartMode> {
     }
 }
 
-type Head = (Name, Name, Expr, Crossing, Expr);
+type Head = (Name, Name, Vec<Condition>);
 
 fn head_of_transition(input: Tokens<'_>) -> Parsed<'_, Head> {
     let arrow = token(TokenKind::Arrow, "`->` and the mode that follows, or `{` and equations");
     let when = word("when", "`when` and a condition such as `x falls below 0`");
     let (rest, (from, _, to, _)) = (name, arrow, name, when).parse(input)?;
-    let (rest, (left, crossing, right)) = condition(rest)?;
-    Ok((rest, (from, to, left, crossing, right)))
+    let (rest, conditions) = conditions(rest)?;
+    Ok((rest, (from, to, conditions)))
 }
 
-/// `EXPRESSION falls below EXPRESSION`, and nothing after it.
-fn condition(input: Tokens<'_>) -> Parsed<'_, (Expr, Crossing, Expr)> {
-    let (rest, left) = expression(input)?;
+/// Conditions joined by `or`, and nothing after them.
+fn conditions(mut input: Tokens<'_>) -> Parsed<'_, Vec<Condition>> {
+    let mut all = Vec::new();
+    loop {
+        let (rest, one) = condition(input)?;
+        all.push(one);
+        if rest.is_empty() {
+            return Ok((rest, all));
+        }
+        if rest.starts_with_word("and") {
+            let message = "what is watched is joined by `or` only";
+            return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(
+                "two conditions hold at once when the smaller of two differences rises above 0: \
+                 `when min(x - a, y - b) rises above 0`",
+            ));
+        }
+        input = word("or", OPERATOR)(rest)?.0;
+    }
+}
+
+/// `EXPRESSION falls below EXPRESSION`
+fn condition(input: Tokens<'_>) -> Parsed<'_, Condition> {
+    let (rest, left) = sum(input)?;
     let (crossing, side) = match rest.first_text() {
         "rises" => (Crossing::Rises, "above"),
         "falls" => (Crossing::Falls, "below"),
@@ -204,8 +246,8 @@ fn condition(input: Tokens<'_>) -> Parsed<'_, (Expr, Crossing, Expr)> {
     };
     let expected = if side == "above" { "`above`" } else { "`below`" };
     let (rest, _) = word(side, expected)(rest.behind_first())?;
-    let (rest, right) = expression(rest)?;
-    if rest.is_empty() { Ok((rest, (left, crossing, right))) } else { rest.expected(OPERATOR) }
+    let (rest, right) = sum(rest)?;
+    Ok((rest, Condition { left, crossing, right }))
 }
 
 /// `reset x = e`

@@ -143,7 +143,7 @@ impl Reader<'_, '_> {
             Some(token) if token.kind == TokenKind::Unit => {
                 let inside = token.text(self.text);
                 let text = inside[1..inside.len() - 1].trim().to_owned();
-                Some(Unit { span: self.span(*token), text })
+                Some(Unit::new(self.span(*token), text))
             }
             Some(token) if !matches!(token.kind, TokenKind::Equal | TokenKind::Name) => {
                 return None;

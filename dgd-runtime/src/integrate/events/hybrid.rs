@@ -18,6 +18,8 @@ pub(in crate::integrate) struct Hybrid {
     pub(super) n_automata: usize,
     /// Whether each automaton chooses states, so that its transitions are not events.
     selecting: Vec<bool>,
+    /// Whether the discrete number of each automaton is a count.
+    counting: Vec<bool>,
     /// Whether the condition of a transition has been false since its mode was entered.
     pub(in crate::integrate) armed: Vec<bool>,
     /// How far beyond its threshold an event function may be without consequences: as far as it was
@@ -71,6 +73,7 @@ impl Hybrid {
             schedule,
             n_automata: discrete.automata.len(),
             selecting: selecting(signature).collect(),
+            counting: discrete.automata.iter().map(|a| a.kind.counts()).collect(),
             slack: vec![0.0; n_e],
             located: None,
             uncut: f64::INFINITY,
@@ -155,7 +158,7 @@ impl Hybrid {
 
     /// Whether the transition leaves the mode that its automaton is in.
     pub(in crate::integrate) fn is_active(&self, automaton: usize, from: usize) -> bool {
-        self.z()[automaton] == from as f64
+        self.counting[automaton] || self.z()[automaton] == from as f64
     }
 }
 
@@ -172,6 +175,11 @@ pub(in crate::integrate) struct Occurrences {
 impl Occurrences {
     pub(in crate::integrate) const NONE: Self =
         Self { last: f64::NEG_INFINITY, interval: f64::INFINITY, shrinking: 0, count: 0 };
+
+    /// Whether the last one was at most so long before t.
+    pub(super) fn is_within(&self, soon: f64, t: f64) -> bool {
+        t - self.last <= soon
+    }
 
     /// Takes in the transition at `t`; how often it has been made, where it will be made infinitely
     /// often within `soon`.

@@ -1,13 +1,14 @@
 //! Transitions between modes: which are due, and making them.
 
-use crate::discrete::{choose_sides, choose_start_modes};
+use crate::discrete::clock::Tick;
+use crate::discrete::{choose_sides, choose_start_modes, count_steps_of};
 use crate::error::IntegrateError;
 use crate::integrate::events::hybrid::Hybrid;
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::solution::{Event, Solution};
 use crate::solved::Solved;
-use crate::system::{Crossing, Point, Trigger};
+use crate::system::{AutomatonKind, Crossing, Point, Trigger};
 
 /// Transitions within this part of the simulated time happen at one time.
 const ONE_TIME: f64 = 1e-9;
@@ -35,6 +36,10 @@ impl<S: Solved> Simulation<'_, S> {
             return Ok(());
         }
         while self.discrete.next_switch() == self.t {
+            if self.discrete.schedule.next_switch() != self.t {
+                self.make_tick(solution)?;
+                continue;
+            }
             let hybrid = &mut self.discrete;
             let n_c = hybrid.z().len() - hybrid.n_automata;
             let condition = hybrid.schedule.next_condition().unwrap_or(0);
@@ -50,6 +55,54 @@ impl<S: Solved> Simulation<'_, S> {
             self.mark_instant();
         }
         Ok(())
+    }
+
+    /// Makes the tick of a clock that is now, and what happens at it.
+    fn make_tick(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
+        let hybrid = &mut self.discrete;
+        let Some(tick) = hybrid.schedule.clocks.tick() else { return Ok(()) };
+        let Tick { condition, automaton, number, count } = tick;
+        let n_c = hybrid.z().len() - hybrid.n_automata;
+        // t₀ + k T
+        for (tau, column) in hybrid.saltation.tau.iter_mut().zip(hybrid.dtimes.chunks_exact(n_c)) {
+            *tau = column[condition] + number * column[condition + 1];
+        }
+        self.begin_instant(solution);
+        let position = self.discrete.n_automata + condition;
+        self.discrete.schedule.z[position] = count;
+        match automaton {
+            Some(automaton) => self.act(automaton, solution)?,
+            None => self.take_over(solution)?,
+        }
+        self.settle(solution)?;
+        self.mark_instant();
+        Ok(())
+    }
+
+    /// Makes what happens at ticks where a run starts.
+    pub(in crate::integrate) fn make_first_ticks(
+        &mut self,
+        solution: &mut Solution,
+    ) -> Result<(), IntegrateError> {
+        if !S::FEATURES.events || self.discrete.schedule.clocks.is_empty() {
+            return Ok(());
+        }
+        let acting: Vec<usize> = self.discrete.schedule.clocks.first_ticks().collect();
+        for automaton in acting {
+            self.begin_sample();
+            self.act(automaton, solution)?;
+            self.settle(solution)?;
+        }
+        Ok(())
+    }
+
+    /// Makes the transition of an automaton that a clock drives.
+    fn act(&mut self, automaton: usize, solution: &mut Solution) -> Result<(), IntegrateError> {
+        let mut transitions = self.problem.system.signature().discrete.transitions();
+        match transitions.position(|(of, _)| of == automaton) {
+            Some(k) => self.make_transition(k, solution),
+            None => self.take_over(solution),
+        }
     }
 
     /// Makes the transitions that are due now, one after another, until none is.
@@ -264,12 +317,15 @@ impl<S: Solved> Simulation<'_, S> {
             unreachable!("there are as many event functions as transitions")
         };
         let automaton = &discrete.automata[position];
-        if automaton.kind.only_ends_steps() {
+        if automaton.kind.only_ends_steps() || self.has_just_acted(position, k) {
             // Slopes have changed, values have not.
             self.discrete.pass_corner(k, self.t);
             return self.make_consistent(solution);
         }
-        self.verify_end(k, &automaton.name)?;
+        // Clocks do not wait for anything, so that there is an end to their ticks.
+        if transition.trigger != Trigger::Clock {
+            self.verify_end(k, &automaton.name)?;
+        }
         let has_surface = automaton.kind.has_surface();
         // A side that does not lead onto the surface was left by rounding, and one that the solution has
         // slid along has let it go.
@@ -279,7 +335,13 @@ impl<S: Solved> Simulation<'_, S> {
         };
 
         self.reset(k, solution);
-        self.discrete.schedule.z[position] = transition.to as f64;
+        if automaton.kind.counts() {
+            self.evaluate_events();
+            let Hybrid { schedule, e, .. } = &mut self.discrete;
+            count_steps_of(discrete, position, e, &mut schedule.z);
+        } else {
+            self.discrete.schedule.z[position] = transition.to as f64;
+        }
         let slack = match (has_surface, transition.from == SLIDING) {
             (true, true) => OF_TOLERANCE,
             (true, false) => OF_ROUNDING,
@@ -292,6 +354,9 @@ impl<S: Solved> Simulation<'_, S> {
             }
         }
         self.take_over(solution)?;
+        if automaton.kind.counts() || transition.trigger == Trigger::Clock {
+            return Ok(());
+        }
         solution.events.push(Event {
             t: self.t,
             automaton: automaton.name.clone(),
@@ -327,6 +392,22 @@ impl<S: Solved> Simulation<'_, S> {
                 && transition.crossing.is_past(hybrid.e[*k])
         });
         found.map(|(k, _)| k)
+    }
+
+    /// Whether another of the conditions that all lead to one thing has been met at this time: then it has happened.
+    fn has_just_acted(&self, position: usize, k: usize) -> bool {
+        let discrete = &self.problem.system.signature().discrete;
+        let automaton = &discrete.automata[position];
+        if automaton.kind != AutomatonKind::When || automaton.transitions.len() == 1 {
+            return false;
+        }
+        let soon = ONE_TIME * self.span;
+        discrete.transitions().enumerate().any(|(other, (of, next))| {
+            of == position
+                && other != k
+                && next.trigger == Trigger::Edge
+                && self.discrete.occurrences[other].is_within(soon, self.t)
+        })
     }
 
     /// Whether events come to an end.

@@ -157,9 +157,9 @@ fn due(asked: &[f64], t_new: f64, stop: Stop) -> (usize, usize) {
     let rest = asked[8 * eights..].iter().take_while(|&&t| t < t_new).count();
     let inside = 8 * eights + rest;
     let at_end = asked[inside..].iter().take_while(|&&t| t == t_new).count();
-    // The last of equal times at a jump is a right value, which is had after it.
+    // The last of two equal times at a jump is a right value, which is had after it, and so are all of more.
     match stop {
-        Stop::Change => (inside, at_end.saturating_sub(1)),
+        Stop::Change => (inside, usize::from(at_end == 2)),
         Stop::None => (inside, at_end),
     }
 }

@@ -66,6 +66,9 @@ impl<S: Solved> Simulation<'_, S> {
         // once they have been false.
         self.begin_sample();
         self.settle(solution)?;
+        if self.resumed.is_none() {
+            self.make_first_ticks(solution)?;
+        }
         self.begin_history();
         self.pass_discontinuities(solution)
     }

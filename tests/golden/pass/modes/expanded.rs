@@ -299,6 +299,7 @@ pub mod tank {
                     ],
                 ),
                 n_time_conditions: 1,
+                clocks: List::Borrowed(&[]),
                 event_jacobian: Pattern::single(&[0, 1], &[0, 1]),
                 reset_jacobian: Pattern::single(&[0], &[0]),
             },

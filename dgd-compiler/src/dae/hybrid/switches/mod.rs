@@ -29,6 +29,7 @@
 
 mod affected;
 mod nested;
+mod steps;
 mod surfaces;
 mod unrolled;
 
@@ -70,6 +71,7 @@ struct Surface {
 /// Makes events of the switches on which the rows depend.
 pub(in crate::dae) fn locate(dae: &mut Dae, model: &Model) {
     unrolled::unroll(dae, model);
+    steps::locate(dae, model);
     nested::take_apart(dae, model);
     let mut surfaces = passed(dae, model);
     surfaces.retain(|surface| surface.passage > Passage::Smooth);
@@ -108,12 +110,17 @@ fn passed(dae: &mut Dae, model: &Model) -> Vec<Surface> {
 
 /// e as formulas write it, where it is short.
 fn name(dae: &Dae, model: &Model, e: ExprId) -> String {
+    format!("switch {} at 0", written(dae, model, e))
+}
+
+/// An expression as formulas write it, where it is short.
+fn written(dae: &Dae, model: &Model, e: ExprId) -> String {
     let listing = listing(&dae.graph, &[e], &BTreeMap::new(), &|symbol| match symbol {
         Symbol::Element(i) => model.element_name(i),
         other => symbol_name(dae, other),
     });
     let text = if listing.lines.is_empty() { listing.roots[0].as_str() } else { "…" };
-    format!("switch {} at 0", text.replace(',', " and"))
+    text.replace(',', " and")
 }
 
 /// Puts discrete numbers, and shares while they slide, in the place of switches whose values jump.

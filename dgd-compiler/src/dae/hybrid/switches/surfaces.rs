@@ -16,11 +16,11 @@ const SAME: f64 = 1e-9;
 
 /// What an expression changes with.
 #[derive(Debug, Clone, Copy, Default)]
-struct Moves {
+pub(super) struct Moves {
     /// Between samples.
-    varies: bool,
+    pub(super) varies: bool,
     /// From row to row of a loop.
-    sweeps: bool,
+    pub(super) sweeps: bool,
 }
 
 /// Which surfaces are wanted.
@@ -39,24 +39,12 @@ pub(super) fn surfaces(
     roots: &[ExprId],
     which: SurfaceKind,
 ) -> Vec<Surface> {
-    let is_linear: Vec<bool> = {
-        let declared = model.inputs.iter().map(|input| input.interpolation);
-        let late = dae.delayed_inputs.iter().map(|l| model.inputs[l.input].interpolation);
-        declared.chain(late).map(|interpolation| interpolation == Interpolation::Linear).collect()
-    };
     let nodes = dae.graph.listed(roots.iter().copied());
-    let mut moves: HashMap<ExprId, Moves> =
-        HashMap::with_capacity_and_hasher(nodes.len(), <_>::default());
+    let moves = moves(dae, model, &nodes);
     let mut surfaces: Vec<Surface> = Vec::new();
     let mut known: HashMap<ExprId, usize> = HashMap::default();
     for (id, node) in nodes {
-        let here = match node {
-            Node::Symbol(symbol) => moves_of(symbol, &is_linear),
-            _ => node.operands().map(|operand| moves[&operand]).fold(Moves::default(), |a, b| {
-                Moves { varies: a.varies || b.varies, sweeps: a.sweeps || b.sweeps }
-            }),
-        };
-        moves.insert(id, here);
+        let here = moves[&id];
         let (e, sign) = match node {
             Node::Compare(_, a, b) => (dae.graph.subtract(a, b), 1.0),
             Node::Call1(f, x) if matches!(f.get().name, "abs" | "sign") => (x, 1.0),
@@ -84,6 +72,27 @@ pub(super) fn surfaces(
         }
     }
     joined(dae, model, surfaces)
+}
+
+/// What expressions change with, operands first.
+pub(super) fn moves(dae: &Dae, model: &Model, nodes: &[(ExprId, Node)]) -> HashMap<ExprId, Moves> {
+    let is_linear: Vec<bool> = {
+        let declared = model.inputs.iter().map(|input| input.interpolation);
+        let late = dae.delayed_inputs.iter().map(|l| model.inputs[l.input].interpolation);
+        declared.chain(late).map(|interpolation| interpolation == Interpolation::Linear).collect()
+    };
+    let mut moves: HashMap<ExprId, Moves> =
+        HashMap::with_capacity_and_hasher(nodes.len(), <_>::default());
+    for &(id, node) in nodes {
+        let here = match node {
+            Node::Symbol(symbol) => moves_of(symbol, &is_linear),
+            _ => node.operands().map(|operand| moves[&operand]).fold(Moves::default(), |a, b| {
+                Moves { varies: a.varies || b.varies, sweeps: a.sweeps || b.sweeps }
+            }),
+        };
+        moves.insert(id, here);
+    }
+    moves
 }
 
 fn moves_of(symbol: Symbol, is_linear: &[bool]) -> Moves {

@@ -1,0 +1,213 @@
+//! Units that files declare, `unit stroke = 0.118 [l]`, given to the places where they are used.
+//!
+//! A file sees the units that it declares and those of the libraries that it imports, directly or through
+//! others. A part of a model keeps those of its own file, whatever the whole calls its units.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::ast::{Ast, Expr, ExprKind, Item, ItemKind, Name};
+use super::visit;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::source::{DeclaredUnit, SourceId, Span};
+use crate::units::{OwnUnit, OwnUnits, describe, parse_unit};
+
+/// The trees with what their files declare known wherever a unit stands; the same trees where nothing is declared.
+pub(crate) fn known_where_used<'a>(
+    asts: &'a [Ast],
+    diagnostics: &mut Diagnostics,
+) -> Cow<'a, [Ast]> {
+    if !asts.iter().any(declares) {
+        return Cow::Borrowed(asts);
+    }
+    let of_files = of_files(asts, diagnostics);
+    let mut asts = asts.to_vec();
+    for ast in &mut asts {
+        let own = seen_by(&of_files, ast);
+        for item in &mut ast.items {
+            visit::units_of_item_mut(item, &mut |unit| {
+                if unit.own.is_empty() {
+                    unit.own = own.clone();
+                }
+            });
+        }
+    }
+    Cow::Owned(asts)
+}
+
+/// The units that the first of the trees sees, and those of the others where these do not clash.
+pub fn all(asts: &[Ast]) -> OwnUnits {
+    if !asts.iter().any(declares) {
+        return OwnUnits::default();
+    }
+    let of_files = of_files(asts, &mut Diagnostics::default());
+    let seen = asts.iter().map(|ast| seen_by(&of_files, ast));
+    seen.fold(OwnUnits::default(), |all, seen| all.and(&seen))
+}
+
+/// The same as numbers of units of the language.
+pub fn declared(asts: &[Ast]) -> Vec<DeclaredUnit> {
+    let one = |(symbol, unit): (&str, OwnUnit)| DeclaredUnit {
+        symbol: symbol.to_owned(),
+        value: unit.factor,
+        unit: describe(unit.dimension),
+    };
+    all(asts).iter().map(one).collect()
+}
+
+/// Gives units to the numbers of an expression that stands in no file.
+pub(crate) fn know_in(expr: &mut Expr, own: &OwnUnits) {
+    visit::units_of_expression_mut(expr, &mut |unit| unit.own = own.clone());
+}
+
+fn declares(ast: &Ast) -> bool {
+    let mut any = false;
+    visit::items(&ast.items, &mut |item| any |= matches!(item.kind, ItemKind::Unit { .. }));
+    any
+}
+
+/// What each file declares, and what it imports.
+struct OfFile {
+    declared: OwnUnits,
+    imports: Vec<SourceId>,
+    is_library: bool,
+}
+
+fn of_files(asts: &[Ast], diagnostics: &mut Diagnostics) -> BTreeMap<SourceId, OfFile> {
+    let mut of_files: BTreeMap<SourceId, OfFile> = BTreeMap::new();
+    let empty = |ast: &Ast| OfFile {
+        declared: OwnUnits::default(),
+        imports: ast.imports.clone(),
+        is_library: ast.model.is_none(),
+    };
+    of_files.extend(asts.iter().map(|ast| (ast.source, empty(ast))));
+    // Libraries stand behind those that import them.
+    for ast in asts.iter().rev() {
+        let seen = seen_by(&of_files, ast);
+        let declared = declared_in(ast, &seen, diagnostics);
+        of_files.insert(ast.source, OfFile { declared, ..empty(ast) });
+    }
+    of_files
+}
+
+/// What a file and its libraries declare, the nearest first.
+fn seen_by(of_files: &BTreeMap<SourceId, OfFile>, ast: &Ast) -> OwnUnits {
+    let mut seen = BTreeSet::from([ast.source]);
+    let mut pending = vec![ast.source];
+    let mut units = OwnUnits::default();
+    while let Some(source) = pending.pop() {
+        let Some(file) = of_files.get(&source) else { continue };
+        if source != ast.source && !file.is_library {
+            continue;
+        }
+        units = units.and(&file.declared);
+        pending.extend(file.imports.iter().filter(|import| seen.insert(**import)));
+    }
+    units
+}
+
+/// The units that a file declares, in the order in which each needs those before it.
+fn declared_in(ast: &Ast, seen: &OwnUnits, diagnostics: &mut Diagnostics) -> OwnUnits {
+    let mut waiting: Vec<(&Name, &Expr)> = Vec::new();
+    visit::items(&ast.items, &mut |item: &Item| {
+        if let ItemKind::Unit { name, value } = &item.kind {
+            waiting.push((name, value));
+        }
+    });
+    let mut known: BTreeMap<String, (OwnUnit, Span)> = BTreeMap::new();
+    loop {
+        let before = waiting.len();
+        let names: Vec<&str> = waiting.iter().map(|(name, _)| name.text.as_str()).collect();
+        let names: Vec<String> = names.into_iter().map(str::to_owned).collect();
+        waiting.retain(|(name, value)| {
+            let own = known.iter().map(|(symbol, (unit, _))| (symbol.clone(), *unit)).collect();
+            let own = OwnUnits::new(own).and(seen);
+            let others = names.iter().filter(|other| **other != name.text);
+            match value_of(name, value, &own, others, diagnostics) {
+                Value::Known(unit) => {
+                    take(name, unit, &mut known, diagnostics);
+                    false
+                }
+                Value::Wrong => false,
+                Value::Waits => true,
+            }
+        });
+        if waiting.is_empty() || waiting.len() == before {
+            break;
+        }
+    }
+    for (name, _) in waiting {
+        let message = format!("the unit `{}` depends on itself", name.text);
+        diagnostics.error(Diagnostic::new(Code::E206, name.span, message));
+    }
+    OwnUnits::new(known.into_iter().map(|(symbol, (unit, _))| (symbol, unit)).collect())
+}
+
+/// What is known of a unit's value.
+enum Value {
+    Known(OwnUnit),
+    /// It reads a unit that is not known yet.
+    Waits,
+    /// What is wrong has been reported.
+    Wrong,
+}
+
+fn value_of<'n>(
+    name: &Name,
+    expr: &Expr,
+    own: &OwnUnits,
+    mut others: impl Iterator<Item = &'n String>,
+    diagnostics: &mut Diagnostics,
+) -> Value {
+    let mut wrong = |diagnostic: Diagnostic| {
+        diagnostics.error(diagnostic);
+        Value::Wrong
+    };
+    if parse_unit(&name.text).is_ok() {
+        let message = format!("`{}` is a unit of the language", name.text);
+        return wrong(Diagnostic::new(Code::E202, name.span, message).help("choose another name"));
+    }
+    let ExprKind::Number { value, unit, .. } = &expr.kind else {
+        unreachable!("the parser lets only numbers be units")
+    };
+    if *value <= 0.0 {
+        let message = "a unit must be above zero";
+        return wrong(Diagnostic::new(Code::E505, expr.span, message));
+    }
+    let Some(written) = unit else {
+        return Value::Known(OwnUnit::of(*value, &crate::units::Unit::one()));
+    };
+    let text = &written.text;
+    match crate::units::parse_unit_with(text, own) {
+        Ok(unit) => Value::Known(OwnUnit::of(*value, &unit)),
+        Err(_) if others.any(|other| mentions(text, other)) || mentions(text, &name.text) => {
+            Value::Waits
+        }
+        Err(error) => wrong(error.at(text, written.span)),
+    }
+}
+
+/// Whether a symbol occurs in a unit.
+fn mentions(text: &str, symbol: &str) -> bool {
+    text.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|word| word == symbol)
+}
+
+/// Takes a unit in; two declarations of one value are one.
+fn take(
+    name: &Name,
+    unit: OwnUnit,
+    known: &mut BTreeMap<String, (OwnUnit, Span)>,
+    diagnostics: &mut Diagnostics,
+) {
+    match known.get(&name.text) {
+        Some((first, _)) if *first == unit => {}
+        Some((_, place)) => {
+            let message = format!("the unit `{}` is declared twice", name.text);
+            diagnostics
+                .error(Diagnostic::new(Code::E202, name.span, message).label(*place, "first here"));
+        }
+        None => {
+            known.insert(name.text.clone(), (unit, name.span));
+        }
+    }
+}
