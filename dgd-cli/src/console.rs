@@ -111,6 +111,11 @@ impl<'a> Console<'a> {
         self.global.threads.unwrap_or_else(all)
     }
 
+    /// Threads, where the command line says so.
+    pub(crate) fn threads_asked(self) -> Option<usize> {
+        self.global.threads
+    }
+
     /// Says something about the run on standard error, unless told to be quiet.
     pub(crate) fn remark(self, text: &str) {
         if !self.global.quiet {

@@ -15,12 +15,13 @@ mod tail;
 mod targets;
 
 use std::ffi::{OsStr, OsString};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
 use dgd_compiler::diagnostics::visible;
 
-use args::{Cli, Command};
+use args::{Cli, Command, JobAction, JobArgs};
 use console::Console;
 use failure::CommandError;
 use targets::Targets;
@@ -44,6 +45,13 @@ pub fn run_words(words: Vec<OsString>) -> u8 {
             crash::CRASHED
         }
     }
+}
+
+/// The same, for a program that other words start: `start` are those before `dgd`'s own, and `file` has its code. Work on
+/// many wells starts it again.
+pub fn run_words_of(start: Vec<OsString>, file: PathBuf, words: Vec<OsString>) -> u8 {
+    command_line::set_program(start, file);
+    run_words(words)
 }
 
 fn run_once() -> u8 {
@@ -78,6 +86,7 @@ fn minds_ctrl_c(command: &Command) -> bool {
             | Command::Linearize(_)
             | Command::Invert(_)
             | Command::Screen(_)
+            | Command::Job(JobArgs { action: JobAction::Run(_) })
     )
 }
 
@@ -128,6 +137,7 @@ fn perform(command: &Command, console: Console<'_>) -> Result<(), CommandError> 
         Command::Discover(args) => command::discover::run(args, console),
         Command::Adopt(args) => command::adopt::run(args, console),
         Command::Screen(args) => command::screen::run(args, console),
+        Command::Job(args) => command::job::run(args, console),
         Command::Methods => command::methods::run(console),
         Command::Schema => command::schema::run(console),
         Command::Completions(args) => command::shells::completions(args, console),

@@ -7,13 +7,14 @@ use dgd_compiler::source::Sources;
 use dgd_data::files::journal::RunJournal;
 use dgd_data::files::{try_folder, try_whole};
 use dgd_data::open::STANDARD_INPUT;
+use dgd_job::fleet;
 use dgd_work::WorkError;
 use dgd_work::compare;
 use dgd_work::discover;
 use dgd_work::fit;
 use dgd_work::screen;
 
-use crate::args::{Command, Global};
+use crate::args::{Command, Global, JobAction, JobArgs};
 use crate::failure::CommandError;
 use crate::picture;
 use crate::table_file::{self, TableFormat};
@@ -191,6 +192,10 @@ fn inputs(command: &Command) -> Vec<PathBuf> {
         | Command::Completions(_)
         | Command::Man(_)
         | Command::Lsp(_) => None,
+        Command::Job(args) => {
+            all.extend(job_file(args).cloned());
+            None
+        }
         Command::New(args) => {
             all.extend(args.from.clone());
             None
@@ -259,6 +264,17 @@ fn inputs(command: &Command) -> Vec<PathBuf> {
     all
 }
 
+/// The job that a command reads.
+fn job_file(args: &JobArgs) -> Option<&PathBuf> {
+    match &args.action {
+        JobAction::Run(args) => Some(&args.place.job),
+        JobAction::Status(args) | JobAction::Report(args) | JobAction::Tasks(args) => {
+            Some(&args.job)
+        }
+        JobAction::Work => None,
+    }
+}
+
 /// Pictures that the command line asks for.
 fn plots(command: &Command) -> &[PathBuf] {
     match command {
@@ -272,6 +288,7 @@ fn plots(command: &Command) -> &[PathBuf] {
         | Command::Man(_)
         | Command::New(_)
         | Command::Lsp(_)
+        | Command::Job(_)
         | Command::Adopt(_) => &[],
         Command::Simulate(args) => &args.run.solve.plot,
         Command::Sensitivity(args) => &args.run.solve.plot,
@@ -288,6 +305,9 @@ fn plots(command: &Command) -> &[PathBuf] {
 
 fn out(command: &Command) -> Out {
     match command {
+        Command::Job(JobArgs { action: JobAction::Report(_) }) => {
+            Out::Folder(fleet::FILES.map(str::to_owned).to_vec())
+        }
         Command::Check(_)
         | Command::Emit(_)
         | Command::Explain(_)
@@ -298,6 +318,7 @@ fn out(command: &Command) -> Out {
         | Command::New(_)
         | Command::Lsp(_)
         | Command::Watch(_)
+        | Command::Job(_)
         | Command::Adopt(_) => Out::File,
         Command::Fmt(_) => Out::Layout,
         Command::Simulate(_)

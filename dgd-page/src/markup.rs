@@ -38,6 +38,16 @@ impl Markup {
         Markup(markup.into())
     }
 
+    /// It leads to another file of the same folder; only letters, digits, `_`, `-` and points name one.
+    #[must_use]
+    pub fn linked(&self, file: &str) -> Markup {
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
+        if file.is_empty() || !file.chars().all(is_plain) {
+            return self.clone();
+        }
+        Markup(format!("<a href=\"{file}\">{}</a>", self.0))
+    }
+
     /// A paragraph of it.
     #[must_use]
     pub fn paragraph(&self) -> Markup {
@@ -121,6 +131,17 @@ pub(crate) fn escaped(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn links_lead_to_files_beside_the_page_and_nowhere_else() {
+        let of = |file: &str| Markup::text("a<b").linked(file).to_string();
+        assert_eq!(of("wells_2.html"), "<a href=\"wells_2.html\">a&lt;b</a>");
+        for other in
+            ["", "javascript:alert(1)", "//there/x", "a/b.html", "x\" onclick=\"y", "http://x"]
+        {
+            assert_eq!(of(other), "a&lt;b", "{other}");
+        }
+    }
 
     #[test]
     fn text_from_outside_is_escaped_and_backticks_are_code() {

@@ -17,6 +17,9 @@ mod results;
 mod tracker;
 mod workers;
 
+use std::ffi::OsString;
+use std::path::PathBuf;
+
 use pyo3::prelude::*;
 
 /// The version of dgd.
@@ -24,8 +27,12 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// Runs a command line, the words behind `dgd`; the exit code.
 #[pyfunction]
-fn command(py: Python<'_>, words: Vec<std::ffi::OsString>) -> u8 {
-    py.detach(|| dgd_cli::run_words(words))
+fn command(py: Python<'_>, words: Vec<OsString>) -> PyResult<u8> {
+    // Work on many wells starts the command again, by the same interpreter.
+    let executable: OsString = py.import("sys")?.getattr("executable")?.extract()?;
+    let file: PathBuf = py.import("dgd._dgd")?.getattr("__file__")?.extract()?;
+    let start = [executable, "-m".into(), "dgd".into()];
+    Ok(py.detach(|| dgd_cli::run_words_of(start.into(), file, words)))
 }
 
 // The interpreter's lock is needed: nothing here was written for Python without one.

@@ -68,11 +68,12 @@ pub use fit::compare::{self, Comparison, compare};
 pub use fit::objective::{Objective, objective};
 pub use fit::{FitFigure, Fitted, fit};
 pub use linearize::{Linearised, linearize};
-pub use model::effects::{Applicable, applicable, load_folder};
-pub use model::{Changed, LoadedModel, load};
+pub use model::effects::{Applicable, FOLDER, applicable, load_folder};
+pub use model::{Changed, LoadedModel, digest_of_texts, load};
 pub use output::columns::{Kind, NamedColumn, TimeTable};
 pub use output::json_text;
 pub use output::provenance::{DataFile, Provenance, SCHEMA_VERSION};
+pub use output::quantity::{shown, shown_like};
 pub use request::{
     AdoptRequest, CheckRequest, Choices, CompareRequest, DiscoverRequest, Engine, Estimator,
     FitRequest, IntervalRequest, InvertRequest, Keep, LinearizeAt, LinearizeRequest, NoiseFrom,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 /// The crates of the workspace, each of which uses only those before it. Tests may use any.
-pub(crate) const CRATES: [&str; 17] = [
+pub(crate) const CRATES: [&str; 18] = [
     "dgd-signature",
     "dgd-compiler",
     "dgd-macros",
@@ -18,6 +18,7 @@ pub(crate) const CRATES: [&str; 17] = [
     "dgd-plot",
     "dgd-page",
     "dgd-work",
+    "dgd-job",
     "dgd-lsp",
     "dgd-watch",
     "dgd-cli",

@@ -129,6 +129,9 @@ pub(crate) struct SearchArgs {
     /// the best
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
     pub starts: u32,
+    /// Of `--starts N`, run the fit from point K alone, counted from 0: a share of the work for another machine
+    #[arg(long, value_name = "K", value_parser = whole::<u32>, allow_negative_numbers = true)]
+    pub start_point: Option<u32>,
 }
 
 /// Loss functions of a residual, in standard deviations.
@@ -154,6 +157,10 @@ pub(crate) struct IntervalArgs {
     /// Refit to N data sets with resampled residuals, for intervals that account for autocorrelated noise
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<usize>, allow_negative_numbers = true)]
     pub bootstrap: usize,
+    /// Number of the first of these data sets, counted from 0: a share of the work for another machine, whose result
+    /// lists all estimates
+    #[arg(long, value_name = "K", value_parser = whole::<usize>, allow_negative_numbers = true)]
+    pub bootstrap_from: Option<usize>,
     /// Report which samples and outputs determine each parameter
     #[arg(long)]
     pub information: bool,
@@ -212,8 +219,10 @@ impl FitArgs {
         request.evaluations = self.evaluations;
         request.search.loss = self.search.loss.request();
         request.search.starts = self.search.starts;
+        request.search.start_point = self.search.start_point;
         request.intervals.profile.clone_from(&self.intervals.profile);
         request.intervals.bootstrap = self.intervals.bootstrap;
+        request.intervals.bootstrap_from = self.intervals.bootstrap_from;
         request.intervals.information = self.intervals.information;
         let (options, args) = (&mut request.regression, &self.regression);
         options.estimator = args.estimator.request();

@@ -4,6 +4,7 @@ pub(crate) mod compare;
 mod discover;
 pub(crate) mod fit;
 pub(crate) mod invert;
+mod job;
 mod new;
 mod requests;
 pub(crate) mod screen;
@@ -23,6 +24,7 @@ use compare::CompareArgs;
 pub(crate) use discover::{AdoptArgs, DiscoverArgs};
 pub(crate) use fit::FitArgs;
 use invert::InvertArgs;
+pub(crate) use job::{JobAction, JobArgs, JobPlaceArgs, JobRunArgs};
 pub(crate) use new::NewArgs;
 use screen::ScreenArgs;
 pub(crate) use single::{LinearizeArgs, RunArgs, SensitivityArgs, SimulateArgs};
@@ -169,6 +171,11 @@ pub(crate) enum Command {
     ///
     /// For example `dgd screen monday.csv tuesday.csv`, or against a model: `dgd screen run.csv --model model.dgd`.
     Screen(ScreenArgs),
+    /// Work on many wells: pieces that any machine may do, and what they say together
+    ///
+    /// For example `dgd job run fleet.json --into results`, and then `dgd job report fleet.json --into results -o fleet`.
+    /// The job file names wells, recordings, and what is done with each.
+    Job(JobArgs),
     /// List the integration methods
     ///
     /// `dgd methods` names what `--method` takes.

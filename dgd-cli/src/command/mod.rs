@@ -6,6 +6,7 @@ pub(crate) mod discover;
 mod ensemble;
 pub(crate) mod fit;
 pub(crate) mod invert;
+pub(crate) mod job;
 pub(crate) mod linearize;
 pub(crate) mod new;
 pub(crate) mod screen;

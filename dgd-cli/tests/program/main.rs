@@ -19,6 +19,7 @@ mod fit_estimators;
 mod fit_quality;
 mod gates;
 mod invert;
+mod jobs;
 mod linearize;
 mod lsp;
 mod mend;

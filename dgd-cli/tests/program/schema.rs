@@ -76,7 +76,7 @@ fn departure(value: &Value, schema: &Value, all: &Value, place: &str) -> Option<
 }
 
 #[track_caller]
-fn assert_is(definition: &str, value: &Value) {
+pub(crate) fn assert_is(definition: &str, value: &Value) {
     let text = fs::read_to_string(root().join("docs/results.schema.json")).expect("a schema");
     let all: Value = serde_json::from_str(&text).expect("JSON");
     let schema = &all["$defs"][definition];

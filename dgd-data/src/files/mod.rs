@@ -1,10 +1,12 @@
-//! Files that appear whole or not at all, alone or together in a folder, and the journal of a run.
+//! Files that appear whole or not at all, alone, together in a folder or among those of other machines, and the journal of a run.
 
 mod draft;
 mod folder;
 pub mod journal;
+mod once;
 mod whole;
 
 pub use draft::abandon;
 pub use folder::{Files, try_folder, write_folder};
+pub use once::{make_folder, remove_left_over, write_first, write_shared};
 pub use whole::{WriteError, try_whole, write_whole};

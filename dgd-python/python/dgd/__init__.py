@@ -30,6 +30,8 @@ if TYPE_CHECKING:
         SimulationError,
         UsageError,
     )
+    from ._fleet.fleet import Fleet, fleet
+    from ._fleet.listing import Piece
     from ._model.model import Model, load, parse
     from ._points import Objective, Problem
     from ._results.discovery import Discovery, Effect
@@ -50,6 +52,9 @@ _PLACES = {
     "Place": "_errors",
     "SimulationError": "_errors",
     "UsageError": "_errors",
+    "Fleet": "_fleet.fleet",
+    "Piece": "_fleet.listing",
+    "fleet": "_fleet.fleet",
     "Model": "_model.model",
     "Quantity": "_model.declared",
     "load": "_model.model",
@@ -78,11 +83,13 @@ __all__ = [
     "Estimates",
     "Fit",
     "FitError",
+    "Fleet",
     "InternalError",
     "Interval",
     "Model",
     "ModelError",
     "Objective",
+    "Piece",
     "Place",
     "Problem",
     "Quantity",
@@ -94,6 +101,7 @@ __all__ = [
     "Tracker",
     "UsageError",
     "__version__",
+    "fleet",
     "load",
     "parse",
 ]

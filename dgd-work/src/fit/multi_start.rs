@@ -32,6 +32,14 @@ const STREAM: u128 = 1 << 64;
 impl SearchRequest {
     /// Checks, before anything is read, that the estimator knows of it.
     pub(crate) fn verify(self, estimator: Estimator) -> Result<(), WorkError> {
+        if let Some(k) = self.start_point
+            && k >= self.starts
+        {
+            return Err(WorkError::Usage(format!(
+                "`--start-point {k}` is none of the points of `--starts {}`, which are counted from 0",
+                self.starts
+            )));
+        }
         if estimator.simulates() {
             return Ok(());
         }
@@ -47,7 +55,7 @@ impl SearchRequest {
         Ok(())
     }
 
-    /// The best fit from all points.
+    /// The best fit from all points, or that from the one that is asked for.
     pub(crate) fn fit(
         self,
         problem: &OutputErrorProblem<'_>,
@@ -55,7 +63,10 @@ impl SearchRequest {
     ) -> Result<MultiStart, EstimateError> {
         let mut random = Pcg64::new(u128::from(seed), STREAM);
         let points = starting_points(problem, self.starts as usize, || random.next_u64());
-        fit_from(problem, &points)
+        match self.start_point {
+            None => fit_from(problem, &points),
+            Some(k) => fit_from(problem, &points[k as usize..=k as usize]),
+        }
     }
 }
 

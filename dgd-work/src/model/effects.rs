@@ -23,7 +23,7 @@ use crate::error::WorkError;
 use crate::model::{Compilation, read_model};
 
 /// The folder in which a model's effects lie.
-pub(crate) const FOLDER: &str = "effects";
+pub const FOLDER: &str = "effects";
 
 /// The ending of the files.
 const ENDING: &str = "dgd";

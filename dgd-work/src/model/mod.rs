@@ -3,7 +3,7 @@
 pub(crate) mod effects;
 pub(crate) mod sets;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::effects::{Application, Applied, Blending, apply as apply_effects, write};
@@ -226,6 +226,24 @@ pub fn load(
         Ok((compiled, changed)) => Ok(LoadedModel::new(compiled, compilation.sources, changed)),
         Err(reported) => Err(compilation.fail(reported)),
     }
+}
+
+/// Digest of all texts that a model is made of: its own, what it imports, effects that are applied, and those of further
+/// folders. One that cannot be read, or has mistakes, has the digest of what was read of it.
+pub fn digest_of_texts(
+    path: &Path,
+    apply: &[String],
+    folders: &[PathBuf],
+    files: &dyn FileSystem,
+) -> String {
+    let mut compilation = Compilation::new(files);
+    // What is wrong is told by whoever runs it.
+    let _ = compilation.read(path, apply);
+    let Compilation { sources, diagnostics, .. } = &mut compilation;
+    for folder in folders {
+        let _ = effects::load_folder(files, folder, sources, diagnostics);
+    }
+    provenance::of_model(sources)
 }
 
 /// The text of a model file.

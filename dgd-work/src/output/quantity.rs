@@ -60,6 +60,21 @@ impl Quantity {
     }
 }
 
+/// A value and its standard deviation as tables have them: `275.0 ± 1.2` or `(1.752 ± 0.031)·10⁸`.
+pub fn shown(value: f64, std: Option<f64>) -> String {
+    Quantity::with(value, std.unwrap_or(f64::NAN)).to_string()
+}
+
+/// A value with as many digits as a standard deviation gives it, without the deviation.
+pub fn shown_like(value: f64, std: f64) -> String {
+    let text = Quantity::with(value, std).to_string();
+    let power = text.split_once(')').map_or("", |(_, power)| power);
+    match text.split_once(" ± ") {
+        Some((value, _)) => format!("{}{power}", value.trim_start_matches('(')),
+        None => text,
+    }
+}
+
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Quantity { value, std, std_model } = *self;

@@ -84,11 +84,13 @@ pub struct SearchRequest {
     pub loss: Loss,
     /// Fits from so many starting points, the model's own and others that are drawn; the best is kept.
     pub starts: u32,
+    /// Of these points the fit from one alone, by its number from 0: a share of the work, which has the same numbers.
+    pub start_point: Option<u32>,
 }
 
 impl Default for SearchRequest {
     fn default() -> Self {
-        SearchRequest { loss: Loss::Squares, starts: 1 }
+        SearchRequest { loss: Loss::Squares, starts: 1, start_point: None }
     }
 }
 
@@ -101,6 +103,8 @@ pub struct IntervalRequest {
     pub profile: Vec<String>,
     /// Refits to so many data sets with resampled residuals.
     pub bootstrap: usize,
+    /// The number of the first of them, where they are a share of many: the result then lists the estimates of each.
+    pub bootstrap_from: Option<usize>,
     /// Whether to say which samples and outputs determine each parameter.
     pub information: bool,
 }

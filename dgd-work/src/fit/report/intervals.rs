@@ -97,6 +97,8 @@ impl IntervalRequest {
 pub(crate) struct Intervals {
     profiles: Vec<Profile>,
     bootstrap: Option<Bootstrap>,
+    /// The number of the first data set, where they are a share of many.
+    first: Option<usize>,
     /// Estimates whose profiles were asked for.
     profiled: Vec<usize>,
 }
@@ -112,22 +114,23 @@ impl Intervals {
     ) -> Result<Self, EstimateError> {
         let profiled = args.profiled(&fit.estimates);
         if !fit.termination.is_converged() || !cfg!(feature = "estimators") {
-            return Ok(Self { profiles: Vec::new(), bootstrap: None, profiled });
+            return Ok(Self::of_profiles(Vec::new(), profiled));
         }
+        let first = args.bootstrap_from.unwrap_or_default();
         let generator = |replicate: usize| {
-            let mut random = Pcg64::new(u128::from(seed), replicate as u128);
+            let mut random = Pcg64::new(u128::from(seed), (first + replicate) as u128);
             move || random.next_u64()
         };
         let resampled = (args.bootstrap > 0)
             .then(|| bootstrap(problem, fit, args.bootstrap, generator))
             .transpose()?;
         let profiles = profiles(problem, fit, &profiled)?;
-        Ok(Self { profiles, bootstrap: resampled, profiled })
+        Ok(Self { profiles, bootstrap: resampled, first: args.bootstrap_from, profiled })
     }
 
     /// Of another estimator, those profiles that are complete.
     pub(crate) fn of_profiles(profiles: Vec<Profile>, profiled: Vec<usize>) -> Self {
-        Self { profiles, bootstrap: None, profiled }
+        Self { profiles, bootstrap: None, first: None, profiled }
     }
 
     /// Adds what was asked for and is not complete.
@@ -162,17 +165,24 @@ impl Intervals {
         let entry = |i: usize| {
             let unit = outcome.unit(i);
             let interval = resampled.interval(i, PROBABILITY);
-            json!({
+            let mut entry = json!({
                 "unit": unit.symbol,
                 "std": resampled.std(i).map(|std| std / unit.factor),
                 "interval": interval.map(|(low, high)| [unit.from_si(low), unit.from_si(high)]),
-            })
+            });
+            // Whoever puts shares together needs all of them.
+            if self.first.is_some() {
+                let values = resampled.replicates.iter().map(|all| unit.from_si(all[i]));
+                entry["values"] = values.collect();
+            }
+            entry
         };
         let estimates: Map<String, Value> =
             (0..outcome.estimates().len()).map(|i| (outcome.name(i), entry(i))).collect();
         result.insert(
             "bootstrap".to_owned(),
             json!({
+                "first": self.first.unwrap_or_default(),
                 "replicates": resampled.replicates.len(),
                 "failures": resampled.failures,
                 "block_lengths": resampled.block_lengths,

@@ -1,0 +1,204 @@
+//! `dgd job`: work on many wells, as pieces that any machine may do.
+
+mod perform;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use dgd_data::files::Files;
+use dgd_identify::{Of, Progress, Watch};
+use dgd_job::work::{self, Plan, Share, Task};
+use dgd_job::{Identity, Job, JobError, Names, Program, State, Status, Store, fleet, status};
+use dgd_work::{Ended, Listener};
+use serde_json::json;
+
+use crate::args::{JobAction, JobArgs, JobPlaceArgs, JobRunArgs};
+use crate::command_line::{command_line, program};
+use crate::console::{Console, print};
+use crate::failure::CommandError;
+use crate::progress::{Interrupt, ProgressDisplay};
+use crate::tail::{Printed, Saved, Shown, finish};
+
+pub(crate) fn run(args: &JobArgs, console: Console<'_>) -> Result<(), CommandError> {
+    match &args.action {
+        JobAction::Run(args) => compute(args, console),
+        JobAction::Status(args) => say_status(args, console),
+        JobAction::Report(args) => report(args, console),
+        JobAction::Work => answer(),
+        JobAction::Tasks(args) => list(args, console),
+    }
+}
+
+impl From<JobError> for CommandError {
+    fn from(error: JobError) -> Self {
+        CommandError::Found(error.to_string())
+    }
+}
+
+/// The job with its folder as any process finds it, every piece of which has options that make sense.
+fn loaded(path: &Path) -> Result<Job, CommandError> {
+    let mut job = Job::load(path)?;
+    perform::verify(&job)
+        .map_err(|what| CommandError::Usage(format!("`{}`: {what}", path.display())))?;
+    job.folder = absolute(&job.folder)?;
+    Ok(job)
+}
+
+fn absolute(path: &Path) -> Result<PathBuf, CommandError> {
+    fs::canonicalize(path)
+        .map_err(|error| CommandError::Found(format!("`{}`: {error}", path.display())))
+}
+
+/// This program, and which build it is.
+fn this() -> Result<(Program, Identity), CommandError> {
+    let found = |error: std::io::Error| {
+        CommandError::Found(format!("the program cannot read its own file: {error}"))
+    };
+    let program = program().map_err(found)?;
+    let identity = Identity::of(&program.file).map_err(found)?;
+    Ok((program, identity))
+}
+
+fn compute(args: &JobRunArgs, console: Console<'_>) -> Result<(), CommandError> {
+    let job = loaded(&args.place.job)?;
+    let share = match (args.index, args.share) {
+        (Some(index), _) if index >= job.len() => {
+            return Err(CommandError::Usage(format!(
+                "`--index {index}`: the job has {} pieces, which are counted from 0",
+                job.len()
+            )));
+        }
+        (Some(index), _) => Share::One(index),
+        (None, Some((first, of))) => Share::Every { first, of },
+        (None, None) => Share::All,
+    };
+    let (program, identity) = this()?;
+    let store = Store::open(&args.place.into, &identity)?;
+    let into = absolute(&args.place.into)?;
+    let threads = console.threads_asked().unwrap_or(job.threads);
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let memory = args.memory.or(job.memory);
+    if memory.is_some() && !work::is_limited() {
+        console.remark(
+            "this system does not tell how much memory a process has, so that none is limited",
+        );
+    }
+    let plan = Plan {
+        job: &job,
+        store: &store,
+        into: &into,
+        names: &Names::new(&job.folder, &identity),
+        program: &program,
+        workers: args.workers.unwrap_or(cores / threads).max(1),
+        threads,
+        memory,
+        share,
+        retries: args.retry,
+    };
+    let display = ProgressDisplay::new(console, Interrupt::Ends(how_to_go_on));
+    display.begins(true);
+    let heard =
+        |done, all| display.advanced(Progress { what: "pieces", done, of: Of::Exactly(all) });
+    let tally = work::run(&plan, &heard);
+    display.ends();
+    let tally = tally?;
+    let word = if tally.pieces == 1 { "piece" } else { "pieces" };
+    let text = format!(
+        "{} {word}: {} computed, {} had a result; {} of them failed\n",
+        tally.pieces, tally.computed, tally.had, tally.failed
+    );
+    let ended = match tally.failed {
+        0 => Ended::Done,
+        n => Ended::Found(format!(
+            "{n} of {} {word} failed: `dgd job status {} --into {}` says why",
+            tally.pieces,
+            args.place.job.display(),
+            args.place.into.display()
+        )),
+    };
+    let (json, printed) = (Some(json!(tally)), Printed::Text(text));
+    finish(Shown { json, printed, ..Shown::new(ended) }, console)
+}
+
+fn how_to_go_on(_is_kept: bool) -> &'static str {
+    "stopped by Ctrl-C; the same command goes on from here"
+}
+
+/// What is there of a job: of the build that wrote it, whoever asks.
+fn known(args: &JobPlaceArgs) -> Result<(Job, Store, Identity), CommandError> {
+    let job = loaded(&args.job)?;
+    let store = Store::at(&args.into);
+    let identity = match store.identity()? {
+        Some(identity) => identity,
+        None => this()?.1,
+    };
+    Ok((job, store, identity))
+}
+
+fn say_status(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
+    let (job, store, identity) = known(args)?;
+    let status: Status = status(&job, &store, &identity);
+    let json = Some(status.to_json(&args.job, &args.into));
+    let printed = Printed::Text(status.to_text());
+    finish(Shown { json, printed, ..Shown::new(Ended::Done) }, console)
+}
+
+fn report(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
+    let (job, store, identity) = known(args)?;
+    let fleet = fleet::collect(&job, &store, &identity);
+    let saved = match console.out() {
+        Some(_) => Saved::Folder {
+            files: Files {
+                written: fleet.files(&command_line()),
+                removed: fleet.stale(console.out()),
+            },
+            is_told: true,
+        },
+        None => Saved::Nothing,
+    };
+    let json = console.is_json().then(|| fleet.to_json());
+    let printed = Printed::Text(fleet.to_text());
+    finish(Shown { json, saved, printed, ..Shown::new(Ended::Done) }, console)
+}
+
+/// Computes what another process asks for.
+fn answer() -> Result<(), CommandError> {
+    let program = program().map_err(|error| CommandError::Found(error.to_string()))?;
+    work::serve(&program, perform::perform).map_err(|error| CommandError::Found(error.to_string()))
+}
+
+/// All pieces with what has become of them, a line each, for who distributes them; the first line says which build does
+/// them.
+fn list(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
+    let job = loaded(&args.job)?;
+    let (_, identity) = this()?;
+    let store = Store::open(&args.into, &identity)?;
+    let (into, there) = (absolute(&args.into)?, store.all());
+    let names = Names::new(&job.folder, &identity);
+    let threads = console.threads_asked().unwrap_or(job.threads);
+    print(&format!(
+        "{}\n",
+        json!({ "identity": identity, "pieces": job.len(), "threads": threads, "memory": job.memory })
+    ))?;
+    for (index, piece) in job.pieces().enumerate() {
+        let name = names.of(&piece);
+        let state = there.get(&name).copied();
+        let what = piece.kind.to_string();
+        let path = store.path(&name, state.unwrap_or(State::Done));
+        let task = Task {
+            name,
+            piece,
+            folder: job.folder.clone(),
+            into: into.clone(),
+            threads,
+            memory: job.memory,
+            given_up: None,
+        };
+        let state = state.map(State::name);
+        print(&format!(
+            "{}\n",
+            json!({ "index": index, "what": what, "state": state, "path": path, "task": task })
+        ))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,99 @@
+//! A piece of a job as the command that it is.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
+
+use clap::Parser;
+use dgd_job::work::Task;
+use dgd_job::{Class, Job, Outcome, Piece};
+use dgd_work::{Ended, Remarks, Session, WorkError, discover, fit};
+
+use crate::args::{Cli, Command};
+use crate::crash;
+
+/// Endings of files of a discovery that a result has in it: texts that somebody goes on with.
+const TEXTS: [&str; 2] = [".dgd", ".diff"];
+
+/// Checks that every piece is a command line, before any is computed: what is wrong, and with which options.
+pub(super) fn verify(job: &Job) -> Result<(), String> {
+    let mut known = BTreeSet::new();
+    for piece in job.pieces() {
+        // What the options are to recordings that differ, they are to all.
+        if known.insert((piece.kind.command(), piece.options.clone())) {
+            parsed(&piece)?;
+        }
+    }
+    Ok(())
+}
+
+/// The command of a piece, or why it is none.
+fn parsed(piece: &Piece) -> Result<Command, String> {
+    let words = std::iter::once("dgd".to_owned()).chain(piece.words()).map(OsString::from);
+    let cli = Cli::try_parse_from(words).map_err(|error| {
+        let text = error.to_string();
+        let text = text.trim_start_matches("error: ").trim_end();
+        format!("{} of `{}`: {text}", piece.kind, piece.well)
+    })?;
+    Ok(cli.command)
+}
+
+/// Computes a piece, whatever becomes of it.
+pub(super) fn perform(task: &Task) -> Outcome {
+    let computed = crash::caught(|| computed(task));
+    computed.unwrap_or_else(|crash| Outcome::failed(Class::Mistake, crash.to_string()))
+}
+
+fn computed(task: &Task) -> Outcome {
+    let piece = &task.piece;
+    let remarks = Remarks::default();
+    let session = Session::new(&remarks).with_seed(piece.seed).with_threads(task.threads.max(1));
+    let found = match parsed(piece) {
+        Err(message) => return Outcome::failed(Class::Usage, message),
+        Ok(Command::Fit(args)) => {
+            let mut request = args.request(None);
+            request.command = piece.command();
+            fit(&request, session).map(|fitted| {
+                let files = BTreeMap::new();
+                (fitted.to_json().clone(), stopped(fitted.ended(None)), files)
+            })
+        }
+        Ok(Command::Discover(args)) => {
+            let mut request = args.request(None);
+            request.command = piece.command();
+            discover(&request, session)
+                .and_then(|found| Ok((found.to_json(), None, texts(&found)?)))
+        }
+        Ok(_) => return Outcome::failed(Class::Usage, "this is not a piece of work"),
+    };
+    match found {
+        Ok((result, stopped, files)) => {
+            Outcome::Done { result, stopped, remarks: remarks.all(), files }
+        }
+        Err(error) => failed(&error),
+    }
+}
+
+/// Why a result is not what it should be.
+fn stopped(ended: Ended) -> Option<String> {
+    match ended {
+        Ended::Done => None,
+        Ended::Found(words) | Ended::Stopped(words) | Ended::Interrupted(words) => Some(words),
+        other => Some(format!("{other:?}")),
+    }
+}
+
+/// The corrected model, described effects and laws.
+fn texts(found: &dgd_work::Discovered) -> Result<BTreeMap<String, String>, WorkError> {
+    let written = found.files()?.written.into_iter();
+    let texts = written.filter(|(name, _)| TEXTS.iter().any(|ending| name.ends_with(ending)));
+    Ok(texts.map(|(name, bytes)| (name, String::from_utf8_lossy(&bytes).into_owned())).collect())
+}
+
+fn failed(error: &WorkError) -> Outcome {
+    let class = match error.class() {
+        dgd_work::Class::Data => Class::Data,
+        dgd_work::Class::Usage => Class::Usage,
+        _ => Class::Computation,
+    };
+    Outcome::Failed { class, message: error.to_string(), mistakes: error.mistakes() }
+}

@@ -1,0 +1,118 @@
+//! Parameters of a well that have moved from one occasion to the next by more than their uncertainty.
+
+use dgd_screen::distribution::normal_two_sided;
+
+use super::tail::f_tail;
+use super::{CHANCE, WellFound};
+
+/// A parameter that has moved.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Change {
+    pub(super) parameter: String,
+    /// The occasion before, and the one after.
+    pub(super) from: String,
+    pub(super) to: String,
+    /// By how much, in its unit.
+    pub(super) by: f64,
+    /// The same in standard deviations of the difference.
+    pub(super) deviations: f64,
+    /// How probable that is where nothing moves: by Student's law, as noise is estimated from residuals.
+    pub(super) p_value: f64,
+    /// Whether it is the last occasion with estimates.
+    pub(super) is_last: bool,
+}
+
+/// Finds what has moved in each well: further than chance would move one of all in a hundredth of all fleets.
+pub(super) fn find(wells: &mut [WellFound]) {
+    let all: Vec<Vec<Change>> = wells.iter().map(steps).collect();
+    let tests: usize = all.iter().map(Vec::len).sum();
+    if tests == 0 {
+        return;
+    }
+    let least = CHANCE / tests as f64;
+    for (well, steps) in wells.iter_mut().zip(all) {
+        well.changes = steps.into_iter().filter(|step| step.p_value < least).collect();
+    }
+}
+
+/// All steps from an occasion with estimates to the next.
+fn steps(well: &WellFound) -> Vec<Change> {
+    let known: Vec<_> = well.occasions.iter().filter(|found| !found.estimates.is_empty()).collect();
+    let mut steps = Vec::new();
+    for (k, pair) in known.windows(2).enumerate() {
+        for (name, after) in &pair[1].estimates {
+            let Some(before) = pair[0].estimate(name) else { continue };
+            let (Some(a), Some(b)) = (before.std, after.std) else { continue };
+            let by = after.value - before.value;
+            let deviations = by.abs() / a.hypot(b);
+            let freedom = pair[0].degrees_of_freedom.zip(pair[1].degrees_of_freedom);
+            let p_value = match freedom {
+                Some((before, after)) => f_tail(deviations * deviations, 1.0, before + after),
+                None => normal_two_sided(deviations),
+            };
+            steps.push(Change {
+                parameter: name.clone(),
+                from: pair[0].when.clone(),
+                to: pair[1].when.clone(),
+                by,
+                deviations,
+                p_value,
+                is_last: k + 2 == known.len(),
+            });
+        }
+    }
+    steps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::reading::{By, Estimate, Found};
+    use super::*;
+
+    fn well(values: &[f64]) -> WellFound {
+        let occasion = |(k, value): (usize, &f64)| {
+            let estimate = Estimate {
+                value: *value,
+                std: Some(1.0),
+                band: None,
+                by: By::Std,
+                unit: "m".into(),
+            };
+            Found {
+                when: k.to_string(),
+                estimates: vec![("c".into(), estimate)],
+                ..Found::default()
+            }
+        };
+        let occasions = values.iter().enumerate().map(occasion).collect();
+        WellFound { name: "w".into(), occasions, lacks: Vec::new(), changes: Vec::new() }
+    }
+
+    #[test]
+    fn few_samples_ask_for_larger_steps() {
+        let mut wells = vec![well(&[0.0, 4.2])];
+        find(&mut wells);
+        assert_eq!(wells[0].changes.len(), 1, "2.97 of a normal law are seldomer than 1 in 100");
+        wells[0].occasions.iter_mut().for_each(|found| found.degrees_of_freedom = Some(3.0));
+        find(&mut wells);
+        // Student's t of 6 degrees of freedom is beyond 2.97 in 2.5 of 100.
+        assert!(wells[0].changes.is_empty());
+    }
+
+    #[test]
+    fn a_step_beyond_chance_is_found_and_more_tests_ask_for_more() {
+        // 0.01 of two tests: 2.81 standard deviations of a difference, which is √2 of one.
+        let mut wells = vec![well(&[0.0, 0.5, 5.0])];
+        find(&mut wells);
+        let [step] = wells[0].changes.as_slice() else { panic!("{:?}", wells[0].changes) };
+        assert_eq!((step.from.as_str(), step.to.as_str(), step.is_last), ("1", "2", true));
+        assert!((step.by - 4.5).abs() < 1e-12 && (step.deviations - 3.182).abs() < 1e-3);
+        let quiet = (0..2000).map(|_| well(&[0.0, 0.5])).chain([well(&[0.0, 4.5])]);
+        let mut wells: Vec<WellFound> = quiet.collect();
+        find(&mut wells);
+        assert!(
+            wells.iter().all(|well| well.changes.is_empty()),
+            "one of 2001 may be so by chance"
+        );
+    }
+}

@@ -1,0 +1,208 @@
+//! What to look at first: wells with reasons, the most pressing before the others.
+
+use std::cmp::Ordering;
+
+use super::WellFound;
+use super::changes::Change;
+use super::lacks::Lack;
+use super::unlike::{Compared, Distance};
+
+/// Why somebody should look at a well, the most pressing kind first.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Reason {
+    /// Something is missing that was not before.
+    Began(Lack),
+    /// Parameters have moved at the last occasion, this one furthest; how many others besides.
+    Moved(Change, usize),
+    /// It is not like the others; the parameter, and its value here and in the middle of all, with the unit.
+    Unlike(Distance, String),
+    /// Pieces failed: how many, which first and why.
+    Failed(usize, String, String),
+    /// A fit has not converged.
+    Unconverged(String),
+    /// Something has been missing for a while.
+    Lacks(Lack),
+}
+
+impl Reason {
+    /// Place of its kind in the order.
+    fn rank(&self) -> usize {
+        match self {
+            Reason::Began(_) => 0,
+            Reason::Moved(..) => 1,
+            Reason::Unlike(..) => 2,
+            Reason::Failed(..) => 3,
+            Reason::Unconverged(_) => 4,
+            Reason::Lacks(_) => 5,
+        }
+    }
+
+    /// How much of it there is, among its kind.
+    fn size(&self) -> f64 {
+        match self {
+            Reason::Moved(change, _) => change.deviations,
+            Reason::Unlike(distance, _) => distance.value,
+            Reason::Failed(count, ..) => *count as f64,
+            Reason::Began(_) | Reason::Unconverged(_) | Reason::Lacks(_) => 0.0,
+        }
+    }
+
+    /// In a word, for programs.
+    pub(super) fn kind(&self) -> &'static str {
+        ["began", "moved", "unlike", "failed", "not_converged", "lacks"][self.rank()]
+    }
+
+    /// In a sentence.
+    pub(super) fn words(&self) -> String {
+        match self {
+            Reason::Began(lack) => {
+                format!("lacks {} since {}, not before", quoted(&lack.name), lack.since)
+            }
+            Reason::Moved(change, others) => {
+                let others = match others {
+                    0 => String::new(),
+                    1 => "; another parameter moved, too".to_owned(),
+                    n => format!("; {n} other parameters moved, too"),
+                };
+                format!(
+                    "`{}` moved by {:.1} standard deviations from {} to {}{others}",
+                    change.parameter, change.deviations, change.from, change.to
+                )
+            }
+            Reason::Unlike(distance, what) => {
+                format!(
+                    "unlike the other wells, by {:.1} standard deviations: {what}",
+                    distance.value
+                )
+            }
+            Reason::Failed(1, what, why) => format!("{what} failed: {why}"),
+            Reason::Failed(n, what, why) => format!("{n} pieces failed, {what} among them: {why}"),
+            Reason::Unconverged(why) => format!("the fit has not converged: {why}"),
+            Reason::Lacks(lack) => format!("lacks {} since {}", quoted(&lack.name), lack.since),
+        }
+    }
+}
+
+/// An effect is a name; what is unknown somewhere is words.
+fn quoted(name: &str) -> String {
+    if name.contains(' ') { name.to_owned() } else { format!("`{name}`") }
+}
+
+/// All reasons of all wells, the most pressing first; of equal ones in the order of the wells.
+pub(super) fn order(
+    wells: &[WellFound],
+    compared: &Compared,
+    parameters: &[(String, String)],
+) -> Vec<(usize, Reason)> {
+    let mut all: Vec<(usize, Reason)> = Vec::new();
+    for (w, well) in wells.iter().enumerate() {
+        let distance = compared.distances.get(w).copied().flatten();
+        all.extend(
+            reasons(well, distance, compared, parameters).into_iter().map(|reason| (w, reason)),
+        );
+    }
+    all.sort_by(|(a, one), (b, other)| {
+        let size = || other.size().partial_cmp(&one.size()).unwrap_or(Ordering::Equal);
+        one.rank().cmp(&other.rank()).then_with(size).then(a.cmp(b))
+    });
+    all
+}
+
+fn reasons(
+    well: &WellFound,
+    distance: Option<Distance>,
+    compared: &Compared,
+    parameters: &[(String, String)],
+) -> Vec<Reason> {
+    let mut all: Vec<Reason> = Vec::new();
+    for lack in &well.lacks {
+        all.push(if lack.is_new {
+            Reason::Began(lack.clone())
+        } else {
+            Reason::Lacks(lack.clone())
+        });
+    }
+    let moved = well.changes.iter().filter(|change| change.is_last);
+    if let Some(most) = moved.clone().max_by(|a, b| a.deviations.total_cmp(&b.deviations)) {
+        all.push(Reason::Moved(most.clone(), moved.count() - 1));
+    }
+    if let Some(distance) = distance.filter(|distance| distance.is_unlike) {
+        all.push(Reason::Unlike(distance, how_unlike(well, distance, compared, parameters)));
+    }
+    let failures: Vec<_> = well.occasions.iter().flat_map(|found| &found.failures).collect();
+    if let Some((what, why)) = failures.first() {
+        all.push(Reason::Failed(failures.len(), what.clone(), why.clone()));
+    }
+    let unconverged = well.occasions.iter().rev().find_map(|found| found.fit.as_ref());
+    if let Some(Err(why)) = unconverged {
+        all.push(Reason::Unconverged(why.clone()));
+    }
+    all
+}
+
+/// "`c0` is 250 ± 3 m, in the middle of all 275 m".
+fn how_unlike(
+    well: &WellFound,
+    distance: Distance,
+    compared: &Compared,
+    parameters: &[(String, String)],
+) -> String {
+    let (name, unit) = &parameters[distance.most];
+    let estimate = well.latest().and_then(|found| found.estimate(name));
+    let place = compared.parameters.iter().position(|j| *j == distance.most);
+    let (Some(estimate), Some(place)) = (estimate, place) else { return format!("`{name}`") };
+    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+    let own = dgd_work::shown(estimate.value, estimate.std);
+    let middle = dgd_work::shown(compared.medians[place], None);
+    format!("most in `{name}`, which is {own}{unit}; the median is {middle}{unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::reading::Found;
+    use super::*;
+
+    #[test]
+    fn what_began_comes_before_what_moved_what_is_unlike_and_what_failed() {
+        let lack = |is_new| Lack { name: "leak".into(), since: "2025".into(), onset: None, is_new };
+        let change = |deviations| Change {
+            parameter: "c".into(),
+            from: "1".into(),
+            to: "2".into(),
+            by: 1.0,
+            deviations,
+            p_value: 0.0,
+            is_last: true,
+        };
+        let well = |lacks: Vec<Lack>, changes: Vec<Change>, occasion: Found| WellFound {
+            name: String::new(),
+            occasions: vec![occasion],
+            lacks,
+            changes,
+        };
+        let failed = Found { failures: vec![("fit".into(), "no file".into())], ..Found::default() };
+        let lost = Found { fit: Some(Err("flat".into())), ..Found::default() };
+        let wells = [
+            well(vec![lack(false)], vec![], failed),
+            well(vec![], vec![change(6.0), change(7.0)], lost),
+            well(vec![lack(true)], vec![change(9.0)], Found::default()),
+        ];
+        let order = order(&wells, &Compared::default(), &[]);
+        let said: Vec<(usize, &str)> =
+            order.iter().map(|(w, reason)| (*w, reason.kind())).collect();
+        assert_eq!(
+            said,
+            [
+                (2, "began"),
+                (2, "moved"),
+                (1, "moved"),
+                (0, "failed"),
+                (1, "not_converged"),
+                (0, "lacks")
+            ]
+        );
+        assert_eq!(order[0].1.words(), "lacks `leak` since 2025, not before");
+        assert!(order[2].1.words().ends_with("from 1 to 2; another parameter moved, too"));
+        assert_eq!(order[3].1.words(), "fit failed: no file");
+    }
+}

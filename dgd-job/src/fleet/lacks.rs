@@ -1,0 +1,71 @@
+//! What a well lacks, and since when.
+
+use super::reading::Found;
+
+/// Something that a well's model lacks at the last occasion that was searched.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Lack {
+    /// The effect, or the place of what has no name.
+    pub(super) name: String,
+    /// The first occasion from which on every search found it.
+    pub(super) since: String,
+    /// Where in the recordings of that occasion it begins, s.
+    pub(super) onset: Option<f64>,
+    /// Whether an earlier search did not find it and the last one was the first that did.
+    pub(super) is_new: bool,
+}
+
+/// Of a well's occasions, in order of time.
+pub(super) fn of(occasions: &[Found]) -> Vec<Lack> {
+    let searched: Vec<_> =
+        occasions.iter().filter_map(|found| Some((found, found.search.as_ref()?))).collect();
+    let Some((_, last)) = searched.last() else { return Vec::new() };
+    let lack = |(name, _): &(String, Option<f64>)| {
+        let found = searched
+            .iter()
+            .map(|(_, search)| search.missing.iter().find(|(known, _)| known == name));
+        let found: Vec<_> = found.collect();
+        let without = found.iter().rposition(Option::is_none);
+        let first = without.map_or(0, |place| place + 1);
+        Lack {
+            name: name.clone(),
+            since: searched[first].0.when.clone(),
+            onset: found[first].and_then(|(_, onset)| *onset),
+            is_new: first > 0 && first + 1 == searched.len(),
+        }
+    };
+    last.missing.iter().map(lack).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::reading::Search;
+    use super::*;
+
+    fn occasion(when: &str, missing: Option<&[&str]>) -> Found {
+        let search = missing.map(|names| Search {
+            verdict: String::new(),
+            missing: names.iter().map(|name| ((*name).to_owned(), Some(5.0))).collect(),
+        });
+        Found { when: when.to_owned(), search, ..Found::default() }
+    }
+
+    #[test]
+    fn since_is_the_first_occasion_of_an_unbroken_row() {
+        let occasions = [
+            occasion("1", Some(&["a", "c"])),
+            occasion("2", Some(&["a", "b"])),
+            occasion("3", None),
+            occasion("4", Some(&["b", "a"])),
+            occasion("5", Some(&["a", "c", "b"])),
+        ];
+        let said: Vec<(String, String, bool)> =
+            of(&occasions).into_iter().map(|lack| (lack.name, lack.since, lack.is_new)).collect();
+        let row = |name: &str, since: &str, is_new| (name.to_owned(), since.to_owned(), is_new);
+        assert_eq!(said, [row("a", "1", false), row("c", "5", true), row("b", "2", false)]);
+        assert_eq!(of(&occasions[..3]).len(), 2, "an occasion without a search says nothing");
+        assert!(of(&occasions[2..3]).is_empty());
+        // What was there at the only search may have been there before.
+        assert!(!of(&occasions[..1])[0].is_new);
+    }
+}

@@ -1,0 +1,138 @@
+//! What a fleet says: which wells lack what, since when; their parameters over time; which are unlike the others, and what
+//! to look at first.
+//!
+//! ```text
+//!   results of pieces ─ reading ─► what was found at each occasion ─┬─ lacks ───► what a well lacks, since when
+//!                                                                   ├─ changes ─► parameters that have moved
+//!                                                                   └─ unlike ──► wells that are not like the others
+//!                                                 all of them ─ first ─► what to look at first ─► text, tables, pages
+//! ```
+
+mod changes;
+mod first;
+mod lacks;
+mod page;
+mod reading;
+mod table;
+mod tail;
+mod unlike;
+
+use std::path::Path;
+
+use crate::identity::Identity;
+use crate::job::Job;
+use crate::name::Names;
+use crate::store::{State, Store};
+use changes::Change;
+use first::Reason;
+use lacks::Lack;
+use reading::Found;
+use unlike::Compared;
+
+/// Files that a report always has; those of wells, `wells_1.html` and so on, come besides.
+pub const FILES: [&str; 3] = ["index.html", "wells.csv", "result.json"];
+
+/// A test counts as failed where chance would fail one of all the tests of a fleet less often than this.
+const CHANCE: f64 = 0.01;
+
+/// What a fleet says.
+#[derive(Debug)]
+pub struct Fleet {
+    counts: Counts,
+    /// Parameters of all wells with their units, in the order in which they are met.
+    parameters: Vec<(String, String)>,
+    wells: Vec<WellFound>,
+    compared: Compared,
+    /// Wells and why to look at them, the most pressing first.
+    first: Vec<(usize, Reason)>,
+    identity: Identity,
+    seed: u64,
+    /// Names of the models, with how many wells have each.
+    models: Vec<(String, usize)>,
+}
+
+/// How far a fleet is.
+#[derive(Debug, Clone, Copy, Default)]
+struct Counts {
+    pieces: usize,
+    done: usize,
+    failed: usize,
+}
+
+/// What was found of a well.
+#[derive(Debug)]
+struct WellFound {
+    name: String,
+    occasions: Vec<Found>,
+    /// What it lacks at the last occasion that was searched.
+    lacks: Vec<Lack>,
+    changes: Vec<Change>,
+}
+
+impl WellFound {
+    /// The last occasion with estimates.
+    fn latest(&self) -> Option<&Found> {
+        self.occasions.iter().rev().find(|found| !found.estimates.is_empty())
+    }
+}
+
+/// Puts together what the results of a job say. What has no result yet is left out.
+pub fn collect(job: &Job, store: &Store, identity: &Identity) -> Fleet {
+    let names = Names::new(&job.folder, identity);
+    let there = store.all();
+    let mut counts = Counts { pieces: job.len(), ..Counts::default() };
+    let mut parameters: Vec<(String, String)> = Vec::new();
+    let mut models: Vec<(String, usize)> = Vec::new();
+    let mut wells = Vec::with_capacity(job.wells.len());
+    for (w, well) in job.wells.iter().enumerate() {
+        let model = well.model.as_ref().unwrap_or(&job.model);
+        match models.iter_mut().find(|(known, _)| known == model) {
+            Some((_, count)) => *count += 1,
+            None => models.push((model.clone(), 1)),
+        }
+        let mut occasions = Vec::with_capacity(well.occasions.len());
+        for (o, occasion) in well.occasions.iter().enumerate() {
+            let end = job.first(w, o) + job.todo.iter().map(|one| one.kinds.len()).sum::<usize>();
+            let mut results = Vec::new();
+            for piece in (job.first(w, o)..end).filter_map(|index| job.piece(index)) {
+                let name = names.of(&piece);
+                let state = there.get(&name).copied();
+                counts.done += usize::from(state == Some(State::Done));
+                counts.failed += usize::from(state == Some(State::Failed));
+                let text = state.and_then(|_| store.read(&name)).map(|(_, text)| text);
+                results.push((piece.kind, text));
+            }
+            let found = Found::read(&occasion.when, &results);
+            for (name, estimate) in &found.estimates {
+                if !parameters.iter().any(|(known, _)| known == name) {
+                    parameters.push((name.clone(), estimate.unit.clone()));
+                }
+            }
+            occasions.push(found);
+        }
+        let lacks = lacks::of(&occasions);
+        wells.push(WellFound { name: well.name.clone(), occasions, lacks, changes: Vec::new() });
+    }
+    changes::find(&mut wells);
+    let compared = unlike::compare(&wells, &parameters);
+    let first = first::order(&wells, &compared, &parameters);
+    let (identity, seed) = (identity.clone(), job.seed);
+    Fleet { counts, parameters, wells, compared, first, identity, seed, models }
+}
+
+impl Fleet {
+    /// The files of its report; `command` makes them again.
+    pub fn files(&self, command: &str) -> Vec<(String, Vec<u8>)> {
+        let mut files = page::all(self, command);
+        files.push((FILES[1].to_owned(), table::csv(self).into_bytes()));
+        files.push((FILES[2].to_owned(), dgd_work::json_text(&self.to_json()).into_bytes()));
+        files
+    }
+
+    /// Pages of an earlier report in the folder that this one does not have.
+    pub fn stale(&self, folder: Option<&Path>) -> Vec<String> {
+        let names = (page::count(self) + 1..).map(page::name);
+        let is_there = |name: &String| folder.is_some_and(|folder| folder.join(name).is_file());
+        names.take_while(is_there).collect()
+    }
+}

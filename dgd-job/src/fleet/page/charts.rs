@@ -1,0 +1,207 @@
+//! Figures over all wells: each parameter over wells and over time, and how far wells are from the others.
+
+use dgd_page::{Link, Markup, Page};
+use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+
+use super::super::first::Reason;
+use super::super::reading::Estimate;
+use super::super::{Fleet, WellFound};
+use super::time::Axis;
+
+/// Wells that a figure over time shows one by one, those to look at first.
+const SHOWN: usize = 5;
+
+/// Stretches of time that wells are counted together in.
+const STRETCHES: usize = 24;
+
+/// `c0, m`.
+pub(super) fn title(fleet: &Fleet, parameter: usize) -> Text {
+    Text::name(&fleet.parameters[parameter].0)
+}
+
+/// The unit as it stands at an axis.
+pub(super) fn unit(fleet: &Fleet, parameter: usize) -> Text {
+    Text::unit(&fleet.parameters[parameter].1)
+}
+
+/// The last estimate of a well.
+fn latest<'a>(well: &'a WellFound, name: &str) -> Option<&'a Estimate> {
+    well.latest()?.estimate(name)
+}
+
+/// Estimates of all wells in ascending order, with their bands.
+pub(super) fn over_wells(page: &mut Page, fleet: &Fleet) -> Markup {
+    let panel = |parameter: usize| {
+        let name = &fleet.parameters[parameter].0;
+        let mut all: Vec<&Estimate> =
+            fleet.wells.iter().filter_map(|well| latest(well, name)).collect();
+        all.sort_by(|a, b| a.value.total_cmp(&b.value));
+        let x: Vec<f64> = (1..=all.len()).map(|k| k as f64).collect();
+        let y = all.iter().map(|estimate| estimate.value).collect();
+        let end = |high: bool| {
+            let end = |one: &&Estimate| {
+                one.band.map_or(f64::NAN, |band| if high { band.1 } else { band.0 })
+            };
+            all.iter().map(end).collect()
+        };
+        let band = Envelope {
+            name: Text::plain("95 %"),
+            around: Some(0),
+            x: x.clone(),
+            low: end(false),
+            high: end(true),
+        };
+        Panel {
+            title: title(fleet, parameter),
+            y_label: unit(fleet, parameter),
+            series: vec![Series::new(Text::plain("estimates"), Style::Dots, x, y)],
+            envelopes: vec![band],
+            ..Panel::default()
+        }
+    };
+    let panels = (0..fleet.parameters.len()).map(panel).collect();
+    let figure = Figure::new(Text::plain("Wells, by the estimate"), panels);
+    page.chart(&figure, Link::Alone, &Markup::default())
+}
+
+/// Where half and nine tenths of the wells are over time, and those to look at first one by one.
+pub(super) fn over_time(page: &mut Page, fleet: &Fleet, axis: &Axis) -> Markup {
+    if fleet.wells.iter().all(|well| well.occasions.len() < 2) {
+        return Markup::default();
+    }
+    let mut chosen: Vec<usize> = Vec::new();
+    for (well, reason) in &fleet.first {
+        let is_of_numbers = matches!(reason, Reason::Moved(..) | Reason::Unlike(..));
+        if is_of_numbers && chosen.len() < SHOWN && !chosen.contains(well) {
+            chosen.push(*well);
+        }
+    }
+    let panels = (0..fleet.parameters.len()).map(|parameter| {
+        let name = &fleet.parameters[parameter].0;
+        let points = fleet.wells.iter().flat_map(|well| of_well(well, name, axis));
+        let [x, low, quarter, middle, above, high] =
+            stretches(points.map(|(t, e)| (t, e.value)).collect());
+        let mut series = vec![Series::new(Text::plain("median"), Style::Line, x.clone(), middle)];
+        let band = |name: &str, low, high| Envelope {
+            name: Text::plain(name),
+            around: Some(0),
+            x: x.clone(),
+            low,
+            high,
+        };
+        let envelopes =
+            vec![band("nine tenths of the wells", low, high), band("half of them", quarter, above)];
+        for well in &chosen {
+            let well = &fleet.wells[*well];
+            let (t, y): (Vec<f64>, Vec<f64>) =
+                of_well(well, name, axis).map(|(t, estimate)| (t, estimate.value)).unzip();
+            series.push(Series::new(Text::plain(&well.name), Style::ThinLine, t, y));
+        }
+        Panel {
+            title: title(fleet, parameter),
+            y_label: unit(fleet, parameter),
+            series,
+            envelopes,
+            ..Panel::default()
+        }
+    });
+    let figure = Figure::new(Text::plain(axis.label()), panels.collect());
+    let note = if chosen.is_empty() {
+        "Where half and nine tenths of the wells are."
+    } else {
+        "Where half and nine tenths of the wells are, and the wells whose numbers are to be looked at first. The pages of the \
+         wells have all."
+    };
+    page.chart(&figure, Link::With("time"), &Markup::text(note))
+}
+
+/// Estimates of a well with their times.
+pub(super) fn of_well<'a>(
+    well: &'a WellFound,
+    name: &'a str,
+    axis: &'a Axis,
+) -> impl Iterator<Item = (f64, &'a Estimate)> {
+    let one = move |found: &'a super::super::reading::Found| {
+        Some((axis.at(&found.when), found.estimate(name)?))
+    };
+    well.occasions.iter().filter_map(one)
+}
+
+/// Times, and the quantiles 5, 25, 50, 75 and 95 % of what lies in each stretch of time.
+fn stretches(mut points: Vec<(f64, f64)>) -> [Vec<f64>; 6] {
+    let mut all: [Vec<f64>; 6] = Default::default();
+    points.retain(|(t, y)| t.is_finite() && y.is_finite());
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return all };
+    let width = (last.0 - first.0) / STRETCHES as f64;
+    let place = |t: f64| if width > 0.0 { ((t - first.0) / width) as usize } else { 0 };
+    for stretch in
+        points.chunk_by(|a, b| place(a.0).min(STRETCHES - 1) == place(b.0).min(STRETCHES - 1))
+    {
+        let times = stretch.iter().map(|(t, _)| t).sum::<f64>();
+        all[0].push(times / stretch.len() as f64);
+        let mut values: Vec<f64> = stretch.iter().map(|(_, y)| *y).collect();
+        values.sort_by(f64::total_cmp);
+        for (column, share) in all[1..].iter_mut().zip([0.05, 0.25, 0.5, 0.75, 0.95]) {
+            column.push(quantile(&values, share));
+        }
+    }
+    all
+}
+
+/// Between sorted values, linearly.
+fn quantile(values: &[f64], share: f64) -> f64 {
+    let place = share * (values.len() - 1) as f64;
+    let (below, above) = (values[place.floor() as usize], values[place.ceil() as usize]);
+    below + (place - place.floor()) * (above - below)
+}
+
+/// Distances of all wells in the order of the job.
+pub(super) fn distances(page: &mut Page, fleet: &Fleet) -> Markup {
+    let known: Vec<(f64, f64, bool)> = (fleet.compared.distances.iter().enumerate())
+        .filter_map(|(w, one)| one.map(|one| (w as f64 + 1.0, one.value, one.is_unlike)))
+        .collect();
+    if known.is_empty() {
+        return Markup::default();
+    }
+    let of = |unlike: bool| -> (Vec<f64>, Vec<f64>) {
+        known.iter().filter(|one| one.2 == unlike).map(|one| (one.0, one.1)).unzip()
+    };
+    let mut series = Vec::new();
+    for (name, style, is_unlike) in
+        [("like the others", Style::Dots, false), ("unlike", Style::Marks, true)]
+    {
+        let (x, y) = of(is_unlike);
+        if !x.is_empty() {
+            series.push(Series::new(Text::plain(name), style, x, y));
+        }
+    }
+    let panel = Panel {
+        title: Text::plain("Distance from the bulk"),
+        y_label: Text::plain("Standard deviations"),
+        series,
+        ..Panel::default()
+    };
+    let figure = Figure::new(Text::plain("Wells, in the order of the job"), vec![panel]);
+    let note = "How far the last estimates of a well are from those of the bulk, as correlated as these are. Unlike is what chance \
+                shows in a few fleets of a hundred.";
+    page.chart(&figure, Link::Alone, &Markup::text(note))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stretches_of_time_have_their_quantiles() {
+        let points = (0..=100).map(|k| (0.0, f64::from(k))).chain([(10.0, 7.0), (f64::NAN, 1.0)]);
+        let all = stretches(points.collect());
+        assert_eq!(all[0], [0.0, 10.0]);
+        assert_eq!(
+            [all[1][0], all[2][0], all[3][0], all[4][0], all[5][0]],
+            [5.0, 25.0, 50.0, 75.0, 95.0]
+        );
+        assert_eq!((all[1][1], all[5][1]), (7.0, 7.0));
+        assert!(stretches(Vec::new()).iter().all(Vec::is_empty));
+    }
+}

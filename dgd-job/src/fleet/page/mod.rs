@@ -1,0 +1,131 @@
+//! Pages over all wells: one with what to look at first and how parameters lie, and others with a hundred wells each.
+
+mod charts;
+mod time;
+mod wells;
+
+use dgd_page::{Cell, Markup, Origin, Page, Table, Tone};
+
+use super::table::{comparison, headline, missing, progress};
+use super::{FILES, Fleet};
+
+/// Wells on a page: as many as a figure can tell apart.
+const EACH: usize = 100;
+
+/// Reasons that the first page lists; the pages of the wells have all.
+const MOST_LISTED: usize = 100;
+
+/// So many wells are named that lack something.
+const MOST_NAMED: usize = 12;
+
+/// How many pages of wells there are.
+pub(super) fn count(fleet: &Fleet) -> usize {
+    fleet.wells.len().div_ceil(EACH)
+}
+
+/// The file of a page of wells, counted from 1.
+pub(super) fn name(page: usize) -> String {
+    format!("wells_{page}.html")
+}
+
+/// All pages.
+pub(super) fn all(fleet: &Fleet, command: &str) -> Vec<(String, Vec<u8>)> {
+    let origin = origin(fleet, command);
+    let axis = time::Axis::of(fleet);
+    let mut pages = vec![(FILES[0].to_owned(), index(fleet, &axis, &origin).into_bytes())];
+    for page in 1..=count(fleet) {
+        let wells = (page - 1) * EACH..(page * EACH).min(fleet.wells.len());
+        pages.push((name(page), wells::page(fleet, page, wells, &axis, &origin).into_bytes()));
+    }
+    pages
+}
+
+fn origin(fleet: &Fleet, command: &str) -> Origin {
+    let of = |(model, wells): &(String, usize)| (model.clone(), format!("{wells} wells"));
+    Origin {
+        command: command.to_owned(),
+        version: format!("{} ({})", fleet.identity.version, fleet.identity.build),
+        seed: fleet.seed,
+        models: fleet.models.iter().map(of).collect(),
+        data: Vec::new(),
+    }
+}
+
+/// A link to the page with a well.
+fn link_to(fleet: &Fleet, well: usize) -> Markup {
+    Markup::text(&fleet.wells[well].name).linked(&name(well / EACH + 1))
+}
+
+fn index(fleet: &Fleet, axis: &time::Axis, origin: &Origin) -> String {
+    let mut page = Page::new("Fleet");
+    let tone = if fleet.first.is_empty() { Tone::Good } else { Tone::Doubt };
+    let more = [Markup::text(&progress(fleet)).then(&Markup::text(".")).paragraph(), first(fleet)];
+    page.push_header(&Markup::text("Fleet"), &Markup::text(&headline(fleet)), tone, &more);
+    page.push_section("What is missing", &[missing_table(fleet)]);
+    let pages: Vec<Markup> = (1..=count(fleet)).map(|number| link_to_page(fleet, number)).collect();
+    page.push_section("Wells, page by page", &[Markup::list(&pages)]);
+    let over_wells = charts::over_wells(&mut page, fleet);
+    let note = "The last estimate of each well with the band that holds the truth in 95 of 100 cases, in the order of the \
+                estimates.";
+    page.push_section("Parameters over wells", &[over_wells, Markup::text(note).caption()]);
+    let over_time = charts::over_time(&mut page, fleet, axis);
+    page.push_section("Parameters over time", &[over_time]);
+    let compared = Markup::prose(&comparison(fleet)).then(&Markup::text(".")).paragraph();
+    let distances = charts::distances(&mut page, fleet);
+    page.push_section("How far wells are from the others", &[compared, distances]);
+    page.finish(origin)
+}
+
+fn link_to_page(fleet: &Fleet, number: usize) -> Markup {
+    let (from, until) = ((number - 1) * EACH, (number * EACH).min(fleet.wells.len()) - 1);
+    let (from, until) = (&fleet.wells[from].name, &fleet.wells[until].name);
+    let names = if from == until { from.clone() } else { format!("{from} to {until}") };
+    Markup::text(&names).linked(&name(number))
+}
+
+/// The table of what to look at first.
+fn first(fleet: &Fleet) -> Markup {
+    let mut table = Table::new("What to look at first", &["", "well", "why"]);
+    for (k, (well, reason)) in fleet.first.iter().take(MOST_LISTED).enumerate() {
+        table.rows.push(vec![
+            Cell::number(&(k + 1).to_string(), Some((k + 1) as f64)),
+            Cell::text(link_to(fleet, *well)),
+            Cell::text(Markup::prose(&reason.words())),
+        ]);
+    }
+    let table = table.to_markup();
+    match fleet.first.len().checked_sub(MOST_LISTED) {
+        Some(more @ 1..) => table
+            .then(&Markup::text(&format!("{more} more are on the pages of the wells.")).caption()),
+        _ => table,
+    }
+}
+
+fn missing_table(fleet: &Fleet) -> Markup {
+    let mut table =
+        Table::new("What is missing", &["missing", "wells", "only since the last search", "which"]);
+    for one in missing(fleet) {
+        let number = |n: usize| Cell::number(&n.to_string(), Some(n as f64));
+        let mut which = Markup::default();
+        for (k, well) in one.wells.iter().take(MOST_NAMED).enumerate() {
+            let comma = Markup::text(if k == 0 { "" } else { ", " });
+            which = which.then(&comma).then(&link_to(fleet, *well));
+        }
+        if one.wells.len() > MOST_NAMED {
+            which =
+                which.then(&Markup::text(&format!(" and {} more", one.wells.len() - MOST_NAMED)));
+        }
+        table.rows.push(vec![
+            Cell::text(Markup::prose(&said(one.name))),
+            number(one.wells.len()),
+            number(one.new),
+            Cell::text(which),
+        ]);
+    }
+    table.to_markup()
+}
+
+/// An effect is a name; what is unknown somewhere is words.
+fn said(name: &str) -> String {
+    if name.contains(' ') { name.to_owned() } else { format!("`{name}`") }
+}

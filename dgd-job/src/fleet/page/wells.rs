@@ -1,0 +1,205 @@
+//! A page of a hundred wells: what each lacks, its parameters over time with bands, and a row for each occasion.
+
+use std::ops::Range;
+
+use dgd_page::{Cell, Link, Markup, Origin, Page, Table, Tone};
+use dgd_plot::{Envelope, Figure, Panel, Series, Style, Text};
+
+use super::super::reading::{By, Estimate, Found};
+use super::super::{FILES, Fleet, WellFound};
+use super::charts::{of_well, title, unit};
+use super::time::Axis;
+use super::{count, name, said};
+
+/// How much of its place on the axis a well takes, so that neighbours are apart.
+const TAKEN: f64 = 0.7;
+
+pub(super) fn page(
+    fleet: &Fleet,
+    number: usize,
+    wells: Range<usize>,
+    axis: &Axis,
+    origin: &Origin,
+) -> String {
+    let (first, last) = (&fleet.wells[wells.start].name, &fleet.wells[wells.end - 1].name);
+    let heading = if first == last { first.clone() } else { format!("{first} to {last}") };
+    let mut page = Page::new(&heading);
+    let kind = Markup::text(&format!("Wells, page {number} of {}", count(fleet)));
+    let more = [links(fleet, number)];
+    let has_reason = fleet.first.iter().any(|(well, _)| wells.contains(well));
+    let tone = if has_reason { Tone::Doubt } else { Tone::Good };
+    page.push_header(&kind, &Markup::text(&heading), tone, &more);
+    let figure = figure(fleet, wells.clone(), axis);
+    let note = "Each well has a place, in which its occasions run from left to right; bars hold the truth in 95 of 100 cases. \
+                Shaded: where nine tenths of all wells are.";
+    let chart = page.chart(&figure, Link::Alone, &Markup::text(note));
+    page.push_section("Parameters over wells and time", &[chart]);
+    page.push_section("What they lack, and why to look at them", &[summary(fleet, wells.clone())]);
+    page.push_section("All occasions", &[occasions(fleet, wells)]);
+    page.finish(origin)
+}
+
+/// To the pages beside it, and to the first.
+fn links(fleet: &Fleet, number: usize) -> Markup {
+    let mut links = Markup::text("All wells").linked(FILES[0]);
+    let sides = [
+        (number > 1, number.wrapping_sub(1), "Before"),
+        (number < count(fleet), number + 1, "Next"),
+    ];
+    for (is_there, page, words) in sides {
+        if is_there {
+            links = links.then(&Markup::text(" · ")).then(&Markup::text(words).linked(&name(page)));
+        }
+    }
+    links.paragraph()
+}
+
+/// A row for each well: what it lacks since when, how far it is from the others, and why to look at it.
+fn summary(fleet: &Fleet, wells: Range<usize>) -> Markup {
+    let mut table =
+        Table::new("Wells", &["", "well", "lacks", "since", "distance", "why to look at it"]);
+    for w in wells {
+        let well = &fleet.wells[w];
+        let is_searched = well.occasions.iter().any(|found| found.search.is_some());
+        let lacks = well.lacks.iter().map(|lack| said(&lack.name)).collect::<Vec<_>>().join(", ");
+        let since = well.lacks.iter().map(|lack| match lack.onset {
+            Some(onset) => format!("{} ({} s)", lack.since, dgd_work::shown(onset, None)),
+            None => lack.since.clone(),
+        });
+        let lacks = match (is_searched, lacks.is_empty()) {
+            (false, _) => "–".to_owned(),
+            (true, true) => "nothing".to_owned(),
+            (true, false) => lacks,
+        };
+        let distance = fleet.compared.distances[w].map(|distance| distance.value);
+        let shown = distance.map_or_else(|| "–".to_owned(), |value| format!("{value:.1}"));
+        let why = fleet.first.iter().filter(|(of, _)| *of == w).map(|(_, reason)| reason.words());
+        table.rows.push(vec![
+            Cell::number(&(w + 1).to_string(), Some((w + 1) as f64)),
+            Cell::text(Markup::text(&well.name)),
+            Cell::text(Markup::prose(&lacks)),
+            Cell::text(Markup::text(&since.collect::<Vec<_>>().join(", "))),
+            Cell::number(&shown, distance),
+            Cell::text(Markup::prose(&why.collect::<Vec<_>>().join("; "))),
+        ]);
+    }
+    table.to_markup()
+}
+
+/// A panel for each parameter, with a place on the axis for each well.
+fn figure(fleet: &Fleet, wells: Range<usize>, axis: &Axis) -> Figure {
+    let times =
+        || fleet.wells.iter().flat_map(|well| &well.occasions).map(|found| axis.at(&found.when));
+    let first = times().fold(f64::INFINITY, f64::min);
+    let span = times().fold(f64::NEG_INFINITY, f64::max) - first;
+    let at = |w: usize, t: f64| {
+        let within = if span > 0.0 { (t - first) / span - 0.5 } else { 0.0 };
+        w as f64 + 1.0 + TAKEN * within
+    };
+    let panel = |parameter: usize| {
+        let name = &fleet.parameters[parameter].0;
+        let (mut x, mut y, mut bars_x, mut bars_y) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for w in wells.clone() {
+            for (t, estimate) in of_well(&fleet.wells[w], name, axis) {
+                let place = at(w, t);
+                x.push(place);
+                y.push(estimate.value);
+                let (low, high) = estimate.band.unwrap_or((f64::NAN, f64::NAN));
+                bars_x.extend([place, place, place]);
+                bars_y.extend([low, high, f64::NAN]);
+            }
+        }
+        let ends = vec![wells.start as f64 + 0.5, wells.end as f64 + 0.5];
+        let (low, high) = bulk(fleet, name);
+        let all =
+            Envelope { x: ends, low: vec![low; 2], high: vec![high; 2], ..Envelope::default() };
+        Panel {
+            title: title(fleet, parameter),
+            y_label: unit(fleet, parameter),
+            series: vec![
+                Series::new(Text::plain("estimates"), Style::Dots, x, y),
+                Series::new(Text::plain("95 %"), Style::ThinLine, bars_x, bars_y),
+            ],
+            envelopes: vec![all],
+            ..Panel::default()
+        }
+    };
+    let mut figure = Figure::new(
+        Text::plain("Wells, by number"),
+        (0..fleet.parameters.len()).map(panel).collect(),
+    );
+    figure.columns = 1;
+    figure
+}
+
+/// Where nine tenths of all last estimates are.
+fn bulk(fleet: &Fleet, name: &str) -> (f64, f64) {
+    let value = |well: &WellFound| well.latest()?.estimate(name).map(|estimate| estimate.value);
+    let mut values: Vec<f64> = fleet.wells.iter().filter_map(value).collect();
+    values.sort_by(f64::total_cmp);
+    let at = |share: f64| values.get((share * values.len() as f64) as usize).copied();
+    (at(0.05).unwrap_or(f64::NAN), at(0.95).unwrap_or(f64::NAN))
+}
+
+/// A row for each occasion of each well.
+fn occasions(fleet: &Fleet, wells: Range<usize>) -> Markup {
+    let mut table = Table::new("All occasions", &["well", "when", "lacks", "fit"]);
+    for (name, unit) in &fleet.parameters {
+        let unit = if unit == "1" { Markup::default() } else { Markup::from(&Text::unit(unit)) };
+        table.head.push(Markup::code(name).then(&Markup::text(" ")).then(&unit));
+    }
+    for well in &fleet.wells[wells] {
+        for found in &well.occasions {
+            let lacks = found.search.as_ref().map(|search| {
+                let names: Vec<String> =
+                    search.missing.iter().map(|(name, _)| said(name)).collect();
+                if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+            });
+            let mut row = vec![
+                Cell::text(Markup::text(&well.name)),
+                Cell::text(Markup::text(&found.when)),
+                Cell::text(Markup::prose(&lacks.unwrap_or_else(|| "–".to_owned()))),
+                Cell::text(Markup::prose(&fit(found))),
+            ];
+            row.extend(fleet.parameters.iter().map(|(name, _)| number(found.estimate(name))));
+            table.rows.push(row);
+        }
+    }
+    table.to_markup()
+}
+
+/// What is to be said of a fit.
+fn fit(found: &Found) -> String {
+    let mut said = Vec::new();
+    match &found.fit {
+        None => {}
+        Some(Ok(())) => said.push("converged".to_owned()),
+        Some(Err(why)) => said.push(format!("not converged: {why}")),
+    }
+    if let Some((led, of)) = found.starts {
+        said.push(format!("{led} of {of} starting points led there"));
+    }
+    said.extend(found.failures.iter().map(|(what, why)| format!("{what} failed: {why}")));
+    match found.open {
+        0 => {}
+        1 => said.push("1 piece has no result yet".to_owned()),
+        n => said.push(format!("{n} pieces have no result yet")),
+    }
+    if said.is_empty() { "–".to_owned() } else { said.join("; ") }
+}
+
+/// An estimate with its deviation, or with its band where that is not made of it.
+fn number(estimate: Option<&Estimate>) -> Cell {
+    let Some(estimate) = estimate else { return Cell::number("–", None) };
+    let shown = match (estimate.by, estimate.band) {
+        (By::Profile | By::Replicates(_), Some((low, high))) => {
+            let std = 0.25 * (high - low);
+            let [low, value, high] =
+                [low, estimate.value, high].map(|value| dgd_work::shown_like(value, std));
+            format!("{value} ({low} to {high})")
+        }
+        _ => dgd_work::shown(estimate.value, estimate.std),
+    };
+    Cell::number(&shown, Some(estimate.value))
+}

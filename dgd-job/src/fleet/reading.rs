@@ -1,0 +1,305 @@
+//! What the results of one occasion say: estimates with their bands, what is missing, what went wrong.
+
+use serde_json::Value;
+
+use crate::piece::Kind;
+
+/// Half of the band around an estimate that holds the truth in 95 of 100 cases, in standard deviations.
+const HALF_BAND: f64 = 1.959_963_984_540_054;
+
+/// What is left beyond each end of a band.
+const BEYOND: f64 = 0.025;
+
+/// What was found of recordings that were used together.
+#[derive(Debug, Default)]
+pub(super) struct Found {
+    pub(super) when: String,
+    /// Parameters by name, in the order of the model.
+    pub(super) estimates: Vec<(String, Estimate)>,
+    /// Whether the fit converged, and why it did not; nothing without a fit.
+    pub(super) fit: Option<Result<(), String>>,
+    pub(super) reduced_chi_square: Option<f64>,
+    /// Samples less estimates.
+    pub(super) degrees_of_freedom: Option<f64>,
+    /// How many of how many starting points led to the least deviance.
+    pub(super) starts: Option<(usize, usize)>,
+    /// What the search found; nothing where there was none.
+    pub(super) search: Option<Search>,
+    /// What failed, with the reason.
+    pub(super) failures: Vec<(String, String)>,
+    /// Pieces without a result.
+    pub(super) open: usize,
+}
+
+/// A parameter in its declared unit.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Estimate {
+    pub(super) value: f64,
+    /// Standard deviation; of what the model misses where that is larger.
+    pub(super) std: Option<f64>,
+    /// 95 % of the truths.
+    pub(super) band: Option<(f64, f64)>,
+    pub(super) by: By,
+    pub(super) unit: String,
+}
+
+/// What a band is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum By {
+    /// The standard deviation.
+    Std,
+    /// The profile of the likelihood.
+    Profile,
+    /// Refits to so many resampled data sets.
+    Replicates(usize),
+}
+
+impl By {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            By::Std => "std",
+            By::Profile => "profile",
+            By::Replicates(_) => "replicates",
+        }
+    }
+}
+
+/// What a search found.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Search {
+    pub(super) verdict: String,
+    /// What is missing, by name, with the time at which it begins within the recordings, s.
+    pub(super) missing: Vec<(String, Option<f64>)>,
+}
+
+/// Fits whose deviances differ by less have ended in one minimum.
+const SAME_DEVIANCE: f64 = 0.1;
+
+impl Found {
+    /// Of the results of its pieces, where there are some.
+    pub(super) fn read(when: &str, results: &[(Kind, Option<String>)]) -> Found {
+        let mut found = Found { when: when.to_owned(), ..Found::default() };
+        let mut documents: Vec<(&Kind, Value)> = Vec::new();
+        for (kind, text) in results {
+            let Some(text) = text else {
+                found.open += 1;
+                continue;
+            };
+            let document: Value = serde_json::from_str(text).unwrap_or_default();
+            if document["state"] == "done" {
+                documents.push((kind, document));
+            } else {
+                let why = document["error"].as_str().unwrap_or("the result cannot be read");
+                let first = why.lines().next().unwrap_or_default().to_owned();
+                found.failures.push((kind.to_string(), first));
+            }
+        }
+        found.read_fits(&documents);
+        found.read_bands(&documents);
+        if let Some((_, document)) = documents.iter().find(|(kind, _)| **kind == Kind::Discover) {
+            let result = &document["result"];
+            found.search = Some(Search::read(result));
+            if found.estimates.is_empty() {
+                found.estimates = estimates(&result["base_parameters"]);
+            }
+        }
+        found
+    }
+
+    /// The fit with the least deviance of those that converged, of all starting points.
+    fn read_fits(&mut self, documents: &[(&Kind, Value)]) {
+        let is_whole = |kind: &Kind| !matches!(kind, Kind::Discover);
+        let fits: Vec<&(&Kind, Value)> =
+            documents.iter().filter(|(kind, _)| is_whole(kind)).collect();
+        let deviance =
+            |document: &Value| document["result"]["deviance"].as_f64().unwrap_or(f64::INFINITY);
+        let has_converged = |document: &Value| document["result"]["converged"] == true;
+        let best = fits.iter().min_by(|(_, a), (_, b)| {
+            has_converged(b).cmp(&has_converged(a)).then(deviance(a).total_cmp(&deviance(b)))
+        });
+        let Some((_, document)) = best else { return };
+        let result = &document["result"];
+        self.estimates = estimates(&result["parameters"]);
+        self.reduced_chi_square = result["reduced_chi_square"].as_f64();
+        self.degrees_of_freedom = result["degrees_of_freedom"].as_f64().filter(|n| *n > 0.0);
+        let reason = document["stopped"].as_str().unwrap_or("it has not converged");
+        self.fit = Some(if has_converged(document) { Ok(()) } else { Err(reason.to_owned()) });
+        let least = deviance(document);
+        let starts: Vec<&Value> = (fits.iter())
+            .filter(|(kind, _)| matches!(kind, Kind::Start { .. }))
+            .map(|(_, document)| document)
+            .collect();
+        let led = starts
+            .iter()
+            .filter(|one| has_converged(one) && deviance(one) - least <= SAME_DEVIANCE);
+        self.starts = (!starts.is_empty()).then(|| (led.count(), starts.len()));
+    }
+
+    /// Profiles, or else resampled data, in the place of standard deviations.
+    fn read_bands(&mut self, documents: &[(&Kind, Value)]) {
+        for (name, estimate) in &mut self.estimates {
+            let mut values: Vec<f64> = documents
+                .iter()
+                .flat_map(|(_, document)| {
+                    let entry = &document["result"]["bootstrap"]["estimates"][name.as_str()];
+                    entry["values"].as_array().into_iter().flatten().filter_map(Value::as_f64)
+                })
+                .collect();
+            if let Some(band) = percentiles(&mut values) {
+                (estimate.band, estimate.by) = (Some(band), By::Replicates(values.len()));
+            }
+            let profile = documents.iter().find_map(|(_, document)| {
+                let interval =
+                    document["result"]["profiles"][name.as_str()]["interval"].as_array()?;
+                Some((interval.first()?.as_f64()?, interval.get(1)?.as_f64()?))
+            });
+            if profile.is_some() {
+                (estimate.band, estimate.by) = (profile, By::Profile);
+            }
+        }
+    }
+
+    /// A parameter by name.
+    pub(super) fn estimate(&self, name: &str) -> Option<&Estimate> {
+        self.estimates.iter().find(|(known, _)| known == name).map(|(_, estimate)| estimate)
+    }
+}
+
+/// The values between which 95 % are; nothing where fewer than one is beyond each.
+///
+/// Of n sorted values, the k-th is the quantile k/(n + 1), as a bootstrap of one run has it.
+fn percentiles(values: &mut [f64]) -> Option<(f64, f64)> {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    let below = BEYOND * (n as f64 + 1.0);
+    if below < 1.0 {
+        return None;
+    }
+    let quantile = |place: f64| {
+        let k = (place.floor() as usize).clamp(1, n - 1);
+        values[k - 1] + (place - k as f64) * (values[k] - values[k - 1])
+    };
+    Some((quantile(below), quantile(n as f64 + 1.0 - below)))
+}
+
+fn estimates(parameters: &Value) -> Vec<(String, Estimate)> {
+    let entries = parameters.as_object().into_iter().flatten();
+    let one = |(name, entry): (&String, &Value)| {
+        let value = entry["value"].as_f64()?;
+        let std = [&entry["std"], &entry["std_model"]].into_iter().filter_map(Value::as_f64);
+        let std = std.filter(|std| std.is_finite() && *std > 0.0).reduce(f64::max);
+        let band = std.map(|std| (value - HALF_BAND * std, value + HALF_BAND * std));
+        let unit = entry["unit"].as_str().unwrap_or_default().to_owned();
+        Some((name.clone(), Estimate { value, std, band, by: By::Std, unit }))
+    };
+    entries.filter_map(one).collect()
+}
+
+impl Search {
+    fn read(result: &Value) -> Search {
+        let list = |key: &str| result[key].as_array().into_iter().flatten();
+        let effects = list("effects").filter_map(|effect| {
+            let name = effect["name"].as_str()?.to_owned();
+            Some((name, effect["onset"].as_f64()))
+        });
+        let left_over = list("unexplained").filter_map(|one| {
+            Some((format!("something unknown at `{}`", one["target"].as_str()?), None))
+        });
+        let verdict = result["verdict"].as_str().unwrap_or_default().to_owned();
+        Search { verdict, missing: effects.chain(left_over).collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn fit(value: f64, deviance: f64, converged: bool) -> String {
+        let parameters =
+            json!({ "c": { "value": value, "unit": "m", "std": 0.5, "std_model": null } });
+        let result =
+            json!({ "parameters": parameters, "deviance": deviance, "converged": converged });
+        json!({ "state": "done", "stopped": (!converged).then_some("why"), "result": result })
+            .to_string()
+    }
+
+    #[test]
+    fn of_several_starts_the_least_deviance_that_converged_counts() {
+        let start = |number| Kind::Start { number, of: 4 };
+        let results = [
+            (start(0), Some(fit(1.0, 10.0, true))),
+            (start(1), Some(fit(2.0, 3.0, true))),
+            (start(2), Some(fit(3.0, 1.0, false))),
+            (start(3), Some(fit(2.1, 3.05, true))),
+            (Kind::Discover, None),
+        ];
+        let found = Found::read("now", &results);
+        let (name, estimate) = &found.estimates[0];
+        assert_eq!((name.as_str(), estimate.value, estimate.std), ("c", 2.0, Some(0.5)));
+        assert_eq!((found.starts, found.fit, found.open), (Some((2, 4)), Some(Ok(())), 1));
+        let (low, high) = estimate.band.expect("a band");
+        assert!((low - 1.02).abs() < 1e-3 && (high - 2.98).abs() < 1e-3);
+    }
+
+    #[test]
+    fn bands_are_profiles_or_replicates_of_all_pieces_where_there_are_some() {
+        let part = |from: u32| {
+            let values: Vec<f64> = (from..from + 20).map(f64::from).collect();
+            let bootstrap = json!({ "estimates": { "c": { "values": values } } });
+            let parameters = json!({ "c": { "value": 20.0, "unit": "m", "std": 1.0 } });
+            let result =
+                json!({ "parameters": parameters, "converged": true, "bootstrap": bootstrap });
+            Some(json!({ "state": "done", "result": result }).to_string())
+        };
+        let replicates = |from| Kind::Replicates { from, count: 20 };
+        let mut results = vec![(replicates(0), part(1)), (replicates(20), part(21))];
+        let found = Found::read("now", &results);
+        assert_eq!(found.estimates[0].1.by, By::Replicates(40));
+        // 1 … 40: the quantiles 1/40.98 and its mirror.
+        let (low, high) = found.estimates[0].1.band.expect("a band");
+        assert!((low - 1.025).abs() < 1e-9 && (high - 39.975).abs() < 1e-9, "{low} {high}");
+        let profiles = json!({ "c": { "interval": [18.5, 22.0] } });
+        let parameters = json!({ "c": { "value": 20.0, "unit": "m", "std": 1.0 } });
+        let result = json!({ "parameters": parameters, "converged": true, "profiles": profiles });
+        let text = json!({ "state": "done", "result": result }).to_string();
+        results.push((Kind::Profile { of: "c".into() }, Some(text)));
+        let found = Found::read("now", &results);
+        assert_eq!(
+            (found.estimates[0].1.by, found.estimates[0].1.band),
+            (By::Profile, Some((18.5, 22.0)))
+        );
+    }
+
+    #[test]
+    fn what_failed_is_told_with_its_reason_and_what_is_missing_by_name() {
+        let failed = json!({ "state": "failed", "error": "no such file\n  --> there" }).to_string();
+        let result = json!({
+            "verdict": "effects",
+            "effects": [{ "name": "leak", "onset": 12.0 }],
+            "unexplained": [{ "target": "riser" }],
+            "base_parameters": { "c": { "value": 1.0, "unit": "m", "std": null } },
+        });
+        let search = json!({ "state": "done", "result": result }).to_string();
+        let found = Found::read(
+            "now",
+            &[
+                (Kind::Fit, Some(failed)),
+                (Kind::Discover, Some(search)),
+                (Kind::Fit, Some("torn".into())),
+            ],
+        );
+        assert_eq!(found.failures[0], ("fit".to_owned(), "no such file".to_owned()));
+        assert_eq!(found.failures.len(), 2);
+        let search = found.search.expect("a search");
+        let expected =
+            [("leak".to_owned(), Some(12.0)), ("something unknown at `riser`".to_owned(), None)];
+        assert_eq!(
+            (search.verdict.as_str(), search.missing.as_slice()),
+            ("effects", &expected[..])
+        );
+        assert_eq!((found.estimates[0].1.value, found.estimates[0].1.band), (1.0, None));
+        assert_eq!(found.fit, None);
+    }
+}

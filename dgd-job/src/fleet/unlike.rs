@@ -1,0 +1,397 @@
+//! Wells that are not like the others: how far their parameters are from those of the bulk, as correlated as these are.
+//!
+//! ```text
+//!   x     parameters of a well at its last occasion, less the median and over the median deviation of all wells
+//!   m, V  centre and covariance of the bulk: orthogonalised pairwise estimates, then those of the wells near them
+//!   d²  = (x − m)ᵀ (V + D)⁻¹ (x − m)      D: what the well's own uncertainty has more than that of most
+//! ```
+//!
+//! Up to half of the wells may be anything. d² of a well that is like the others is about p(n² − 1)/(n(n − p)) times an F of p
+//! and n − p degrees of freedom, n the wells that V was made of; one is unlike where that makes one of all so in one fleet of
+//! a hundred. It is somewhat more: of simulated fleets of 7 to 200 wells with 1 to 6 parameters, two to five in a hundred.
+//!
+//! # Sources
+//!
+//! R. Maronna, R. Zamar, Robust estimates of location and dispersion for high-dimensional datasets, Technometrics 44 (2002)
+//! 307, with medians and median deviations; J. Hardin, D. Rocke, The distribution of robust distances, J. Comput. Graph.
+//! Stat. 14 (2005) 928; the factor for covariances of a truncated normal as in C. Croux, G. Haesbroeck, Influence function
+//! and efficiency of the minimum covariance determinant scatter matrix estimator, J. Multivar. Anal. 71 (1999) 161.
+
+use dgd_screen::distribution::chi_square_tail;
+use nalgebra::{DMatrix, DVector};
+
+use super::tail::f_tail;
+use super::{CHANCE, WellFound};
+
+/// Makes a median of deviations the standard deviation of a normal law: 1/Φ⁻¹(3/4).
+const OF_NORMAL: f64 = 1.482_602_218_505_602;
+
+/// The share of a normal law that counts as near the centre.
+const NEAR: f64 = 0.9;
+
+/// The wells, compared.
+#[derive(Debug, Default)]
+pub(super) struct Compared {
+    /// Positions of the parameters that count, of those of the fleet.
+    pub(super) parameters: Vec<usize>,
+    /// Those that do not, with the reason.
+    pub(super) left_out: Vec<(usize, &'static str)>,
+    /// How many wells have all of them.
+    pub(super) wells: usize,
+    /// Why nothing is compared.
+    pub(super) without: Option<String>,
+    /// For each well of the fleet how far it is; nothing where a parameter is not known.
+    pub(super) distances: Vec<Option<Distance>>,
+    /// Median of each parameter that counts, in its unit.
+    pub(super) medians: Vec<f64>,
+}
+
+/// How far a well is from the others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Distance {
+    /// In standard deviations of the bulk.
+    pub(super) value: f64,
+    /// How probable such a distance is of a well like the others.
+    pub(super) p_value: f64,
+    /// Whether that is too improbable among so many wells.
+    pub(super) is_unlike: bool,
+    /// The parameter, of the fleet's, without which it would be nearest.
+    pub(super) most: usize,
+}
+
+/// Compares the last estimates of all wells.
+pub(super) fn compare(wells: &[WellFound], parameters: &[(String, String)]) -> Compared {
+    let mut all = Compared { distances: vec![None; wells.len()], ..Compared::default() };
+    let value = |well: &WellFound, name: &str| {
+        let estimate = well.latest()?.estimate(name)?;
+        estimate.value.is_finite().then_some((estimate.value, estimate.std.unwrap_or(0.0)))
+    };
+    let known = wells.iter().filter(|well| well.latest().is_some()).count();
+    let mut scales = Vec::new();
+    for (j, (name, _)) in parameters.iter().enumerate() {
+        let mut values: Vec<f64> =
+            wells.iter().filter_map(|well| Some(value(well, name)?.0)).collect();
+        if 2 * values.len() <= known {
+            all.left_out.push((j, "most wells do not have it"));
+            continue;
+        }
+        let (centre, scale) = centre_and_scale(&mut values);
+        if scale > 0.0 {
+            all.parameters.push(j);
+            all.medians.push(centre);
+            scales.push(scale);
+        } else {
+            all.left_out.push((j, "it is the same in most wells"));
+        }
+    }
+    let p = all.parameters.len();
+    let mut rows: Vec<(usize, DVector<f64>, DVector<f64>)> = Vec::new();
+    for (w, well) in wells.iter().enumerate() {
+        let pairs = all.parameters.iter().map(|j| value(well, &parameters[*j].0));
+        if let Some(pairs) = pairs.collect::<Option<Vec<(f64, f64)>>>() {
+            let x = pairs.iter().zip(all.medians.iter().zip(&scales));
+            let x = x.map(|((value, _), (centre, scale))| (value - centre) / scale);
+            let own = pairs.iter().zip(&scales).map(|((_, std), scale)| (std / scale).powi(2));
+            rows.push((w, DVector::from_iterator(p, x), DVector::from_iterator(p, own)));
+        }
+    }
+    all.wells = rows.len();
+    // The bulk is nine tenths of what is left when half is anything, and has to determine a covariance.
+    if p == 0 || rows.len() < least_wells(p) {
+        all.without = Some(match p {
+            0 => "no parameter differs from well to well".to_owned(),
+            _ => format!(
+                "{} wells have estimates of all {p} parameters, of which {} are needed",
+                rows.len(),
+                least_wells(p)
+            ),
+        });
+        return all;
+    }
+    let x: Vec<&DVector<f64>> = rows.iter().map(|(_, x, _)| x).collect();
+    let Some(bulk) = Bulk::of(&x) else {
+        all.without = Some("parameters of most wells depend on each other exactly".to_owned());
+        return all;
+    };
+    let usual = DVector::from_fn(p, |j, _| {
+        median(&mut rows.iter().map(|(.., own)| own[j]).collect::<Vec<f64>>())
+    });
+    for (w, x, own) in &rows {
+        let more = (own - &usual).map(|more| more.max(0.0));
+        all.distances[*w] = bulk.distance(x, &more).map(|(squared, most)| {
+            let p_value = bulk.tail(squared);
+            let is_unlike = p_value < CHANCE / rows.len() as f64;
+            Distance { value: squared.sqrt(), p_value, is_unlike, most: all.parameters[most] }
+        });
+    }
+    all
+}
+
+/// So many wells are needed to compare them in so many parameters.
+fn least_wells(p: usize) -> usize {
+    2 * p + 5
+}
+
+/// Centre and covariance of the bulk.
+struct Bulk {
+    centre: DVector<f64>,
+    covariance: DMatrix<f64>,
+    /// How many wells they were made of.
+    wells: usize,
+}
+
+impl Bulk {
+    /// Of scaled parameters; nothing where the bulk has no extent in some direction.
+    fn of(x: &[&DVector<f64>]) -> Option<Bulk> {
+        let p = x[0].len();
+        let raw = orthogonalised(x)?;
+        let distances: Vec<f64> = x
+            .iter()
+            .map(|x| Some(raw.distance(x, &DVector::zeros(p))?.0))
+            .collect::<Option<_>>()?;
+        let limit = quantile(NEAR, p);
+        // The scale of the raw covariance is that of its median distance.
+        let scale = median(&mut distances.clone()) / quantile(0.5, p);
+        let near = |(_, d): &(&&DVector<f64>, &f64)| **d <= limit * scale;
+        let near: Vec<&DVector<f64>> =
+            x.iter().zip(&distances).filter(near).map(|(x, _)| *x).collect();
+        let n = near.len();
+        if n < p + 2 {
+            return None;
+        }
+        let centre = near.iter().fold(DVector::zeros(p), |sum, x| sum + *x) / n as f64;
+        let mut covariance = DMatrix::zeros(p, p);
+        for x in &near {
+            let e = *x - &centre;
+            covariance += &e * e.transpose();
+        }
+        // What a normal law has within the limit is narrower than the law.
+        let within = 1.0 - chi_square_tail(limit, (p + 2) as f64);
+        covariance *= NEAR / within / (n - 1) as f64;
+        Some(Bulk { centre, covariance, wells: n })
+    }
+
+    /// d², and the parameter without which it would be least. `more` is added to the variances.
+    fn distance(&self, x: &DVector<f64>, more: &DVector<f64>) -> Option<(f64, usize)> {
+        let covariance = &self.covariance + DMatrix::from_diagonal(more);
+        let inverse = covariance.cholesky()?.inverse();
+        let e = x - &self.centre;
+        let pull = &inverse * &e;
+        let squared = e.dot(&pull);
+        // Without parameter j, d² is less by this.
+        let part = |j: usize| pull[j] * pull[j] / inverse[(j, j)];
+        let most = (0..x.len()).max_by(|a, b| part(*a).total_cmp(&part(*b)))?;
+        squared.is_finite().then_some((squared.max(0.0), most))
+    }
+
+    /// How probable such a d² is.
+    fn tail(&self, squared: f64) -> f64 {
+        let (n, p) = (self.wells as f64, self.centre.len() as f64);
+        f_tail(squared * n * (n - p) / (p * (n * n - 1.0)), p, n - p)
+    }
+}
+
+/// Centre and covariance in the axes in which pairs of parameters are uncorrelated, twice over.
+fn orthogonalised(x: &[&DVector<f64>]) -> Option<Bulk> {
+    let p = x[0].len();
+    let mut axes = DMatrix::<f64>::identity(p, p);
+    let mut at: Vec<DVector<f64>> = x.iter().map(|x| (*x).clone()).collect();
+    for _ in 0..2 {
+        let scales: Vec<f64> = (0..p).map(|j| scale_of(at.iter().map(|x| x[j]))).collect();
+        if scales.iter().any(|scale| scale.is_nan() || *scale <= 0.0) {
+            return None;
+        }
+        let own = DMatrix::from_diagonal(&DVector::from_column_slice(&scales));
+        let mut u = DMatrix::<f64>::identity(p, p);
+        for j in 0..p {
+            for k in 0..j {
+                let [sum, difference] = [1.0, -1.0].map(|sign| {
+                    scale_of(at.iter().map(|x| x[j] / scales[j] + sign * x[k] / scales[k]))
+                });
+                let correlation = 0.25 * (sum * sum - difference * difference);
+                (u[(j, k)], u[(k, j)]) = (correlation, correlation);
+            }
+        }
+        let vectors = u.symmetric_eigen().eigenvectors;
+        let back = own * vectors;
+        let inverse = back.clone().try_inverse()?;
+        for x in &mut at {
+            *x = &inverse * &*x;
+        }
+        axes *= back;
+    }
+    let both: Vec<(f64, f64)> = (0..p)
+        .map(|j| centre_and_scale(&mut at.iter().map(|x| x[j]).collect::<Vec<f64>>()))
+        .collect();
+    let centre = &axes * DVector::from_iterator(p, both.iter().map(|(centre, _)| *centre));
+    let variances = DVector::from_iterator(p, both.iter().map(|(_, scale)| scale * scale));
+    let covariance = &axes * DMatrix::from_diagonal(&variances) * axes.transpose();
+    Some(Bulk { centre, covariance, wells: x.len() })
+}
+
+fn scale_of(values: impl Iterator<Item = f64>) -> f64 {
+    centre_and_scale(&mut values.collect::<Vec<f64>>()).1
+}
+
+/// The median, and the median deviation from it as a standard deviation.
+fn centre_and_scale(values: &mut [f64]) -> (f64, f64) {
+    let centre = median(values);
+    let mut deviations: Vec<f64> = values.iter().map(|value| (value - centre).abs()).collect();
+    (centre, OF_NORMAL * median(&mut deviations))
+}
+
+/// The median; zero of nothing.
+pub(super) fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    match n {
+        0 => 0.0,
+        _ if n % 2 == 1 => values[n / 2],
+        _ => f64::midpoint(values[n / 2 - 1], values[n / 2]),
+    }
+}
+
+/// The value below which χ² of p degrees of freedom is with this probability.
+fn quantile(probability: f64, p: usize) -> f64 {
+    let p = p as f64;
+    let (mut low, mut high) = (0.0, p + 40.0 * (p + 1.0).sqrt() + 40.0);
+    while high - low > 1e-10 * high {
+        let middle = f64::midpoint(low, high);
+        if 1.0 - chi_square_tail(middle, p) < probability { low = middle } else { high = middle }
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_pcg::Pcg64;
+    use rand_pcg::rand_core::Rng;
+
+    use super::super::reading::{By, Estimate, Found};
+    use super::*;
+
+    /// Normal numbers by the polar method.
+    struct Normal(Pcg64);
+
+    impl Normal {
+        fn next(&mut self) -> f64 {
+            loop {
+                let mut uniform = || (self.0.next_u64() >> 11) as f64 / 2_f64.powi(52) - 1.0;
+                let (a, b) = (uniform(), uniform());
+                let s: f64 = a * a + b * b;
+                if s > 0.0 && s < 1.0 {
+                    return a * (-2.0 * s.ln() / s).sqrt();
+                }
+            }
+        }
+    }
+
+    fn named(p: usize) -> Vec<(String, String)> {
+        (0..p).map(|j| (format!("p{j}"), "m".to_owned())).collect()
+    }
+
+    fn well(values: &[f64], std: f64) -> WellFound {
+        let estimate = |(j, value): (usize, &f64)| {
+            let unit = "m".to_owned();
+            let estimate =
+                Estimate { value: *value, std: Some(std), band: None, by: By::Std, unit };
+            (format!("p{j}"), estimate)
+        };
+        let estimates = values.iter().enumerate().map(estimate).collect();
+        let occasions = vec![Found { estimates, ..Found::default() }];
+        WellFound { name: String::new(), occasions, lacks: Vec::new(), changes: Vec::new() }
+    }
+
+    /// Wells whose second parameter goes with the first, in units far apart.
+    fn fleet(n: usize, seed: u64) -> Vec<WellFound> {
+        let mut normal = Normal(Pcg64::new(u128::from(seed), 7));
+        let one = |_| {
+            let (a, b, c) = (normal.next(), normal.next(), normal.next());
+            well(&[1e8 + 1e6 * a, 3.0 + 0.1 * (0.95 * a + 0.31 * b), 200.0 + c], 0.0)
+        };
+        (0..n).map(one).collect()
+    }
+
+    fn unlike(wells: &[WellFound]) -> Vec<usize> {
+        let all = compare(wells, &named(3));
+        assert_eq!(all.without, None);
+        let is_unlike = |d: &Option<Distance>| d.is_some_and(|d| d.is_unlike);
+        (0..wells.len()).filter(|w| is_unlike(&all.distances[*w])).collect()
+    }
+
+    #[test]
+    fn a_well_that_breaks_a_correlation_is_unlike_though_each_number_is_usual() {
+        let mut wells = fleet(60, 1);
+        // Two standard deviations up in the one and down in the other.
+        wells[17] = well(&[1e8 + 2e6, 3.0 - 0.2, 200.0], 0.0);
+        assert_eq!(unlike(&wells), [17]);
+        let all = compare(&wells, &named(3));
+        assert!(all.distances[17].expect("it has all").most < 2, "not the third");
+    }
+
+    #[test]
+    fn a_third_that_is_something_else_does_not_hide_itself() {
+        let mut wells = fleet(90, 2);
+        for (w, one) in wells.iter_mut().enumerate().take(30) {
+            *one = well(&[1e8 + 2e7 + 1e4 * w as f64, 3.0, 200.0 + 0.1 * w as f64], 0.0);
+        }
+        assert_eq!(unlike(&wells), (0..30).collect::<Vec<usize>>());
+    }
+
+    #[test]
+    fn what_is_little_known_is_not_unlike_for_that() {
+        let mut wells = fleet(40, 3);
+        wells[5] = well(&[1.1e8, 3.0, 200.0], 0.0);
+        assert_eq!(unlike(&wells), [5]);
+        wells[5] = well(&[1.1e8, 3.0, 200.0], 5e6);
+        assert!(unlike(&wells).is_empty());
+    }
+
+    #[test]
+    fn alike_wells_are_called_unlike_in_few_fleets() {
+        for n in [15, 40, 200] {
+            let fleets = 300;
+            let with = (0..fleets).filter(|seed| !unlike(&fleet(n, 1000 + seed)).is_empty());
+            let share = with.count() as f64 / fleets as f64;
+            assert!(share < 0.07, "{share} of the fleets of {n} wells");
+        }
+    }
+
+    #[test]
+    fn units_do_not_matter() {
+        let wells = fleet(50, 4);
+        let scaled: Vec<WellFound> = wells
+            .iter()
+            .map(|well| {
+                let found = &well.occasions[0].estimates;
+                let value = |j: usize| found[j].1.value;
+                super::tests::well(&[value(0) * 1e-9, value(1) * 7.0 + 4.0, -value(2)], 0.0)
+            })
+            .collect();
+        let (a, b) = (compare(&wells, &named(3)), compare(&scaled, &named(3)));
+        for (a, b) in a.distances.iter().zip(&b.distances) {
+            let (a, b) = (a.expect("all known").value, b.expect("all known").value);
+            assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_compared_is_said() {
+        let few = compare(&fleet(10, 5), &named(3));
+        assert!(few.without.is_some_and(|words| words.contains("11 are needed")));
+        let mut wells = fleet(30, 6);
+        for well in &mut wells {
+            well.occasions[0].estimates[2].1.value = 7.0;
+        }
+        let all = compare(&wells, &named(3));
+        assert_eq!((all.parameters.as_slice(), all.left_out[0].0), (&[0, 1][..], 2));
+        assert!(compare(&[], &named(0)).without.is_some());
+    }
+
+    #[test]
+    fn quantiles_are_those_of_tables() {
+        for (probability, p, value) in [(0.9, 1, 2.706), (0.5, 4, 3.357), (0.9, 10, 15.987)] {
+            assert!((quantile(probability, p) - value).abs() < 1e-3);
+        }
+    }
+}

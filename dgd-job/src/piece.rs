@@ -1,0 +1,163 @@
+//! A piece of work: one command line about one well at one time.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// What a piece does.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// A fit.
+    Fit,
+    /// The fit from one of several starting points.
+    Start {
+        /// Which, from 0.
+        number: u32,
+        /// Of how many.
+        of: u32,
+    },
+    /// Refits to some of many resampled data sets.
+    Replicates {
+        /// The first, from 0.
+        from: usize,
+        /// How many.
+        count: usize,
+    },
+    /// The profile of an estimate.
+    Profile {
+        /// Its name.
+        of: String,
+    },
+    /// A search for what the model lacks.
+    Discover,
+}
+
+impl Kind {
+    /// What the command is called that does it.
+    pub fn command(&self) -> &'static str {
+        match self {
+            Kind::Discover => "discover",
+            Kind::Fit | Kind::Start { .. } | Kind::Replicates { .. } | Kind::Profile { .. } => {
+                "fit"
+            }
+        }
+    }
+
+    /// The options that make a share of a command's work of it.
+    fn options(&self) -> Vec<String> {
+        let words = |words: &[(&str, String)]| {
+            words.iter().flat_map(|(option, value)| [(*option).to_owned(), value.clone()]).collect()
+        };
+        match self {
+            Kind::Fit | Kind::Discover => Vec::new(),
+            Kind::Start { number, of } => {
+                words(&[("--starts", of.to_string()), ("--start-point", number.to_string())])
+            }
+            Kind::Replicates { from, count } => {
+                words(&[("--bootstrap", count.to_string()), ("--bootstrap-from", from.to_string())])
+            }
+            Kind::Profile { of } => words(&[("--profile", of.clone())]),
+        }
+    }
+}
+
+/// As it stands in a sentence.
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Kind::Fit => f.write_str("fit"),
+            Kind::Discover => f.write_str("discover"),
+            Kind::Start { number, of } => write!(f, "start {number} of {of}"),
+            Kind::Replicates { from, count } => {
+                write!(f, "replicates {from} to {}", from + count - 1)
+            }
+            Kind::Profile { of } => write!(f, "profile of `{of}`"),
+        }
+    }
+}
+
+/// A piece of work. All paths are seen from the folder of the job file.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Piece {
+    /// The well.
+    pub well: String,
+    /// When its recordings were made, as the job file says it.
+    pub when: String,
+    /// What is done.
+    pub kind: Kind,
+    /// The model file.
+    pub model: String,
+    /// Recordings to fit to.
+    pub data: Vec<String>,
+    /// Recordings for validation.
+    pub valid: Vec<String>,
+    /// Options of the command.
+    pub options: Vec<String>,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+impl Piece {
+    /// The words behind `dgd` that do it.
+    pub fn words(&self) -> Vec<String> {
+        let mut words = vec![self.kind.command().to_owned(), self.model.clone()];
+        for (option, files) in [("--data", &self.data), ("--valid", &self.valid)] {
+            words.extend(files.iter().flat_map(|file| [option.to_owned(), file.clone()]));
+        }
+        words.extend(self.options.iter().cloned());
+        words.extend(self.kind.options());
+        if self.seed != 0 {
+            words.extend(["--seed".to_owned(), self.seed.to_string()]);
+        }
+        words
+    }
+
+    /// The command line that does it, to be typed in the folder of the job file.
+    pub fn command(&self) -> String {
+        shell(std::iter::once("dgd".to_owned()).chain(self.words()))
+    }
+}
+
+/// Words as a shell takes them.
+pub fn shell(words: impl IntoIterator<Item = String>) -> String {
+    let quoted = |word: String| {
+        let is_plain = |c: char| c.is_alphanumeric() || "-_./=,:+".contains(c);
+        if !word.is_empty() && word.chars().all(is_plain) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', "'\\''"))
+        }
+    };
+    words.into_iter().map(quoted).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_piece_is_a_command_line() {
+        let piece = Piece {
+            well: "A 1".into(),
+            when: "2024".into(),
+            kind: Kind::Start { number: 3, of: 20 },
+            model: "m.dgd".into(),
+            data: vec!["a b.csv".into(), "c.csv".into()],
+            valid: vec!["d.csv".into()],
+            options: vec!["--set".into(), "c0=1 [m]".into()],
+            seed: 7,
+        };
+        assert_eq!(
+            piece.command(),
+            "dgd fit m.dgd --data 'a b.csv' --data c.csv --valid d.csv --set 'c0=1 [m]' --starts 20 \
+             --start-point 3 --seed 7"
+        );
+        let replicates = Kind::Replicates { from: 40, count: 20 };
+        let other = Piece { kind: replicates, seed: 0, ..piece };
+        assert!(other.command().ends_with("--bootstrap 20 --bootstrap-from 40"));
+        assert_eq!(other.kind.to_string(), "replicates 40 to 59");
+        let text = serde_json::to_string(&other).expect("it serialises");
+        assert_eq!(serde_json::from_str::<Piece>(&text).expect("and back"), other);
+    }
+}

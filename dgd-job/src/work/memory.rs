@@ -1,0 +1,37 @@
+//! How much memory this process has.
+
+use std::fs;
+
+/// Bytes of memory that this process holds; nothing where the system does not tell.
+pub(super) fn resident() -> Option<u64> {
+    of_status(&fs::read_to_string("/proc/self/status").ok()?)
+}
+
+/// Whether the memory of a piece can be limited here.
+pub fn is_limited() -> bool {
+    resident().is_some()
+}
+
+fn of_status(text: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let kilobytes = line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?;
+    Some(1024 * kilobytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_process_holds_is_read() {
+        let text = "Name:\tdgd\nVmHWM:\t  9000 kB\nVmRSS:\t   8192 kB\nThreads:\t1\n";
+        assert_eq!(of_status(text), Some(8 << 20));
+        assert_eq!(of_status("Name:\tdgd\n"), None);
+        if cfg!(target_os = "linux") {
+            let before = resident().expect("Linux tells");
+            let held = vec![1_u8; 64 << 20];
+            assert!(resident().expect("Linux tells") >= before + (48 << 20));
+            drop(held);
+        }
+    }
+}

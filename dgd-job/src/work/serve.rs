@@ -1,0 +1,131 @@
+//! The process that computes pieces.
+
+use std::io::{self, BufRead, Write};
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use super::{Answer, Ask, Task, memory};
+use crate::identity::{Identity, Program};
+use crate::outcome::{Class, Outcome, document};
+use crate::store::Store;
+
+/// How often it is looked how much memory a piece has taken: it takes a few GB at most in this time.
+const LOOKS: Duration = Duration::from_millis(20);
+
+/// The piece that is computed at present; whoever takes it writes its result.
+type Current = Arc<Mutex<Option<Task>>>;
+
+/// Answers questions from standard input until it ends, and ends the process then: nobody needs what is under way.
+///
+/// `perform` computes a piece, in the folder that its paths are seen from.
+///
+/// # Errors
+///
+/// Standard output cannot be written.
+pub fn serve(program: &Program, perform: impl Fn(&Task) -> Outcome) -> io::Result<()> {
+    let current = Current::default();
+    watch_memory(&current);
+    for line in lines() {
+        let answer = match serde_json::from_str(&line) {
+            Err(error) => Answer::Refused(format!("this is not a question: {error}")),
+            Ok(Ask::Identity) => match Identity::of(&program.file) {
+                Ok(identity) => Answer::Identity(identity),
+                Err(error) => Answer::Refused(format!("{}: {error}", program.file.display())),
+            },
+            Ok(Ask::Perform(task)) => done(&task, &current, &perform),
+        };
+        say(&answer)?;
+    }
+    Ok(())
+}
+
+fn done(task: &Task, current: &Current, perform: impl Fn(&Task) -> Outcome) -> Answer {
+    if let Some(reason) = &task.given_up {
+        return put(task, &Outcome::failed(Class::Ended, reason.clone()));
+    }
+    if let Err(error) = std::env::set_current_dir(&task.folder) {
+        return Answer::Refused(format!("{}: {error}", task.folder.display()));
+    }
+    *lock(current) = Some(task.clone());
+    let outcome = perform(task);
+    let mut current = lock(current);
+    if current.take().is_none() {
+        // Who took it is about to end the process.
+        drop(current);
+        loop {
+            std::thread::park();
+        }
+    }
+    put(task, &outcome)
+}
+
+/// Writes a result.
+fn put(task: &Task, outcome: &Outcome) -> Answer {
+    let text = document(&task.name, &task.piece, outcome);
+    let state = outcome.state();
+    match Store::at(&task.into).put(&task.name, state, &text) {
+        Ok(()) if matches!(outcome, Outcome::Done { .. }) => Answer::Done(task.name.clone()),
+        Ok(()) => Answer::Failed(task.name.clone()),
+        Err(error) => Answer::Refused(error.to_string()),
+    }
+}
+
+/// Ends the process where a piece takes more memory than it may, with a result that says so.
+fn watch_memory(current: &Current) {
+    let current = Arc::clone(current);
+    std::thread::spawn(move || {
+        loop {
+            std::thread::sleep(LOOKS);
+            let mut current = lock(&current);
+            let most = current.as_ref().and_then(|task| task.memory);
+            let Some((most, held)) =
+                most.zip(memory::resident()).filter(|(most, held)| held > most)
+            else {
+                continue;
+            };
+            if let Some(task) = current.take() {
+                let message = format!(
+                    "it needed more memory than the {} that a piece may have, {} when it was ended: give `--memory` \
+                     more, and `--retry`",
+                    shown(most),
+                    shown(held)
+                );
+                // The lock is held to the end, so that nothing else is answered.
+                let _ = say(&put(&task, &Outcome::failed(Class::Memory, message)));
+                std::process::exit(0);
+            }
+        }
+    });
+}
+
+/// `1.5 GB`.
+fn shown(bytes: u64) -> String {
+    let bytes = bytes as f64;
+    if bytes >= 1e9 { format!("{:.1} GB", bytes / 1e9) } else { format!("{:.0} MB", bytes / 1e6) }
+}
+
+/// Lines of standard input, as they come. Its end ends the process.
+fn lines() -> Receiver<String> {
+    let (sender, receiver) = channel();
+    std::thread::spawn(move || {
+        for line in io::stdin().lock().lines() {
+            if line.ok().and_then(|line| sender.send(line).ok()).is_none() {
+                break;
+            }
+        }
+        std::process::exit(0);
+    });
+    receiver
+}
+
+fn say(answer: &Answer) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    let text = serde_json::to_string(answer).map_err(io::Error::other)?;
+    writeln!(out, "{text}")?;
+    out.flush()
+}
+
+fn lock(current: &Current) -> std::sync::MutexGuard<'_, Option<Task>> {
+    current.lock().unwrap_or_else(PoisonError::into_inner)
+}

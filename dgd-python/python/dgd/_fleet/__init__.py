@@ -1,0 +1,1 @@
+"""Work on many wells, as pieces that a cluster computes."""
