@@ -198,7 +198,7 @@ class _Distribution:
     def __init__(self, fleet: Fleet, connection: _Connection, todo: deque[Listed]) -> None:
         self._fleet, self._connection, self._todo = fleet, connection, todo
         listing = fleet._listing
-        self._with = (listing.identity, listing.threads, fleet._memory)
+        self._with: tuple[Any, ...] = (listing.identity, listing.threads, fleet._memory)
         #: Workers that compute pieces, each with its threads.
         self._workers: dict[str, int] = {}
         self._under_way: dict[Future, tuple[Listed, list[str]]] = {}
@@ -239,7 +239,7 @@ class _Distribution:
                 yield from self._begin_again()
 
     def _is_away(self) -> bool:
-        return self._connection.client.status != "running"
+        return bool(self._connection.client.status != "running")
 
     def _begin_again(self) -> Iterator[Piece]:
         """Goes on with another connection: pieces that were finished in the meantime have results."""

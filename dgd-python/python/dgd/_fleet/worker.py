@@ -88,7 +88,7 @@ class Room:
                 self.keep(child)
                 if "refused" in answer:
                     raise RuntimeError(answer["refused"])
-                return next(iter(answer))
+                return str(next(iter(answer)))
             raise RuntimeError(f"the process that was to write a result {how}")
 
 
