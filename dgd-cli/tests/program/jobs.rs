@@ -341,6 +341,30 @@ fn children_end_within_a_second_of_their_parent() {
     }
 }
 
+#[test]
+fn a_discovery_says_what_a_well_lacks_since_when_and_has_the_corrected_model() {
+    let folder = folder_with(&[]);
+    dgd_in(folder.path(), &["new", "tank", "--template", "tank"]).done();
+    let occasion = json!([{ "when": "2024-01", "data": "train.csv", "valid": "valid.csv" }]);
+    let job = json!({ "model": "two_tanks.dgd", "do": ["discover"], "wells": { "T-1": occasion } });
+    fs::write(folder.path().join("tank/job.json"), job.to_string()).expect("writable");
+    let words = ["tank/job.json", "--into", "out"];
+    dgd_in(folder.path(), &[&["job", "run"], &words[..]].concat()).done();
+    let report = [&["job", "report"], &words[..], &["--format", "json"]].concat();
+    let report = dgd_in(folder.path(), &report).done().json();
+    assert_is("job_report", &report);
+    let lacks = &report["wells"][0]["lacks"][0];
+    assert_eq!((&lacks["name"], &lacks["since"]), (&json!("leak_lower"), &json!("2024-01")));
+    assert_eq!(report["missing"][0]["wells"], json!(["T-1"]));
+    let all = results(&folder.path().join("out/done"));
+    let document = all.into_values().next().expect("a result");
+    let document: Value = serde_json::from_slice(&document).expect("JSON");
+    assert_is("job_piece", &document);
+    let corrected = document["files"]["two_tanks.dgd"].as_str().expect("a model");
+    fs::write(folder.path().join("tank/corrected.dgd"), corrected).expect("writable");
+    dgd_in(folder.path(), &["check", "tank/corrected.dgd"]).done();
+}
+
 /// A worker as its parent sees it.
 struct Worker {
     child: Child,

@@ -67,6 +67,13 @@ pub(super) fn compare(wells: &[WellFound], parameters: &[(String, String)]) -> C
         estimate.value.is_finite().then_some((estimate.value, estimate.std.unwrap_or(0.0)))
     };
     let known = wells.iter().filter(|well| well.latest().is_some()).count();
+    if known < least_wells(1) {
+        all.without = Some(format!(
+            "{known} of them have estimates, and {} are needed at the least",
+            least_wells(1)
+        ));
+        return all;
+    }
     let mut scales = Vec::new();
     for (j, (name, _)) in parameters.iter().enumerate() {
         let mut values: Vec<f64> =
