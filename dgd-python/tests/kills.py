@@ -111,6 +111,9 @@ def kill_at_random(fleet: Run, into: Path, kills: int, took: float, chance: rand
         parts = {"child": b"work", "scheduler": b"distributed.cli.dask_scheduler", "worker": b"distributed.cli.dask_worker"}
         name = next((what for what, word in parts.items() if word in words), "run or worker")
         killed[name] = killed.get(name, 0) + 1
+        # What is killed starts again at once, so that it is in the middle of something when the next kill comes.
+        time.sleep(0.02)
+        fleet.mend()
         for path, inode in inodes(into).items():
             assert seen.setdefault(path, inode) == inode, f"{path} was computed again"
     until = time.monotonic() + 300 + 10 * took
