@@ -95,7 +95,7 @@ def kill_at_random(fleet: Run, into: Path, kills: int, took: float, chance: rand
     seen: dict[str, int] = {}
     killed: dict[str, int] = {}
     while sum(killed.values()) < kills:
-        time.sleep(chance.uniform(0, 2 * took / kills))
+        time.sleep(chance.uniform(0, took / kills))
         fleet.mend()
         if fleet.is_done():
             break
@@ -180,7 +180,7 @@ def main() -> None:
         # What is killed starts again in seconds where Dask does.
         fleet = kind(asked.dgd, path, place / "out")
         try:
-            span = max(took, 1.5 * asked.kills) if asked.dask else took
+            span = max(took, 3.0 * asked.kills) if asked.dask else took
             killed = kill_at_random(fleet, place / "out", asked.kills, span, random.Random(asked.seed))
         finally:
             fleet.close()
