@@ -248,7 +248,7 @@ fn what_is_wrong_with_an_input_is_told_at_its_place() {
 #[test]
 fn rows_of_one_time_that_agree_are_replicates() {
     let text = "time [s],x [m],y [m]\n0,1,1\n1,3,2\n1,3,5\n1,3,4\n2,3,2\n2,4,2\n";
-    let table = good(text.to_owned());
+    let table = good(text);
     assert_eq!(table.time.as_deref(), Some([0.0, 1.0, 1.0, 1.0, 2.0, 2.0].as_slice()));
     assert_eq!(input(text, "m"), Ok(vec![1.0, 3.0, 3.0, 3.0, 3.0, 4.0]));
     // What is measured may differ, and what the model does not know.

@@ -88,6 +88,9 @@ fn power(x: f64, n: u32) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    // As they were printed.
+    #![allow(clippy::unreadable_literal)]
+
     use super::*;
 
     /// SciPy 1.17.1: `scipy.special.erf`, `erfc`, `gammaln` and `polygamma`.

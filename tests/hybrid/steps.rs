@@ -51,10 +51,10 @@ fn every_function_that_came_later_has_the_solution_that_is_known() {
     let solution = simulate(&problem, &times, &options()).expect("a run");
     let observations = observe(&problem, &solution);
     let names = &system.signature().outputs;
-    for k in 0..times.len() {
+    for (k, t) in times.iter().enumerate() {
         for (output, w) in names.iter().zip(observations.w(k)) {
             let is_gap = output.name.starts_with("gap_");
-            assert!(!is_gap || w.abs() <= CLOSE, "{} at {}: {w:e}", output.name, times[k]);
+            assert!(!is_gap || w.abs() <= CLOSE, "{} at {t}: {w:e}", output.name);
         }
     }
     // x = 0.73: not at a step, where derivatives are others on both sides.
@@ -74,7 +74,7 @@ fn a_state_that_counts_another_has_its_times() {
     );
     let (c, t) = (3.0_f64, 2.4_f64);
     let passed: Vec<f64> =
-        (1..).map(|n| (2.0 * f64::from(n) / c).sqrt()).take_while(|at| *at < t).collect();
+        (1..20).map(|n| (2.0 * f64::from(n) / c).sqrt()).take_while(|at| *at < t).collect();
     let expected: f64 = passed.iter().map(|at| t - at).sum();
     // d(−√(2n/c))/dc = √(2n/c)/(2c)
     let slope: f64 = passed.iter().map(|at| 0.5 * at / c).sum();
