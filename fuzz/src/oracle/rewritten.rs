@@ -201,7 +201,9 @@ fn rescaled(case: &Case) -> Option<Case> {
     }
     // A plain number given to an unknown is in its unit.
     items_mut(&mut ast.items, &mut |item| match &mut item.kind {
-        ItemKind::When(Reaction { resets, .. }) => rescale_resets(resets, &unknowns),
+        ItemKind::When(Reaction { resets, .. }) | ItemKind::Every { resets, .. } => {
+            rescale_resets(resets, &unknowns);
+        }
         ItemKind::Modes { transitions, .. } => {
             for transition in transitions {
                 rescale_resets(&mut transition.resets, &unknowns);
