@@ -41,7 +41,7 @@ mod uncertainty;
 mod variables;
 
 pub use error::{EstimateError, TrialFailed, TrialFailure, WrongLength};
-pub use intervals::bootstrap::{Bootstrap, bootstrap};
+pub use intervals::bootstrap::{Bootstrap, bootstrap, percentiles};
 pub use intervals::information::{Information, information};
 pub use intervals::profile::{End, Profile, THRESHOLD, profile, profiles};
 pub use intervals::spread::{Part, Spread, SpreadAt, spread};

@@ -59,25 +59,29 @@ impl Bootstrap {
         Some((values().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt())
     }
 
-    /// The percentiles between which an estimate is with this probability, SI; `None` with fewer refits
-    /// than have one beyond each.
-    ///
-    /// Of n sorted values, the k-th is the quantile k/(n + 1); between them it is linear.
+    /// The [`percentiles`] between which an estimate is with this probability, SI; `None` with fewer refits than have one
+    /// beyond each.
     pub fn interval(&self, estimate: usize, probability: f64) -> Option<(f64, f64)> {
-        let mut values: Vec<f64> =
-            self.replicates.iter().map(|replicate| replicate[estimate]).collect();
-        values.sort_by(f64::total_cmp);
-        let n = values.len();
-        let below = 0.5 * (1.0 - probability) * (n as f64 + 1.0);
-        if below < 1.0 {
-            return None;
-        }
-        let quantile = |place: f64| {
-            let k = (place.floor() as usize).clamp(1, n - 1);
-            values[k - 1] + (place - k as f64) * (values[k] - values[k - 1])
-        };
-        Some((quantile(below), quantile(n as f64 + 1.0 - below)))
+        let values = self.replicates.iter().map(|replicate| replicate[estimate]);
+        percentiles(values.collect(), probability)
     }
+}
+
+/// The values between which this share of some is; `None` where fewer than one is beyond each.
+///
+/// Of n sorted values, the k-th is the quantile k/(n + 1); between them it is linear.
+pub fn percentiles(mut values: Vec<f64>, probability: f64) -> Option<(f64, f64)> {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    let below = 0.5 * (1.0 - probability) * (n as f64 + 1.0);
+    if below < 1.0 {
+        return None;
+    }
+    let quantile = |place: f64| {
+        let k = (place.floor() as usize).clamp(1, n - 1);
+        values[k - 1] + (place - k as f64) * (values[k] - values[k - 1])
+    };
+    Some((quantile(below), quantile(n as f64 + 1.0 - below)))
 }
 
 /// Refits a fit's problem to so many resampled data sets, by the threads of the problem.

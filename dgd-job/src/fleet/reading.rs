@@ -1,5 +1,6 @@
 //! What the results of one occasion say: estimates with their bands, what is missing, what went wrong.
 
+use dgd_identify::percentiles;
 use serde_json::Value;
 
 use crate::piece::Kind;
@@ -7,8 +8,8 @@ use crate::piece::Kind;
 /// Half of the band around an estimate that holds the truth in 95 of 100 cases, in standard deviations.
 const HALF_BAND: f64 = 1.959_963_984_540_054;
 
-/// What is left beyond each end of a band.
-const BEYOND: f64 = 0.025;
+/// How often a band holds the truth.
+const BAND: f64 = 0.95;
 
 /// What was found of recordings that were used together.
 #[derive(Debug, Default)]
@@ -138,15 +139,16 @@ impl Found {
     /// Profiles, or else resampled data, in the place of standard deviations.
     fn read_bands(&mut self, documents: &[(&Kind, Value)]) {
         for (name, estimate) in &mut self.estimates {
-            let mut values: Vec<f64> = documents
+            let values: Vec<f64> = documents
                 .iter()
                 .flat_map(|(_, document)| {
                     let entry = &document["result"]["bootstrap"]["estimates"][name.as_str()];
                     entry["values"].as_array().into_iter().flatten().filter_map(Value::as_f64)
                 })
                 .collect();
-            if let Some(band) = percentiles(&mut values) {
-                (estimate.band, estimate.by) = (Some(band), By::Replicates(values.len()));
+            let count = values.len();
+            if let Some(band) = percentiles(values, BAND) {
+                (estimate.band, estimate.by) = (Some(band), By::Replicates(count));
             }
             let profile = documents.iter().find_map(|(_, document)| {
                 let interval =
@@ -163,23 +165,6 @@ impl Found {
     pub(super) fn estimate(&self, name: &str) -> Option<&Estimate> {
         self.estimates.iter().find(|(known, _)| known == name).map(|(_, estimate)| estimate)
     }
-}
-
-/// The values between which 95 % are; nothing where fewer than one is beyond each.
-///
-/// Of n sorted values, the k-th is the quantile k/(n + 1), as a bootstrap of one run has it.
-fn percentiles(values: &mut [f64]) -> Option<(f64, f64)> {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    let below = BEYOND * (n as f64 + 1.0);
-    if below < 1.0 {
-        return None;
-    }
-    let quantile = |place: f64| {
-        let k = (place.floor() as usize).clamp(1, n - 1);
-        values[k - 1] + (place - k as f64) * (values[k] - values[k - 1])
-    };
-    Some((quantile(below), quantile(n as f64 + 1.0 - below)))
 }
 
 fn estimates(parameters: &Value) -> Vec<(String, Estimate)> {

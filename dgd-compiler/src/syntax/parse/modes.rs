@@ -9,6 +9,7 @@ use super::lexical::{Token, TokenKind};
 use super::tokens::{OPERATOR, Parsed, Tokens, dotted, name, token, word};
 use super::{Reader, item_length, take_docs};
 use crate::diagnostics::{Code, Diagnostic};
+use crate::source::Span;
 use crate::syntax::ast::{
     Choice, Condition, Crossing, Item, ItemKind, Name, Reaction, Reset, StartMode, Transition,
 };
@@ -137,16 +138,28 @@ impl<'a> Reader<'a, '_> {
         let (plain, block) = head_and_block(statement, docs)?;
         let input = Tokens::new(&plain, self.text, self.source);
         let (_, conditions) = self.report(conditions(input.behind_first()))?;
+        let resets = self.some_resets("when", input.span(), block, docs)?;
+        Some(Reaction { conditions, resets })
+    }
+
+    /// The resets of a block; that there is none is reported.
+    fn some_resets(
+        &mut self,
+        word: &str,
+        span: Span,
+        block: &'a [Token],
+        docs: &mut Vec<Token>,
+    ) -> Option<Vec<Reset>> {
         let resets = if block.is_empty() { Vec::new() } else { self.resets(block, docs)? };
         if resets.is_empty() {
-            let message = "this `when` does nothing";
+            let message = format!("this `{word}` does nothing");
             self.error(
-                Diagnostic::new(Code::E105, input.span(), message)
+                Diagnostic::new(Code::E105, span, message)
                     .help("write `{ reset NAME = … }` behind it"),
             );
             return None;
         }
-        Some(Reaction { conditions, resets })
+        Some(resets)
     }
 
     /// `every EXPRESSION { reset x = e }`
@@ -158,15 +171,7 @@ impl<'a> Reader<'a, '_> {
         let (plain, block) = head_and_block(statement, docs)?;
         let input = Tokens::new(&plain, self.text, self.source);
         let (_, period) = self.report(last_value(input.behind_first()))?;
-        let resets = if block.is_empty() { Vec::new() } else { self.resets(block, docs)? };
-        if resets.is_empty() {
-            let message = "this `every` does nothing";
-            self.error(
-                Diagnostic::new(Code::E105, input.span(), message)
-                    .help("write `{ reset NAME = … }` behind it"),
-            );
-            return None;
-        }
+        let resets = self.some_resets("every", input.span(), block, docs)?;
         Some(ItemKind::Every { period, resets })
     }
 
