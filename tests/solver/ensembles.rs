@@ -174,12 +174,19 @@ fn both_sides_of_a_jump_are_given_where_a_time_is_asked_for_twice() {
     let inputs = Inputs::recorded(&[0.0, 100.0], &[column]).expect("sound samples");
     let sets = parameter_sets(&system, 9);
     let members = members(&sets, &inputs);
-    for times in [vec![0.0, 50.0, 100.0, 100.0, 150.0], vec![0.0, 100.0, 100.0], vec![0.0, 100.0]] {
-        let outcomes = run(&system, &members, &times, &Options::default(), 1);
+    let asked: [&[f64]; 4] = [
+        &[0.0, 50.0, 100.0, 100.0, 150.0],
+        &[0.0, 100.0, 100.0],
+        &[0.0, 100.0],
+        // Replicates.
+        &[0.0, 100.0, 100.0, 100.0, 150.0],
+    ];
+    for times in asked {
+        let outcomes = run(&system, &members, times, &Options::default(), 1);
         for (member, outcome) in members.iter().zip(&outcomes) {
             let outcome = outcome.as_ref().expect("a run to the end");
-            let single = alone(&system, member, &times, &Options::default());
-            assert!(distance(outcome, &single, &times, &system) < 1e-6, "{times:?}");
+            let single = alone(&system, member, times, &Options::default());
+            assert!(distance(outcome, &single, times, &system) < 1e-6, "{times:?}");
         }
     }
 }

@@ -625,7 +625,7 @@ pub static INTRINSICS: &[Intrinsic] = &[
             },
             rust_path: "::dgd::__runtime::special::polygamma",
         },
-        // To the order there is no difference to compare with.
+        // The order is a whole number: no difference tells a derivative by it.
         sample_points: &[],
         doc: "derivative of `lgamma` of the order that the first, a whole number, and one make: polygamma(0, x) is the digamma function",
         ..LATER

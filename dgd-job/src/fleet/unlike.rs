@@ -309,7 +309,7 @@ mod tests {
         WellFound { name: String::new(), occasions, lacks: Vec::new(), changes: Vec::new() }
     }
 
-    /// Wells whose second parameter goes with the first, in units far apart.
+    /// Wells whose two parameters are correlated, in units far apart.
     fn fleet(n: usize, seed: u64) -> Vec<WellFound> {
         let mut normal = Normal(Pcg64::new(u128::from(seed), 7));
         let one = |_| {

@@ -24,6 +24,7 @@ use crate::algebraic::{Algebraic, AlgebraicPoint};
 use crate::integrate::catalogue::MethodKind;
 use crate::integrate::drive::Drive;
 use crate::integrate::fixed_step::Steps;
+use crate::integrate::record::before_change;
 use crate::integrate::record::projection::{Projection, Rows};
 use crate::integrate::start::consistent::start_values;
 use crate::integrate::watched::Watched;
@@ -355,11 +356,10 @@ impl<'a, S: Solved> Pack<'a, S> {
                 self.dense.write(i, y.0[l], step, asked, row);
             }
             seat.recorded += count;
-            // The last of equal times at a jump is a right value, which is had after it.
             let asked = &self.times.all()[seat.recorded..];
             let mut at_end = asked.iter().take_while(|&&asked| asked == t_new).count();
             if t_new == seat.problem.inputs.segment(seat.segment).t1 {
-                at_end = at_end.saturating_sub(1);
+                at_end = before_change(at_end);
             }
             for _ in 0..at_end {
                 for (row, y_new) in seat.rows.chunks_exact_mut(stride).zip(self.y_new.lanes()) {

@@ -237,7 +237,7 @@ pub fn digest_of_texts(
     files: &dyn FileSystem,
 ) -> String {
     let mut compilation = Compilation::new(files);
-    // What is wrong is told by whoever runs it.
+    // Whoever runs it reports what is wrong.
     let _ = compilation.read(path, apply);
     let Compilation { sources, diagnostics, .. } = &mut compilation;
     for folder in folders {

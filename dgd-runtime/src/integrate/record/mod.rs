@@ -157,11 +157,16 @@ fn due(asked: &[f64], t_new: f64, stop: Stop) -> (usize, usize) {
     let rest = asked[8 * eights..].iter().take_while(|&&t| t < t_new).count();
     let inside = 8 * eights + rest;
     let at_end = asked[inside..].iter().take_while(|&&t| t == t_new).count();
-    // The last of two equal times at a jump is a right value, which is had after it, and so are all of more.
     match stop {
-        Stop::Change => (inside, usize::from(at_end == 2)),
+        Stop::Change => (inside, before_change(at_end)),
         Stop::None => (inside, at_end),
     }
+}
+
+/// How many of some equal times at a jump are recorded before it: the first of two, as [`side`](crate::solution::side) says.
+#[inline]
+pub(crate) fn before_change(equal: usize) -> usize {
+    usize::from(equal == 2)
 }
 
 /// Records what is known of delayed unknowns at `t`, where outputs read it.
