@@ -14,16 +14,18 @@ use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{Model, resolve};
 use dgd_identify::Recording;
 use dgd_identify::journal::Digest;
+use dgd_runtime::Options;
 use dgd_runtime::parallel::in_parallel;
-use dgd_runtime::{Options, Steps};
 
 use crate::conditions::Circumstances;
 use crate::fit::{
-    Budget, Data, Fitted, NoFit, StartPoint, WorkJournal, most_steps, period, ranges,
+    Budget, Data, Fitted, NoFit, StartPoint, WorkJournal, method_for_ranking, most_steps,
+    options_for_ranking, period, ranges, stepping_alike,
 };
 use crate::guess::{Followed, Guessing};
 use crate::library::{
-    Adapted, Candidate, Measure, StructureId, Values, adapted, candidates, generic, unbound,
+    Adapted, Candidate, Measure, Refused, StructureId, Values, adapted, candidates, generic,
+    unbound,
 };
 use crate::missing_input::{self, FoundPlace, Missing, TIE, missing_inputs};
 use crate::noise::{noise_of, readings, without_lonely, without_spikes};
@@ -34,9 +36,6 @@ use crate::report::{
 };
 use crate::request::{DiscoverError, Request};
 use crate::search::{Evidence, Open, Outcome, Screen, Search, Verdict, p_value_of_the_base};
-
-/// A tolerance that is fine enough to rank structures: no sensor is good to 1e-4 of what it reads.
-const RANKING_TOLERANCE: f64 = 1e-4;
 
 /// Simulations of the last fit of what is reported.
 const LAST_EVALUATIONS: usize = 60;
@@ -185,20 +184,18 @@ fn fit_base<'a>(request: &'a Request<'a>) -> Result<(Fitted, Data<'a>), Discover
     if noise.iter().all(Option::is_none) {
         return Err(DiscoverError::NothingMeasured);
     }
-    let options = stepping_alike(request.options);
-    let options = Options {
-        rtol: options.rtol.max(RANKING_TOLERANCE),
-        atol: options.atol.max(RANKING_TOLERANCE),
-        ..options
-    };
+    let options = options_for_ranking(request.options);
     let is_kept = request.journal.is_of_use();
     let digest = if is_kept { request.digest() } else { Digest::EMPTY };
     let keeping = WorkJournal { journal: request.journal, watch: request.watch, request: digest };
     let (counts_from, own_weights) = (Vec::new(), false);
     let budget = Budget::new(request.budget);
     let mut data = Data { train, valid, noise, counts_from, options, own_weights, budget, keeping };
-    data.options.max_steps =
-        most_steps(request.base, &data).map_err(|refused| DiscoverError::BaseModel(refused.0))?;
+    let refused = |refused: Refused| DiscoverError::BaseModel(refused.0);
+    if !request.is_method_named {
+        data.options.method = method_for_ranking(request.base, &data).map_err(refused)?;
+    }
+    data.options.max_steps = most_steps(request.base, &data).map_err(refused)?;
     let mut search = Search::new(request.base, &[], data, request.threads, request.seed);
     search.fit_base(&Values::default()).map_err(not_fitted)?;
     let fitted = search.tried.remove(&StructureId::BASE);
@@ -302,7 +299,7 @@ fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'
 
 /// Places that are told.
 const TOLD: usize = 5;
-/// Places that a formula is looked for at.
+/// Places that a formula is looked for at, besides those that are about as likely as the first.
 const GUESSED: usize = 3;
 
 /// The places that make the readings most likely, with the condition that each coincides with and the quantities that
@@ -323,9 +320,9 @@ fn without_a_name(
             let condition = circumstances.condition(&missing_input::windows(found));
             let followed = if data.is_over() { None } else { followed(found) };
             let together = followed.as_ref().map_or_else(Vec::new, Followed::together);
-            let looked_at = followed.filter(|_| rank < GUESSED);
-            let guess = looked_at.and_then(|followed| guessing.guess(&followed));
             let is_tied = rank > 0 && most - found.missing.gain < TIE;
+            let looked_at = followed.filter(|_| rank < GUESSED || is_tied);
+            let guess = looked_at.and_then(|followed| guessing.guess(&followed));
             Unexplained { together, guess, ..unexplained(&found.missing, condition, is_tied) }
         })
         .collect();
@@ -403,13 +400,6 @@ fn report(
         corrected: corrected(request.base, request.sources, &after, diagnostics)
             .map_err(DiscoverError::Model)?,
     })
-}
-
-/// Steps are adapted where the request leaves them open: structures with events and without are compared, and
-/// all are to step alike.
-fn stepping_alike(options: Options) -> Options {
-    let steps = if options.steps == Steps::Automatic { Steps::Adaptive } else { options.steps };
-    Options { steps, ..options }
 }
 
 fn not_fitted(NoFit(reason): NoFit) -> DiscoverError {

@@ -30,6 +30,8 @@ pub struct Request<'a> {
     pub valid: (&'a [Recording], &'a [String]),
     /// How to integrate.
     pub options: Options,
+    /// Whether the user named the method: it is kept then where structures are ranked, too.
+    pub is_method_named: bool,
     /// Structures refitted at a time; the result does not depend on it.
     pub threads: usize,
     /// Seed of resampling.
@@ -55,7 +57,7 @@ impl Request<'_> {
             .of(&(self.library.len(), self.templates.len()))
             .of(&(asts, options, free, fix))
             .of(&(self.train.0, self.valid.0))
-            .of(&self.options)
+            .of(&(self.options, self.is_method_named))
     }
 }
 

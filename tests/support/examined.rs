@@ -217,6 +217,7 @@ impl Examined {
             train: (train, &train_names),
             valid: (valid, &valid_names),
             options: Options { rtol: 1e-6, atol: 1e-6, ..Options::default() },
+            is_method_named: false,
             threads,
             seed,
             budget: None,

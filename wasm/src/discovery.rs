@@ -58,6 +58,7 @@ impl Examination {
             train: (&train, &names[0]),
             valid: (&valid, &names[1]),
             options: Options::default(),
+            is_method_named: false,
             threads: 1,
             seed: 1,
             budget: None,

@@ -79,6 +79,7 @@ fn found(text: &str, pair: &[Samples; 2], with_templates: bool) -> Discovery {
         train: (&train, &["train".to_owned()]),
         valid: (&valid, &["valid".to_owned()]),
         options: Options { rtol: 1e-6, atol: 1e-6, ..Options::default() },
+        is_method_named: false,
         threads: 2,
         seed: 1,
         budget: None,

@@ -19,6 +19,7 @@ use dgd_discover::{BaseModel, DiscoverError, Discovery, Gap, Request, templates}
 use dgd_identify::journal::{Forgetful, Journal};
 use dgd_identify::{Recording, Unwatched};
 use dgd_plot::Figure;
+use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{Signature, System};
 use serde::{Serialize, Serializer};
 use serde_json::Value;
@@ -107,6 +108,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         train: (&train, train_names),
         valid: (&held_out.recordings, valid_names),
         options: integration,
+        is_method_named: request.solve.method != AUTOMATIC,
         threads: session.threads,
         seed: session.seed,
         budget: request.budget,

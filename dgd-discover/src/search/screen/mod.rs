@@ -39,10 +39,10 @@ pub(crate) use weighted::{blocks, weighted};
 use weighted::{fitted_directions, independent_blocks, sensitivities};
 
 /// About the best onset the grid is made finer so many times each time …
-const ZOOM: i32 = 6;
+const ZOOM: i32 = 4;
 
 /// … at most so often, from a twelfth of a recording of some hours to a second …
-const MOST_ZOOMS: usize = 4;
+const MOST_ZOOMS: usize = 5;
 
 /// … and while that gains a candidate so much.
 const WORTH_ZOOMING: f64 = 1.02;

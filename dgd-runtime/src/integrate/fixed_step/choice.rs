@@ -41,7 +41,7 @@ const SPARE: f64 = 0.1;
 fn cost(method: &Method) -> u32 {
     match method.kind {
         MethodKind::Taylor(_) => method.order + 2,
-        MethodKind::Rosenbrock(_) => 33,
+        MethodKind::Rosenbrock(tableau) => 4 * tableau.alpha.len() as u32 + 1,
         _ => 11,
     }
 }

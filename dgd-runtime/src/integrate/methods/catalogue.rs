@@ -9,7 +9,7 @@ use crate::integrate::methods::family::{Family, Traits, by_family};
 use crate::integrate::methods::multistep::MAX_ORDER;
 use crate::integrate::methods::tableaux::RosenbrockTableau;
 use crate::integrate::methods::tableaux::RungeKuttaTableau;
-use crate::integrate::methods::tableaux::{KENCARP4, RODAS5P, TSIT5};
+use crate::integrate::methods::tableaux::{KENCARP4, RODAS4, RODAS5P, TSIT5};
 use crate::integrate::methods::taylor;
 use crate::linalg::AutoLu;
 use crate::problem::Problem;
@@ -94,6 +94,13 @@ pub static METHODS: &[Method] = &[
         order: 5,
         source: "Steinebach, BIT Numerical Mathematics 63 (2023) 27",
         kind: MethodKind::Rosenbrock(&RODAS5P),
+    },
+    Method {
+        name: "rodas4",
+        description: "L-stable Rosenbrock method with less work a step, for loose tolerances and inputs that end each step",
+        order: 4,
+        source: "Hairer and Wanner, Solving Ordinary Differential Equations II (1996), section IV.10",
+        kind: MethodKind::Rosenbrock(&RODAS4),
     },
     Method {
         name: "kencarp4",

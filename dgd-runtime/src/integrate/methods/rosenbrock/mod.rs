@@ -58,8 +58,7 @@ impl Family for Rosenbrock {
     ) -> Result<(), Failed> {
         statistics.factorisations += 1;
         stepper.attempt_rosenbrock(self.0, trial, drive, directions)?;
-        // The first stage is part of the linearisation.
-        statistics.evaluations += self.0.stages() - 1;
+        statistics.evaluations += self.0.evaluations();
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! Coefficients of methods: what a tableau holds, and one file of numbers per method.
 
 mod kencarp4;
+mod rodas4;
 mod rodas5p;
 mod rosenbrock;
 mod runge_kutta;
@@ -8,6 +9,7 @@ mod triangle;
 mod tsit5;
 
 pub use kencarp4::KENCARP4;
+pub use rodas4::RODAS4;
 pub use rodas5p::RODAS5P;
 pub use rosenbrock::RosenbrockTableau;
 pub(in crate::integrate) use runge_kutta::extrapolate;

@@ -137,4 +137,5 @@ pub static RODAS5P: RosenbrockTableau = RosenbrockTableau {
     ],
     order: 5,
     estimate_order: 4,
+    dense_order: 4,
 };
