@@ -2,8 +2,15 @@
 //!
 //! In tables, which are copied from, numbers stand as a model can have them: `9.4e7`.
 
+use std::fmt;
+
 /// Powers of ten beside which a number is written out.
 const WRITTEN_OUT: std::ops::Range<i32> = -3..6;
+
+/// A number and its unit, `9.81 m/s^2`; a quantity without one is the number alone.
+pub fn with_unit(number: impl fmt::Display, unit: &str) -> String {
+    if matches!(unit, "" | "1") { number.to_string() } else { format!("{number} {unit}") }
+}
 
 /// A number with so many digits; whole numbers keep all of theirs.
 pub fn rounded(value: f64, digits: i32) -> String {
@@ -80,6 +87,12 @@ pub fn is_written_out(size: i32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn quantities_without_a_unit_show_none() {
+        let shown = ["m/s", "1", ""].map(|unit| with_unit(rounded(1.14, 3), unit));
+        assert_eq!(shown, ["1.14 m/s", "1.14", "1.14"]);
+    }
 
     #[test]
     fn numbers_are_rounded_to_their_digits() {

@@ -9,6 +9,7 @@ use dgd_data::FileSystem;
 use dgd_data::open::read_text;
 use dgd_identify::{Progress, Watch};
 use dgd_runtime::Watched;
+use dgd_runtime::signature::number::with_unit;
 use dgd_work::check::Description;
 use dgd_work::{
     Applicable, Choices, FitRequest, Listener, Mistake, Prepared, Remark, RunRequest,
@@ -265,8 +266,7 @@ impl Bench {
         let value = |(name, value): (&String, &f64)| {
             let own = parameters.and_then(|all| all.iter().find(|one| one.name == *name));
             let unit = own.map_or("", |parameter| &parameter.unit);
-            let unit = if unit == "1" { "" } else { unit };
-            format!("{name} = {value} {unit}").trim_end().to_owned()
+            format!("{name} = {}", with_unit(value, unit))
         };
         let variants = ask.variant.iter().map(|(name, choice)| format!("{name}: {choice}"));
         let effects = ask.apply.iter().map(|effect| format!("with {effect}"));

@@ -73,7 +73,7 @@ pub use model::{Changed, LoadedModel, digest_of_texts, load};
 pub use output::columns::{Kind, NamedColumn, TimeTable};
 pub use output::json_text;
 pub use output::provenance::{DataFile, Provenance, SCHEMA_VERSION};
-pub use output::quantity::{shown, shown_like};
+pub use output::quantity::{shown, shown_like, with_unit};
 pub use request::{
     AdoptRequest, CheckRequest, Choices, CompareRequest, DiscoverRequest, Engine, Estimator,
     FitRequest, IntervalRequest, InvertRequest, Keep, LinearizeAt, LinearizeRequest, NoiseFrom,

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dgd_identify::Recording;
+use dgd_runtime::signature::number::with_unit;
 use dgd_runtime::{Observations, Output, System, Unit};
 
 use super::discovery::{Gap, OutputTrace, Ranked, RecordingTrace, Screened, Unexplained};
@@ -243,19 +244,20 @@ pub(crate) fn unexplained(
         .iter()
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], value| [a.min(*value), b.max(*value)]);
     let largest = range[0].abs().max(range[1].abs());
-    let (name, unit) = (&missing.place.name, &missing.unit);
-    let largest = significant(largest);
+    let name = &missing.place.name;
+    let largest = with_unit(significant(largest), &missing.unit);
     let description = match missing.place.kind {
-        PlaceKind::Equation => format!("a missing term in `{name}` of up to {largest} {unit}"),
+        PlaceKind::Equation => format!("a missing term in `{name}` of up to {largest}"),
         PlaceKind::Parameter => {
             let [low, high] = range.map(significant);
-            format!("a parameter that is not constant: `{name}` between {low} and {high} {unit}")
+            let high = with_unit(high, &missing.unit);
+            format!("a parameter that is not constant: `{name}` between {low} and {high}")
         }
         PlaceKind::Input => {
-            format!("an input that is not as recorded: `{name}`, off by up to {largest} {unit}")
+            format!("an input that is not as recorded: `{name}`, off by up to {largest}")
         }
         PlaceKind::Output => {
-            format!("a sensor that is wrong: `{name}`, off by up to {largest} {unit}")
+            format!("a sensor that is wrong: `{name}`, off by up to {largest}")
         }
     };
     Unexplained {

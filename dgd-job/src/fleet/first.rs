@@ -2,6 +2,8 @@
 
 use std::cmp::Ordering;
 
+use dgd_work::with_unit;
+
 use super::WellFound;
 use super::changes::Change;
 use super::lacks::Lack;
@@ -151,10 +153,9 @@ fn how_unlike(
     let estimate = well.latest().and_then(|found| found.estimate(name));
     let place = compared.parameters.iter().position(|j| *j == distance.most);
     let (Some(estimate), Some(place)) = (estimate, place) else { return format!("`{name}`") };
-    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-    let own = dgd_work::shown(estimate.value, estimate.std);
-    let middle = dgd_work::shown(compared.medians[place], None);
-    format!("most in `{name}`, which is {own}{unit}; the median is {middle}{unit}")
+    let own = with_unit(dgd_work::shown(estimate.value, estimate.std), unit);
+    let middle = with_unit(dgd_work::shown(compared.medians[place], None), unit);
+    format!("most in `{name}`, which is {own}; the median is {middle}")
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use dgd_signature::number::short;
+use dgd_signature::number::{short, with_unit};
 
 use crate::solved::Solved;
 use crate::system::{Pattern, Point, Storage, Unit};
@@ -30,8 +30,7 @@ impl Reading {
 impl fmt::Display for Reading {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Reading { name, value, unit } = self;
-        write!(f, "`{name}` = {}", short(*value, 6))?;
-        if unit == "1" { Ok(()) } else { write!(f, " {unit}") }
+        write!(f, "`{name}` = {}", with_unit(short(*value, 6), unit))
     }
 }
 

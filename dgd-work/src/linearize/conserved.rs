@@ -7,7 +7,7 @@ use dgd_runtime::{Signature, Unit};
 use serde_json::{Value, json};
 
 use crate::output::columns::quotient;
-use crate::output::quantity::of_differences;
+use crate::output::quantity::{of_differences, with_unit};
 use crate::output::table::significant;
 
 /// Digits of what is shown.
@@ -169,11 +169,7 @@ fn output(signature: &Signature, system: &StateSpace, own: &Conserved) -> Option
     };
     let row = (0..system.c.nrows()).find(|row| is_alike(*row))?;
     let output = &signature.outputs[row];
-    let value = with_unit(output.unit.from_si(system.w[row]), &output.unit.symbol);
+    let value = significant(output.unit.from_si(system.w[row]), DIGITS);
+    let value = with_unit(value, &output.unit.symbol);
     Some((output.name.to_string(), value))
-}
-
-fn with_unit(value: f64, unit: &str) -> String {
-    let value = significant(value, DIGITS);
-    if unit == "1" { value } else { format!("{value} {unit}") }
 }

@@ -9,6 +9,7 @@ use dgd_compiler::units::parse_unit;
 use dgd_discover::ParameterValue;
 use dgd_runtime::Unit;
 pub(crate) use dgd_runtime::signature::number::rounded;
+pub use dgd_runtime::signature::number::with_unit;
 use dgd_runtime::signature::number::{decade, fixed, is_written_out, times_ten_to};
 
 /// Digits of a value whose standard deviation is not known.

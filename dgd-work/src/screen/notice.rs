@@ -6,7 +6,7 @@ use dgd_runtime::signature::number::short;
 use dgd_screen::redundant::Kinship;
 use dgd_screen::{Estimate, Fault, Finding, Stretch, Weight};
 
-use crate::output::quantity::Quantity;
+use crate::output::quantity::{Quantity, with_unit};
 use crate::output::table::significant;
 
 /// One finding as a user reads it.
@@ -135,7 +135,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
         advice: advice.to_owned(),
         amount,
     };
-    let of = |value: f64| format!("{} {unit}", reading(value)).trim_end().to_owned();
+    let of = |value: f64| with_unit(reading(value), unit);
     let share = |count: usize| format!("{} %", significant(100.0 * count as f64 / rows as f64, 2));
     match fault {
         Fault::Empty => say(

@@ -8,6 +8,7 @@ use super::notice::{reading, unit_of};
 use super::{Screened, Screenings, figure, summary};
 use crate::error::WorkError;
 use crate::output::page::origin;
+use crate::output::quantity::with_unit;
 use crate::output::table::significant;
 
 /// Stretches of time that a cell lists.
@@ -100,7 +101,7 @@ fn recording(one: &Screened, page: &mut Page) -> Recording {
                     let column = &one.table.columns[*i];
                     let unit = unit_of(column.unit.as_ref());
                     let (before, after) = (significant(*before, 4), significant(*after, 4));
-                    format!("{} {before} → {after} {unit}", column.name).trim_end().to_owned()
+                    with_unit(format!("{} {before} → {after}", column.name), &unit)
                 })
                 .collect();
             [when, changes.join(", ")]

@@ -14,7 +14,7 @@ use super::sensors::Sensor;
 use super::twin::Twin;
 use crate::output::columns::{Kind, NamedColumn, TimeTable};
 use crate::output::provenance::Provenance;
-use crate::output::quantity::{moment, stretches};
+use crate::output::quantity::{moment, stretches, with_unit};
 use crate::output::table::significant;
 use crate::request::InvertRequest;
 
@@ -205,9 +205,9 @@ impl Missing {
             let (noise, unit, of) = sensor.shown();
             let _ = writeln!(
                 text,
-                "{:<10} noise {} {unit}, {of}",
+                "{:<10} noise {}, {of}",
                 sensor.name,
-                significant(noise, DIGITS)
+                with_unit(significant(noise, DIGITS), unit)
             );
         }
         if let Some(k) = self.largest() {

@@ -5,7 +5,7 @@ use dgd_runtime::Unit;
 use serde_json::{Value, json};
 
 use super::result_json::tidy;
-use crate::output::quantity::{of_differences, percent, probability, rounded};
+use crate::output::quantity::{of_differences, percent, probability, rounded, with_unit};
 
 /// Digits of a threshold: it lies anywhere between values inside and outside.
 const DIGITS: i32 = 3;
@@ -80,10 +80,6 @@ fn slope(condition: &Condition) -> String {
     let each = with_unit(&rounded(threshold.unwrap_or(f64::NAN), DIGITS), &unit.symbol);
     let over = rounded(condition.over.unwrap_or(f64::NAN), 2);
     format!("{each} per second, taken over {over} s")
-}
-
-fn with_unit(number: &str, unit: &str) -> String {
-    if unit == "1" { number.to_owned() } else { format!("{number} {unit}") }
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use dgd_discover::{
 
 use super::{condition, guess, together, verdict};
 use crate::output::quantity::{
-    Quantity, moment, of_differences, percent, probability, rounded, stretches,
+    Quantity, moment, of_differences, percent, probability, rounded, stretches, with_unit,
 };
 
 /// Templates that are named for each reason not to try them; all are in the report.
@@ -85,12 +85,8 @@ fn write_text(
         writeln!(text, "\nthese recordings would have shown")?;
         let shown = |power: &Power| {
             let unit = of_differences(&power.unit);
-            let symbol = if unit.symbol == "1" { "" } else { &*unit.symbol };
-            let size = rounded(power.smallest / unit.factor, 2);
-            [
-                power.name.clone(),
-                format!("`{}` from {size} {symbol}", power.parameter).trim_end().to_owned(),
-            ]
+            let size = with_unit(rounded(power.smallest / unit.factor, 2), &unit.symbol);
+            [power.name.clone(), format!("`{}` from {size}", power.parameter)]
         };
         let rows: Vec<[String; 2]> = discovery.power.iter().map(shown).collect();
         write_table(text, &rows, &[])?;
@@ -107,7 +103,10 @@ fn write_text(
     let not_tried = not_tried(discovery, NAMED);
     if !not_tried.is_empty() {
         writeln!(text, "\ntemplates that were not tried")?;
-        write_table(text, &not_tried, &[])?;
+        // Side by side they are wider than a terminal.
+        for [names, why] in not_tried {
+            writeln!(text, "  {names}\n    {why}")?;
+        }
     }
     if let Some(folder) = folder {
         writeln!(text, "\nreport: {}", folder.join("report.html").display())?;
@@ -156,8 +155,7 @@ pub(super) fn described_rows(described: &Described) -> Vec<[String; 2]> {
 }
 
 fn parameter_row(p: &ParameterValue) -> [String; 2] {
-    let unit = if p.unit.symbol == "1" { "" } else { &*p.unit.symbol };
-    [p.name.clone(), format!("{} {unit}", Quantity::of(p))]
+    [p.name.clone(), with_unit(Quantity::of(p), &p.unit.symbol)]
 }
 
 fn effect_rows(effect: &FoundEffect) -> Vec<[String; 2]> {

@@ -10,6 +10,7 @@ use dgd_identify::{Noise, Recording, too_few_for_noise};
 use dgd_runtime::Output;
 use serde_json::{Map, Value, json};
 
+use crate::output::quantity::with_unit;
 use crate::output::table::significant;
 
 /// An output with too few samples.
@@ -111,11 +112,8 @@ impl FewSamples {
             );
             let _ = match declared {
                 Some((sigma, unit)) => {
-                    writeln!(
-                        text,
-                        "its declared noise was taken, {} {unit}",
-                        significant(*sigma, 3)
-                    )
+                    let sigma = with_unit(significant(*sigma, 3), unit);
+                    writeln!(text, "its declared noise was taken, {sigma}")
                 }
                 None => writeln!(
                     text,
