@@ -71,13 +71,13 @@ fn threshold(condition: &Condition) -> (Option<f64>, String) {
 
 fn level(condition: &Condition) -> String {
     let (threshold, unit) = threshold(condition);
-    with_unit(&rounded(threshold.unwrap_or(f64::NAN), DIGITS), &unit)
+    with_unit(rounded(threshold.unwrap_or(f64::NAN), DIGITS), &unit)
 }
 
 fn slope(condition: &Condition) -> String {
     let (threshold, _) = threshold(condition);
     let unit = of_differences(&condition.unit);
-    let each = with_unit(&rounded(threshold.unwrap_or(f64::NAN), DIGITS), &unit.symbol);
+    let each = with_unit(rounded(threshold.unwrap_or(f64::NAN), DIGITS), &unit.symbol);
     let over = rounded(condition.over.unwrap_or(f64::NAN), 2);
     format!("{each} per second, taken over {over} s")
 }
