@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from ._fleet.fleet import Fleet, fleet
     from ._fleet.listing import Piece
     from ._model.model import Model, load, parse
+    from ._petab.problem import PetabProblem, from_petab
     from ._points import Objective, Problem
     from ._results.discovery import Discovery, Effect
     from ._results.fit import Fit, Interval
@@ -59,6 +60,8 @@ _PLACES = {
     "Quantity": "_model.declared",
     "load": "_model.model",
     "parse": "_model.model",
+    "PetabProblem": "_petab.problem",
+    "from_petab": "_petab.problem",
     "Objective": "_points",
     "Problem": "_points",
     "Discovery": "_results.discovery",
@@ -89,6 +92,7 @@ __all__ = [
     "Model",
     "ModelError",
     "Objective",
+    "PetabProblem",
     "Piece",
     "Place",
     "Problem",
@@ -102,6 +106,7 @@ __all__ = [
     "UsageError",
     "__version__",
     "fleet",
+    "from_petab",
     "load",
     "parse",
 ]

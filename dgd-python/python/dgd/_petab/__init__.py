@@ -1,0 +1,1 @@
+"""PEtab problems as models and recordings."""

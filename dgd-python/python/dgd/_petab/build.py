@@ -1,0 +1,188 @@
+"""A network and the tables of its problem, put together to the model that is written."""
+
+from __future__ import annotations
+
+from .conditions import Conditions
+from .formula.expression import ONE, ZERO, Expression, name, operation
+from .formula.mathml import TIME
+from .model import State, Written
+from .names import CLOCK
+from .observables import outputs
+from .read.sbml import Network, Quantity
+from .read.tables import Tables
+from .refusal import Refusals
+
+
+def written(network: Network, tables: Tables, is_noise_declared: bool, refusals: Refusals) -> Written:
+    """The model of a problem. What cannot be said is added to ``refusals``."""
+    return _Builder(network, tables, refusals).build(is_noise_declared)
+
+
+class _Builder:
+    """Puts a model together."""
+
+    def __init__(self, network: Network, tables: Tables, refusals: Refusals) -> None:
+        self._quantities = network.quantities
+        self._tables, self._refusals = tables, refusals
+        self._written = Written(network.name, network.doc, network.time_unit)
+        self._targets = sorted(set().union(*(one.targets for one in tables.experiments.values())))
+        for name_of_problem in (*network.quantities, *tables.parameters, *self._targets):
+            self._written.names.of(name_of_problem)
+        self._keys = [
+            (one.name, k) for one in tables.experiments.values() for k in range(len(one.phases))
+        ]
+        self._written.columns = {key: {} for key in self._keys}
+        self._conditions = Conditions(self._written, self._keys)
+
+    def build(self, is_noise_declared: bool) -> Written:
+        """The whole."""
+        whole, names = self._written, self._written.names
+        for experiment in self._tables.experiments.values():
+            if experiment.before is not None:
+                self._refusals.add(f"pre-equilibration, in the experiment `{experiment.name}`")
+        self._estimated()
+        self._conditional()
+        self._without_unit_compartments()
+        whole.unit_name, whole.time_name = names.fresh("unit_of_time"), names.fresh("t")
+        starts = {one.name: self._at_start(one) for one in self._quantities.values() if one.kind == "state"}
+        whole.outputs, whole.places = outputs(self._tables, is_noise_declared, self._refusals)
+        for one in self._quantities.values():
+            self._declare(one, starts)
+        self._time()
+        self._prune()
+        return whole
+
+    def _estimated(self) -> None:
+        """Puts parameters of the table in the place of what the model says of them."""
+        for parameter in self._tables.parameters.values():
+            known = self._quantities.pop(parameter.name, None)
+            if known is not None and known.kind != "constant":
+                self._refusals.add(f"parameter `{parameter.name}`, which the model has a rule for")
+            self._written.parameters[parameter.name] = parameter
+
+    def _conditional(self) -> None:
+        """Puts what the conditions say in the place of what the model says."""
+        for target in self._targets:
+            if target in self._written.parameters:
+                self._refusals.add(f"`{target}` in the condition table, which the parameter table has, too")
+                continue
+            one = self._quantities.get(target) or Quantity(target, "constant", None)
+            if one.kind == "formula":
+                self._refusals.add(f"`{target}` in the condition table, which the model has a rule for")
+                continue
+            one.value = self._conditional_value(one)
+            self._quantities[target] = one
+
+    def _conditional_value(self, one: Quantity) -> Expression:
+        """The value of a constant, or the start value of a state, in all phases: its own, where none gives another."""
+        values: dict[tuple[str, int], Expression] = {}
+        for experiment in self._tables.experiments.values():
+            value = one.value
+            for k, phase in enumerate(experiment.phases):
+                value = phase.values.get(one.name, value)
+                if one.kind == "state" and k > 0:
+                    if one.name in phase.values:
+                        self._refusals.add(f"`{one.name}`, which jumps in the experiment `{experiment.name}`")
+                    continue
+                values[experiment.name, k] = self._missing(one) if value is None else value
+        wanted = one.name if one.kind == "constant" else self._written.names.fresh(f"{one.name}_start")
+        return self._conditions.formula(wanted, values, one.doc)
+
+    def _missing(self, one: Quantity) -> Expression:
+        self._refusals.add(f"{one.origin} `{one.name}` without a {'start ' * (one.kind == 'state')}value")
+        return ZERO
+
+    def _without_unit_compartments(self) -> None:
+        """Leaves out the sizes of compartments of size one."""
+        units = {
+            one.name: ONE
+            for one in self._quantities.values()
+            if one.origin == "compartment" and one.value == ONE
+        }
+        for one in self._quantities.values():
+            if one.name not in units:
+                one.value = None if one.value is None else one.value.replaced(units)
+                one.rate = None if one.rate is None else one.rate.replaced(units)
+
+    def _at_start(self, one: Quantity) -> Expression:
+        """The start value of a state: what changes in it has the value that it starts with."""
+        if one.value is None:
+            return self._missing(one)
+        return self._started(one.value, (one.name,))
+
+    def _started(self, formula: Expression, within: tuple[str, ...]) -> Expression:
+        by: dict[str, Expression] = {TIME: ZERO}
+        for each in formula.names:
+            one = self._quantities.get(each)
+            if one is None or not self._changes(each):
+                continue
+            if each in within:
+                self._refusals.add(f"the start value of `{each}`, which depends on itself")
+                return ZERO
+            by[each] = self._missing(one) if one.value is None else self._started(one.value, (*within, each))
+        return formula.replaced(by)
+
+    def _changes(self, which: str, above: tuple[str, ...] = ()) -> bool:
+        """Whether a name is a state or the time, or depends on one."""
+        one = self._quantities.get(which)
+        if one is None or which in above:
+            return which == TIME
+        if one.kind == "state":
+            return True
+        reads = one.value.names if one.value is not None else set()
+        return any(self._changes(each, (*above, which)) for each in reads)
+
+    def _declare(self, one: Quantity, starts: dict[str, Expression]) -> None:
+        """Writes a quantity as an item of the language."""
+        whole = self._written
+        if one.kind == "state":
+            assert one.rate is not None
+            whole.states[one.name] = State(starts[one.name], one.rate, one.doc)
+        elif one.name in whole.inputs:
+            return
+        elif one.value is None:
+            # It is refused below, where anything reads it.
+            return
+        elif one.kind == "constant" and not one.value.names:
+            whole.constants[one.name] = (one.value, one.doc)
+        elif one.kind == "constant":
+            whole.lets[one.name] = (self._started(one.value, (one.name,)), one.doc)
+        else:
+            whole.lets[one.name] = (one.value, one.doc)
+
+    def _time(self) -> None:
+        """The time of formulas, in the model's unit."""
+        whole = self._written
+        time = {TIME: name(whole.time_name)}
+        whole.lets = {one: (value.replaced(time), doc) for one, (value, doc) in whole.lets.items()}
+        whole.states = {
+            one: State(is_.start, is_.rate.replaced(time), is_.doc) for one, is_ in whole.states.items()
+        }
+        for one in whole.outputs:
+            one.formula = one.formula.replaced(time)
+
+    def _prune(self) -> None:
+        """Leaves out what nothing reads."""
+        whole = self._written
+        todo = [formula for is_ in whole.states.values() for formula in (is_.start, is_.rate)]
+        todo += [formula for one in whole.outputs for formula in (one.formula, one.noise) if formula is not None]
+        read: set[str] = set()
+        while todo:
+            for each in todo.pop().names - read:
+                read.add(each)
+                if each in whole.lets:
+                    todo.append(whole.lets[each][0])
+        for each in sorted(read):
+            one = self._quantities.get(each)
+            if one is not None and one.kind != "state" and one.value is None:
+                self._missing(one)
+        whole.constants = {one: what for one, what in whole.constants.items() if one in read}
+        whole.parameters = {one: what for one, what in whole.parameters.items() if one in read}
+        whole.inputs = {one: what for one, what in whole.inputs.items() if one in read}
+        whole.lets = {one: what for one, what in whole.lets.items() if one in read}
+        if whole.time_name in read:
+            since = operation("/", name(CLOCK), name(whole.unit_name))
+            whole.lets = {whole.time_name: (since, "the time in its unit"), **whole.lets}
+        for columns in whole.columns.values():
+            for unread in columns.keys() - whole.inputs.keys():
+                del columns[unread]

@@ -1,0 +1,64 @@
+"""What differs from experiment to experiment, as inputs of the model that keep their values over a recording."""
+
+from __future__ import annotations
+
+from .formula.expression import ONE, Expression, name, operation, total
+from .model import Written
+
+
+#: An experiment, and which of its phases.
+Key = tuple[str, int]
+
+
+def as_number(formula: Expression) -> float | None:
+    """The value of a number with or without a sign."""
+    if formula.kind == "number":
+        return formula.value
+    if formula.kind == "minus" and formula.parts[0].kind == "number":
+        return -formula.parts[0].value
+    return None
+
+
+class Conditions:
+    """Makes one formula of what a quantity is in each experiment and phase."""
+
+    def __init__(self, written: Written, keys: list[Key]) -> None:
+        self._written, self._keys = written, keys
+        self._indicators: dict[Key, str] = {}
+
+    def formula(self, which: str, values: dict[Key, Expression], doc: str) -> Expression:
+        """The formula of a quantity by its value in each phase.
+
+        It is the value, where all have the same; an input that is called ``which``, where all are numbers; and otherwise
+        a sum over phases, each with an input that is 1 in this phase and 0 in the others.
+        """
+        distinct = list(dict.fromkeys(values.values()))
+        if len(distinct) == 1:
+            return distinct[0]
+        numbers = {key: as_number(value) for key, value in values.items()}
+        if None not in numbers.values():
+            self._input(which, {one: value or 0.0 for one, value in numbers.items()}, doc)
+            return name(which)
+        terms = []
+        for value in distinct:
+            members = [one for one in self._keys if values.get(one) == value]
+            shares = [name(self._indicator(one)) for one in members] if as_number(value) != 0 else []
+            if shares:
+                terms.append(operation("*", total(shares), value) if value != ONE else total(shares))
+        return total(terms)
+
+    def _indicator(self, key: Key) -> str:
+        if key not in self._indicators:
+            experiment, phase = key
+            which = self._written.names.fresh(f"in_{experiment}" + (f"_{phase + 1}" if phase else ""))
+            self._indicators[key] = which
+            columns = {one: float(one == key) for one in self._keys}
+            self._input(which, columns, f"1 in the experiment {experiment}, 0 in the others")
+        return self._indicators[key]
+
+    def _input(self, which: str, columns: dict[Key, float], doc: str) -> None:
+        self._written.inputs[which] = doc
+        for key in self._keys:
+            # What is there from the start on keeps its value.
+            first = key if key in columns else (key[0], 0)
+            self._written.columns[key][which] = columns[first]

@@ -1,0 +1,1 @@
+"""Formulas as trees, read from SBML and PEtab, and written in the language."""

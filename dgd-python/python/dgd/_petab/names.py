@@ -1,0 +1,35 @@
+"""Names that the language takes."""
+
+from __future__ import annotations
+
+#: Names of the language itself, which a problem may use for something else.
+CLOCK, PI = "time of the run", "ratio of the circle"
+
+# Words of the language, its names, and its functions, which a name in front of a parenthesis would hide.
+_TAKEN = frozenset(
+    "and or not if then else delay der time pi sqrt exp log log10 sin cos tan asin acos atan atan2 sinh cosh tanh abs sign "
+    "min max clamp floor ceil round mod hypot smoothstep erf erfc lgamma polygamma".split()
+)
+
+
+class Names:
+    """Gives everything a name of its own: the one that it has, where the language takes it."""
+
+    def __init__(self) -> None:
+        self._said = {CLOCK: "time", PI: "pi"}
+        self._taken = set(_TAKEN)
+
+    def of(self, which: str) -> str:
+        """The name in the language of what the problem calls so."""
+        if which not in self._said:
+            self._said[which] = self.fresh(which)
+        return self._said[which]
+
+    def fresh(self, wanted: str) -> str:
+        """A name that nothing else has, as near to this as there is one; those of the problem are known before."""
+        found = wanted if wanted[:1].isalpha() else f"x{wanted}"
+        while found in self._taken:
+            found += "_"
+        self._taken.add(found)
+        self._said.setdefault(found, found)
+        return found

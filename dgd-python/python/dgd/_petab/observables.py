@@ -1,0 +1,74 @@
+"""Observables as outputs: one for each set of overrides that the measurement table has."""
+
+from __future__ import annotations
+
+from .formula.evaluate import constant
+from .formula.expression import Expression, number
+from .model import Output
+from .names import Names
+from .read.tables import Measurement, Observable, Tables
+from .refusal import Refusals
+
+Overrides = tuple[tuple[Expression, ...], tuple[Expression, ...]]
+
+
+def outputs(tables: Tables, is_noise_declared: bool, refusals: Refusals) -> tuple[list[Output], list[Output]]:
+    """The outputs, in the order of the observable table, and that of each measurement."""
+    fixed = {one.name: number(one.value) for one in tables.parameters.values() if not one.is_estimated}
+    maker = _Maker(is_noise_declared, fixed, refusals)
+    sets: dict[str, dict[Overrides, Output]] = {}
+    for observable in tables.observables.values():
+        rows = [one for one in tables.measurements if one.observable == observable.name]
+        distinct = list(dict.fromkeys(map(_overrides, rows)))
+        sets[observable.name] = maker.outputs(observable, distinct)
+    found = [one for of_one in sets.values() for one in of_one.values()]
+    places = []
+    for measurement in tables.measurements:
+        if measurement.observable not in sets:
+            refusals.add(f"measurements of `{measurement.observable}`, which is no observable")
+            continue
+        places.append(sets[measurement.observable][_overrides(measurement)])
+    return found, places
+
+
+def _overrides(measurement: Measurement) -> Overrides:
+    return measurement.overrides, measurement.noise_overrides
+
+
+class _Maker:
+    """Makes outputs, each with a name of its own."""
+
+    def __init__(self, is_noise_declared: bool, fixed: dict[str, Expression], refusals: Refusals) -> None:
+        self._names = Names()
+        self._is_noise_declared, self._fixed, self._refusals = is_noise_declared, fixed, refusals
+
+    def outputs(self, observable: Observable, distinct: list[Overrides]) -> dict[Overrides, Output]:
+        """The outputs of an observable. One that is not measured has one, where its formula says all."""
+        if not distinct and not observable.placeholders:
+            distinct = [((), ())]
+        bare = observable.name if observable.scale == "lin" else f"{observable.scale}_{observable.name}"
+        counted = [bare] if len(distinct) == 1 else [f"{bare}_{k}" for k in range(1, len(distinct) + 1)]
+        return {
+            overrides: self._output(observable, overrides, self._names.fresh(which))
+            for overrides, which in zip(distinct, counted)
+        }
+
+    def _output(self, observable: Observable, overrides: Overrides, which: str) -> Output:
+        by: dict[str, Expression] = {}
+        for given, wanted in zip(overrides, (observable.placeholders, observable.noise_placeholders)):
+            if len(given) < len(wanted) and not (wanted is observable.noise_placeholders and not given):
+                self._refusals.add(f"measurements of `{observable.name}` without a value of `{wanted[-1]}`")
+            by.update(zip(wanted, given))
+        noise = self._noise(observable, observable.noise.replaced(by))
+        said = ", ".join(f"{one} = {value}" for one, value in by.items())
+        doc = "; ".join(words for words in (observable.doc, said if len(by) else "") if words)
+        return Output(which, doc, observable.formula.replaced(by), noise, observable.scale)
+
+    def _noise(self, observable: Observable, noise: Expression) -> Expression | None:
+        if not self._is_noise_declared:
+            return None
+        value = constant(noise.replaced(self._fixed))
+        if value is None:
+            self._refusals.add(f"noise `{noise}` of observable `{observable.name}`, which is not a number")
+            return None
+        return number(value)

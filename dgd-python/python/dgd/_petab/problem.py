@@ -1,0 +1,138 @@
+"""A problem of PEtab as a model and its recordings."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .._errors import DataError, UsageError
+from .._model.model import Model, parse
+from .._options import Values
+from .._results.fit import Fit
+from .read.tables import Tables
+from .recordings import Columns, Reading, recordings
+from .refusal import Refusals
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from .._options import RunOptions
+
+_NOISE = ("declared", "estimated")
+
+
+def from_petab(path: str | os.PathLike[str], *, noise: str = "declared") -> PetabProblem:
+    """Reads a PEtab problem, by its YAML file, as a model and recordings. It needs ``pip install 'dgd-models[petab]'``.
+
+    ``noise`` is ``"declared"`` where outputs get the noise that the observable table says, or ``"estimated"`` where they
+    get none, so that a fit estimates one standard deviation for each.
+
+    Raises :class:`ModelError`, which lists all that the problem has and the language does not, `OSError` where there is
+    no such file, and :class:`DataError` where petab cannot read it.
+    """
+    if noise not in _NOISE:
+        raise UsageError(f'`noise` must be "declared" or "estimated", not {noise!r}')
+    try:
+        import libsbml  # noqa: F401
+        import petab  # noqa: F401
+    except ImportError as error:
+        raise ImportError(f"{error}; `pip install 'dgd-models[petab]'` brings what PEtab needs") from error
+    file = os.fspath(path)
+    with open(file, "rb"):
+        pass
+    return _read(file, noise == "declared")
+
+
+def _read(file: str, is_noise_declared: bool) -> PetabProblem:
+    # They need libSBML.
+    from .build import written
+    from .read.sbml import network
+
+    refusals = Refusals()
+    what = f"the PEtab problem {os.path.basename(file)}"
+    found = _tables(file, what, refusals)
+    whole = written(network(found.document, refusals), found, is_noise_declared, refusals)
+    refusals.raise_if_any(what)
+    columns, readings = recordings(whole, found, refusals)
+    refusals.raise_if_any(what)
+    name = f"{whole.names.of(whole.name)}.dgd"
+    return PetabProblem(parse(whole.text(), name=name), columns, readings, found.frame)
+
+
+def _tables(file: str, what: str, refusals: Refusals) -> Tables:
+    """The tables, by whichever version they were written in."""
+    import yaml
+    from petab.versions import get_major_version
+
+    try:
+        config = yaml.safe_load(Path(file).read_text(encoding="utf-8"))
+        if get_major_version(config) == 1:
+            from .read.first import tables
+        else:
+            from .read.second import tables
+        return tables(file, refusals)
+    except (AttributeError, KeyError, OSError, TypeError, ValueError) as error:
+        raise DataError(f"{what} cannot be read by petab: {error}") from error
+
+
+class PetabProblem:
+    """A problem of PEtab: a model, and a recording for each experiment.
+
+    >>> p = dgd.from_petab("Boehm.yaml")
+    >>> f = p.fit(starts=20)
+    >>> p.save("boehm")          # for `dgd fit boehm/Boehm.dgd --data boehm/*.csv --noise declared`
+    """
+
+    def __init__(self, model: Model, recordings: dict[str, Columns], readings: list[Reading], frame: Any) -> None:
+        #: The model.
+        self.model = model
+        #: Recordings by experiment: columns by header.
+        self.recordings = recordings
+        self._readings, self._frame = readings, frame
+
+    @property
+    def text(self) -> str:
+        """The model's text."""
+        return self.model.text
+
+    def fit(self, **options: Any) -> Fit:
+        """Fits the model to all recordings; options are those of :meth:`Model.fit`, with declared noise."""
+        return self.model.fit(self.recordings, **{"noise": "declared", **options})
+
+    def simulation(self, params: Values = None, **run: Unpack[RunOptions]) -> Any:
+        """The measurement table of the problem with a column ``simulation`` in place of ``measurement``.
+
+        What was simulated is that of the observables, not of their logarithms. ``params`` has other values than those
+        of the parameter table; the rest is as for :meth:`Model.simulate`.
+        """
+        runs = {
+            which: self.model.simulate(columns, params=params, **run) for which, columns in self.recordings.items()
+        }
+        values = [one.unscaled(float(runs[one.recording][one.output][one.row])) for one in self._readings]
+        frame = self._frame.drop(columns="measurement")
+        frame.insert(self._frame.columns.get_loc("measurement"), "simulation", values)
+        return frame
+
+    def save(self, folder: str | os.PathLike[str]) -> list[Path]:
+        """Writes the model and a CSV file for each recording into a folder, which is made; their paths."""
+        into = Path(folder)
+        into.mkdir(parents=True, exist_ok=True)
+        paths = [into / Path(self.model.path).name]
+        paths[0].write_text(self.text, encoding="utf-8")
+        for which, columns in self.recordings.items():
+            paths.append(into / f"{which}.csv")
+            paths[-1].write_text(_csv(columns), encoding="utf-8")
+        return paths
+
+    def __repr__(self) -> str:
+        count = len(self._readings)
+        return f"<dgd.PetabProblem {Path(self.model.path).stem}: {len(self.recordings)} recordings, {count} readings>"
+
+
+def _csv(columns: Mapping[str, Any]) -> str:
+    """Columns as a CSV file; a missing value is an empty cell."""
+    rows = zip(*(values.tolist() for values in columns.values()))
+    lines = [",".join("" if value != value else repr(value).removesuffix(".0") for value in row) for row in rows]
+    return "\n".join([",".join(columns), *lines]) + "\n"

@@ -1,0 +1,1 @@
+"""What a problem says, before anything is made of it."""

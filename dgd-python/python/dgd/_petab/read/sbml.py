@@ -1,0 +1,207 @@
+"""An SBML model as quantities: constants, formulas, and states with start values and rates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..formula.expression import ONE, Expression, name, number, operation, total
+from ..formula.mathml import of_sbml
+from ..refusal import Refusals, Refused
+
+
+@dataclass
+class Quantity:
+    """What a name of the model means."""
+
+    name: str
+    #: ``"constant"``, ``"formula"`` or ``"state"``.
+    kind: str
+    #: The value of a constant, the formula, or the start value of a state; None where the model says none.
+    value: Expression | None
+    #: Of a state: its change in the model's unit of time.
+    rate: Expression | None = None
+    doc: str = ""
+    #: ``"species"``, ``"parameter"``, ``"compartment"`` or ``"reaction"``.
+    origin: str = "parameter"
+    #: Of a species that is an amount: its compartment. None where it is a concentration.
+    amount_in: str | None = None
+
+
+@dataclass
+class Network:
+    """A model: its quantities by name, in its own order."""
+
+    name: str
+    doc: str
+    #: The model's unit of time, s.
+    time_unit: float
+    quantities: dict[str, Quantity] = field(default_factory=dict)
+
+
+def network(document: Any, refusals: Refusals) -> Network:
+    """What a document of libSBML says. What cannot be said is added to ``refusals``."""
+    document = document.clone()
+    model = document.getModel()
+    _refuse_whole(document, model, refusals)
+    if model.getNumFunctionDefinitions() and not document.expandFunctionDefinitions():
+        refusals.add("function definitions that libSBML cannot expand")
+    return _Reader(model, refusals).read()
+
+
+def _refuse_whole(document: Any, model: Any, refusals: Refusals) -> None:
+    """Refuses what no part of the model can be read without."""
+    for k in range(document.getNumPlugins()):
+        package = document.getPlugin(k).getPackageName()
+        # Of level 2 it is an annotation.
+        if document.getLevel() > 2 and document.getPackageRequired(package):
+            refusals.add(f"the SBML package `{package}`")
+    for event in model.getListOfEvents():
+        refusals.add(f"event `{event.getId() or event.getName() or '?'}`")
+    for rule in model.getListOfRules():
+        if rule.isAlgebraic():
+            refusals.add("an algebraic rule")
+    if model.isSetConversionFactor():
+        refusals.add(f"conversion factor `{model.getConversionFactor()}`")
+
+
+class _Reader:
+    """Reads the lists of a model."""
+
+    def __init__(self, model: Any, refusals: Refusals) -> None:
+        self._model, self._refusals = model, refusals
+        self._quantities: dict[str, Quantity] = {}
+        self._assigned = {one.getSymbol(): one for one in model.getListOfInitialAssignments()}
+        rules = [one for one in model.getListOfRules() if not one.isAlgebraic()]
+        self._rules = {one.getVariable(): one for one in rules if one.isAssignment()}
+        self._rates = {one.getVariable(): one for one in rules if one.isRate()}
+
+    def read(self) -> Network:
+        """The whole."""
+        model = self._model
+        for one in model.getListOfCompartments():
+            self._compartment(one)
+        for one in model.getListOfParameters():
+            self._add(one, _value(one.isSetValue(), one.getValue()))
+        for one in model.getListOfSpecies():
+            self._species(one)
+        for one in model.getListOfReactions():
+            self._reaction(one)
+        for one in self._quantities.values():
+            if one.kind == "state" and one.rate is None:
+                one.kind = "constant"
+        about = model.getName() or ""
+        return Network(model.getId() or "model", about, self._time_unit(), self._quantities)
+
+    def _formula(self, node: Any, of: str) -> Expression:
+        """A formula; zero where it is refused."""
+        if node is None:
+            self._refusals.add(f"{of} without a formula")
+            return number(0)
+        try:
+            return of_sbml(node)
+        except Refused as error:
+            self._refusals.add(f"{error} of {of}")
+            return number(0)
+
+    def _add(self, element: Any, value: Expression | None, origin: str = "parameter") -> Quantity:
+        """A quantity by its rule, or else by its value, which an initial assignment replaces."""
+        own = element.getId()
+        what = f"{origin} `{own}`"
+        one = Quantity(own, "constant", value, doc=_doc(element), origin=origin)
+        if own in self._assigned:
+            one.value = self._formula(self._assigned[own].getMath(), f"the initial assignment of {what}")
+        if own in self._rules:
+            one.kind = "formula"
+            one.value = self._formula(self._rules[own].getMath(), f"the rule of {what}")
+        if own in self._rates:
+            one.kind = "state"
+            one.rate = self._formula(self._rates[own].getMath(), f"the rate rule of {what}")
+        self._quantities[own] = one
+        return one
+
+    def _compartment(self, element: Any) -> None:
+        own = element.getId()
+        size = _value(element.isSetSize(), element.getSize())
+        if element.getSpatialDimensions() == 0:
+            size = ONE
+        one = self._add(element, size, "compartment")
+        if one.kind != "constant":
+            self._refusals.add(f"compartment `{own}`, whose size changes")
+
+    def _species(self, element: Any) -> None:
+        own, where = element.getId(), element.getCompartment()
+        size = name(where)
+        is_amount = element.getHasOnlySubstanceUnits()
+        if element.isSetInitialConcentration():
+            concentration = number(element.getInitialConcentration())
+            value: Expression | None = operation("*", concentration, size) if is_amount else concentration
+        else:
+            amount = _value(element.isSetInitialAmount(), element.getInitialAmount())
+            value = amount if amount is None or is_amount else operation("/", amount, size)
+        one = self._add(element, value, "species")
+        one.amount_in = where if is_amount else None
+        if element.isSetConversionFactor():
+            self._refusals.add(f"conversion factor of species `{own}`")
+        if one.kind == "constant" and not (element.getBoundaryCondition() or element.getConstant()):
+            one.kind = "state"
+
+    def _reaction(self, element: Any) -> None:
+        own = element.getId()
+        if element.isSetFast() and element.getFast():
+            self._refusals.add(f"fast reaction `{own}`")
+        law = element.getKineticLaw()
+        if law is None:
+            self._refusals.add(f"reaction `{own}` without a kinetic law")
+            return
+        rate = self._formula(law.getMath(), f"the kinetic law of reaction `{own}`")
+        local = {}
+        for one in [*law.getListOfParameters(), *law.getListOfLocalParameters()]:
+            whole = f"{own}_{one.getId()}"
+            local[one.getId()] = name(whole)
+            value = _value(one.isSetValue(), one.getValue())
+            self._quantities[whole] = Quantity(whole, "constant", value, doc=_doc(one))
+        doc = _doc(element)
+        self._quantities[own] = Quantity(own, "formula", rate.replaced(local), doc=doc, origin="reaction")
+        for sign, side in (("minus", element.getListOfReactants()), ("+", element.getListOfProducts())):
+            for reference in side:
+                self._change(own, reference, sign)
+
+    def _change(self, reaction: str, reference: Any, sign: str) -> None:
+        """Adds what a reaction does to a species: its rate is one of amounts."""
+        species = self._quantities[reference.getSpecies()]
+        if species.kind != "state" or species.name in self._rates:
+            return
+        if reference.isSetStoichiometryMath() or reference.getId() in {*self._rules, *self._rates, *self._assigned}:
+            self._refusals.add(f"stoichiometry by a formula in reaction `{reaction}`")
+        stoichiometry = number(reference.getStoichiometry() if reference.isSetStoichiometry() else 1.0)
+        change = operation("*", stoichiometry, name(reaction))
+        if species.amount_in is None:
+            compartment = self._model.getSpecies(species.name).getCompartment()
+            change = operation("/", change, name(compartment))
+        change = operation("minus", change) if sign == "minus" else change
+        species.rate = total([change] if species.rate is None else [species.rate, change])
+
+    def _time_unit(self) -> float:
+        """The unit of time, s: that of the model, or else seconds."""
+        model = self._model
+        which = model.getTimeUnits() if model.getLevel() > 2 else "time"
+        definition = model.getUnitDefinition(which)
+        if which in ("", "second", "dimensionless") or definition is None:
+            return 1.0
+        size = 1.0
+        for one in definition.getListOfUnits():
+            if not (one.isSecond() or one.isDimensionless()) or (one.isSecond() and one.getExponent() != 1):
+                self._refusals.add(f"unit of time `{which}`, which is not a multiple of seconds")
+            size *= (one.getMultiplier() * 10.0 ** one.getScale()) ** one.getExponent()
+        return float(f"{size:.15g}")
+
+
+def _value(is_set: bool, value: float) -> Expression | None:
+    return number(value) if is_set and value == value else None
+
+
+def _doc(element: Any) -> str:
+    """The name of an element, where it says more than its identifier."""
+    words = " ".join((element.getName() or "").split())
+    return "" if words == element.getId() else words

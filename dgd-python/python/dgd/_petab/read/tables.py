@@ -1,0 +1,89 @@
+"""The tables of a PEtab problem, whichever version they were written in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..formula.expression import Expression
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A row of the parameter table."""
+
+    name: str
+    doc: str
+    value: float
+    #: Lower and upper, where there are any.
+    bounds: tuple[float | None, float | None]
+    #: Whether its logarithm is estimated.
+    is_log: bool
+    is_estimated: bool
+    #: Mean and standard deviation of a normal prior.
+    prior: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Observable:
+    """A row of the observable table."""
+
+    name: str
+    doc: str
+    formula: Expression
+    noise: Expression
+    #: Names in the formulas that rows of the measurement table give values.
+    placeholders: tuple[str, ...]
+    noise_placeholders: tuple[str, ...]
+    #: ``"lin"``, ``"log"`` or ``"log10"``: on which scale the noise is normal.
+    scale: str = "lin"
+
+
+@dataclass(frozen=True)
+class Phase:
+    """From some time on, in the model's unit, these have these values; the first gives start values, too."""
+
+    start: float
+    values: dict[str, Expression]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Conditions under which measurements were made."""
+
+    name: str
+    #: One after the other, from 0 on.
+    phases: tuple[Phase, ...]
+    #: What has which value at the steady state in which the run starts; None where it starts from start values.
+    before: dict[str, Expression] | None = None
+
+    @property
+    def targets(self) -> set[str]:
+        """All that a condition changes."""
+        return set().union(self.before or (), *(phase.values for phase in self.phases))
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A row of the measurement table."""
+
+    observable: str
+    experiment: str
+    time: float
+    value: float
+    overrides: tuple[Expression, ...]
+    noise_overrides: tuple[Expression, ...]
+
+
+@dataclass
+class Tables:
+    """A problem: its model as libSBML has it, and its tables."""
+
+    document: Any
+    parameters: dict[str, Parameter] = field(default_factory=dict)
+    observables: dict[str, Observable] = field(default_factory=dict)
+    experiments: dict[str, Experiment] = field(default_factory=dict)
+    #: In the order of the measurement table.
+    measurements: list[Measurement] = field(default_factory=list)
+    #: The measurement table as petab has it, a data frame of pandas.
+    frame: Any = None

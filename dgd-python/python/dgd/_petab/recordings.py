@@ -1,0 +1,95 @@
+"""Measurements as recordings, one for each experiment."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .model import Written
+from .read.tables import Measurement, Tables
+from .refusal import Refusals
+
+Columns = dict[str, NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Where a measurement stands: its recording, row and column; and the logarithm that was taken of it."""
+
+    recording: str
+    row: int
+    output: str
+    scale: str
+
+    def unscaled(self, value: float) -> float:
+        """A value of the output as one of the observable."""
+        if self.scale == "log10":
+            return float(10.0**value)
+        return math.exp(value) if self.scale == "log" else value
+
+
+def recordings(
+    written: Written, tables: Tables, refusals: Refusals
+) -> tuple[dict[str, Columns], list[Reading]]:
+    """Recordings by experiment, as columns by header, and where each measurement stands."""
+    found: dict[str, Columns] = {}
+    readings: dict[int, Reading] = {}
+    label, size = written.time_label
+    for experiment, whole in tables.experiments.items():
+        rows = [k for k, one in enumerate(tables.measurements) if one.experiment == experiment]
+        starts = [phase.start for phase in whole.phases]
+        times = _rows(rows, starts, tables, written, refusals, readings, experiment)
+        columns = {f"time [{label}]": size * np.array(times)}
+        phases = [sum(start <= time for start in starts) - 1 for time in times]
+        for one in written.inputs:
+            values = [written.columns[experiment, phase][one] for phase in phases]
+            columns[f"{written.names.of(one)} [1]"] = np.array(values)
+        for output in dict.fromkeys(written.places[k].name for k in rows):
+            columns[f"{output} [1]"] = np.full(len(times), math.nan)
+        for k in rows:
+            where = readings[k]
+            columns[f"{where.output} [1]"][where.row] = _scaled(tables.measurements[k], where.scale, refusals)
+        found[experiment] = columns
+    return found, [readings[k] for k in sorted(readings)]
+
+
+def _rows(
+    rows: list[int],
+    starts: list[float],
+    tables: Tables,
+    written: Written,
+    refusals: Refusals,
+    readings: dict[int, Reading],
+    experiment: str,
+) -> list[float]:
+    """Times of rows. Each output has one reading a row; a phase starts with a row, whether anything is read or not."""
+    counts: dict[float, dict[str, list[int]]] = {start: {} for start in starts}
+    for k in rows:
+        time = tables.measurements[k].time
+        if not (math.isfinite(time) and time >= 0):
+            kind = "at the steady state" if time == math.inf else f"at the time `{time}`"
+            refusals.add(f"measurements {kind}, in the experiment `{experiment}`")
+            time = 0.0
+        counts.setdefault(time, {}).setdefault(written.places[k].name, []).append(k)
+    times: list[float] = []
+    for time, by_output in sorted(counts.items()):
+        for output, members in by_output.items():
+            for replicate, k in enumerate(members):
+                readings[k] = Reading(experiment, len(times) + replicate, output, written.places[k].scale)
+        count = max(map(len, by_output.values()), default=1)
+        # Two rows with one time would be the values left and right of a jump; three are replicates.
+        times += [time] * (3 if count == 2 else count)
+    return times
+
+
+def _scaled(measurement: Measurement, scale: str, refusals: Refusals) -> float:
+    value = measurement.value
+    if scale == "lin" or math.isnan(value):
+        return value
+    if value <= 0:
+        refusals.add(f"the measurement {value:g} of `{measurement.observable}`, which has no logarithm")
+        return math.nan
+    return math.log10(value) if scale == "log10" else math.log(value)
