@@ -45,7 +45,10 @@ class _Builder:
         self._without_unit_compartments()
         whole.unit_name, whole.time_name = names.fresh("unit_of_time"), names.fresh("t")
         starts = {one.name: self._at_start(one) for one in self._quantities.values() if one.kind == "state"}
-        whole.outputs, whole.places = outputs(self._tables, is_noise_declared, self._refusals)
+        constants = {
+            one.name: one.value for one in self._quantities.values() if one.kind == "constant" and one.value is not None
+        }
+        whole.outputs, whole.places = outputs(self._tables, constants, is_noise_declared, self._refusals)
         for one in self._quantities.values():
             self._declare(one, starts)
         self._time()

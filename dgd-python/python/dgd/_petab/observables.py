@@ -12,9 +12,14 @@ from .refusal import Refusals
 Overrides = tuple[tuple[Expression, ...], tuple[Expression, ...]]
 
 
-def outputs(tables: Tables, is_noise_declared: bool, refusals: Refusals) -> tuple[list[Output], list[Output]]:
-    """The outputs, in the order of the observable table, and that of each measurement."""
-    fixed = {one.name: number(one.value) for one in tables.parameters.values() if not one.is_estimated}
+def outputs(
+    tables: Tables, constants: dict[str, Expression], is_noise_declared: bool, refusals: Refusals
+) -> tuple[list[Output], list[Output]]:
+    """The outputs, in the order of the observable table, and that of each measurement.
+
+    ``constants`` has the values of what is not estimated, and the same in all experiments.
+    """
+    fixed = {one.name: number(one.value) for one in tables.parameters.values() if not one.is_estimated} | constants
     maker = _Maker(is_noise_declared, fixed, refusals)
     sets: dict[str, dict[Overrides, Output]] = {}
     for observable in tables.observables.values():

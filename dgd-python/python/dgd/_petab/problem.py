@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from .._options import RunOptions
+    from .._points import Objective
 
 _NOISE = ("declared", "estimated")
 
@@ -63,18 +65,25 @@ def _read(file: str, is_noise_declared: bool) -> PetabProblem:
 
 def _tables(file: str, what: str, refusals: Refusals) -> Tables:
     """The tables, by whichever version they were written in."""
+    import petab.v1
+    import petab.v2
     import yaml
     from petab.versions import get_major_version
 
+    from .read import first, second
+
     try:
         config = yaml.safe_load(Path(file).read_text(encoding="utf-8"))
-        if get_major_version(config) == 1:
-            from .read.first import tables
-        else:
-            from .read.second import tables
-        return tables(file, refusals)
-    except (AttributeError, KeyError, OSError, TypeError, ValueError) as error:
+        is_first = get_major_version(config) == 1
+        with warnings.catch_warnings():
+            # Of what petab calls in other packages, its users can change nothing.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            warnings.simplefilter("ignore", FutureWarning)
+            problem = (petab.v1 if is_first else petab.v2).Problem.from_yaml(file)
+    # Those of YAML, JSON Schema, pandas and pydantic have nothing else in common.
+    except Exception as error:
         raise DataError(f"{what} cannot be read by petab: {error}") from error
+    return first.tables(problem, refusals) if is_first else second.tables(problem, refusals)
 
 
 class PetabProblem:
@@ -100,6 +109,10 @@ class PetabProblem:
     def fit(self, **options: Any) -> Fit:
         """Fits the model to all recordings; options are those of :meth:`Model.fit`, with declared noise."""
         return self.model.fit(self.recordings, **{"noise": "declared", **options})
+
+    def objective(self, **options: Any) -> Objective:
+        """What a fit makes small; options are those of :meth:`Model.objective`."""
+        return self.model.objective(self.recordings, **options)
 
     def simulation(self, params: Values = None, **run: Unpack[RunOptions]) -> Any:
         """The measurement table of the problem with a column ``simulation`` in place of ``measurement``.

@@ -16,11 +16,8 @@ from .tables import Experiment, Measurement, Observable, Parameter, Phase, Table
 _PLACEHOLDER = r"\b{}Parameter(\d+)_{}\b"
 
 
-def tables(path: str, refusals: Refusals) -> Tables:
-    """The tables of a problem file."""
-    from petab.v1 import Problem
-
-    problem = Problem.from_yaml(path)
+def tables(problem: Any, refusals: Refusals) -> Tables:
+    """The tables of a problem of petab."""
     return _Reader(problem, refusals).read()
 
 

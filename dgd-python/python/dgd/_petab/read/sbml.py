@@ -53,8 +53,8 @@ def _refuse_whole(document: Any, model: Any, refusals: Refusals) -> None:
     """Refuses what no part of the model can be read without."""
     for k in range(document.getNumPlugins()):
         package = document.getPlugin(k).getPackageName()
-        # Of level 2 it is an annotation.
-        if document.getLevel() > 2 and document.getPackageRequired(package):
+        # Of level 2 it is an annotation, and this one only has functions, which are read or refused by name.
+        if document.getLevel() > 2 and document.getPackageRequired(package) and package != "l3v2extendedmath":
             refusals.add(f"the SBML package `{package}`")
     for event in model.getListOfEvents():
         refusals.add(f"event `{event.getId() or event.getName() or '?'}`")

@@ -12,11 +12,8 @@ from .priors import Bounds, prior
 from .tables import Experiment, Measurement, Observable, Parameter, Phase, Tables
 
 
-def tables(path: str, refusals: Refusals) -> Tables:
-    """The tables of a problem file."""
-    from petab.v2 import Problem
-
-    problem = Problem.from_yaml(path)
+def tables(problem: Any, refusals: Refusals) -> Tables:
+    """The tables of a problem of petab."""
     return _Reader(problem, refusals).read()
 
 

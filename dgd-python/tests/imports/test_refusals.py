@@ -1,0 +1,148 @@
+"""What the language cannot say is refused by its name, all of it at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from networks import TABLES, compartment, decay, parameter, problem, reaction, rule, species
+
+import dgd
+
+libsbml = pytest.importorskip("libsbml", reason="python-libsbml is not installed: pip install 'dgd-models[petab]'")
+pytest.importorskip("petab.v1", reason="petab is not installed: pip install 'dgd-models[petab]'")
+
+
+def refused(path: Path, **options: str) -> list[str]:
+    """What is refused, a line each."""
+    with pytest.raises(dgd.ModelError, match="cannot be imported") as caught:
+        dgd.from_petab(path, **options)
+    first, *lines, last = str(caught.value).splitlines()
+    assert first == f"the PEtab problem {path.name} cannot be imported:" and last == "docs/petab.md lists what can be"
+    return [line.removeprefix("  - ") for line in lines]
+
+
+def event(model: Any) -> None:
+    one = model.createEvent()
+    one.setId("dose")
+    one.setUseValuesFromTriggerTime(True)
+    trigger = one.createTrigger()
+    trigger.setInitialValue(True)
+    trigger.setPersistent(True)
+    trigger.setMath(libsbml.parseL3Formula("time > 1"))
+
+
+def fast(model: Any) -> None:
+    reaction(model, "quick", {"A": -1}, "A").setFast(True)
+
+
+def growing(model: Any) -> None:
+    compartment(model, "bag", 1.0)
+    model.getCompartment("bag").setConstant(False)
+    rule(model, "RateRule", "bag", "0.1")
+
+
+def stoichiometry(model: Any) -> None:
+    model.getReaction("loss").getReactant(0).setId("count")
+    model.getReaction("loss").getReactant(0).setConstant(False)
+    rule(model, "AssignmentRule", "count", "2*k")
+
+
+def time_unit(model: Any) -> None:
+    definition = model.createUnitDefinition()
+    definition.setId("per_metre")
+    one = definition.createUnit()
+    one.setKind(libsbml.UNIT_KIND_METRE)
+    one.setExponent(-1)
+    one.setScale(0)
+    one.setMultiplier(1)
+    model.setTimeUnits("per_metre")
+
+
+def factor(model: Any) -> None:
+    model.setConversionFactor("k")
+
+
+def without_law(model: Any) -> None:
+    model.getReaction("loss").unsetKineticLaw()
+
+
+def without_start(model: Any) -> None:
+    species(model, "B", "c")
+    reaction(model, "more", {"B": 1}, "k*A")
+
+
+def formula(words: str) -> Callable[[Any], None]:
+    return lambda model: model.getReaction("loss").getKineticLaw().setMath(libsbml.parseL3Formula(words)) and None
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (event, "event `dose`"),
+        (lambda model: rule(model, "AlgebraicRule", "", "A - 1"), "an algebraic rule"),
+        (fast, "fast reaction `quick`"),
+        (growing, "compartment `bag`, whose size changes"),
+        (stoichiometry, "stoichiometry by a formula in reaction `loss`"),
+        (time_unit, "unit of time `per_metre`, which is not a multiple of seconds"),
+        (factor, "conversion factor `k`"),
+        (without_law, "reaction `loss` without a kinetic law"),
+        (without_start, "species `B` without a start value"),
+        (lambda model: rule(model, "InitialAssignment", "A", "2*A"), "the start value of `A`, which depends on itself"),
+        (formula("k*delay(A, 1)"), "`delay` in a formula of the kinetic law of reaction `loss`"),
+        (formula("k*rateOf(A)"), "`rateOf` in a formula of the kinetic law of reaction `loss`"),
+        (formula("k*factorial(A)"), "`factorial` in a formula of the kinetic law of reaction `loss`"),
+        (formula("piecewise(k, A == 1, 0)"), "a test for equality in a formula of the kinetic law of reaction `loss`"),
+        (formula("piecewise(k, A > 1)"), "a `piecewise` without a value for all other cases of the kinetic law of reaction `loss`"),
+    ],
+)
+def test_of_a_network(tmp_path: Path, spoil: Callable[[Any], None], words: str) -> None:
+    # The last version that knows fast reactions.
+    document = decay(3, 1)
+    spoil(document.getModel())
+    assert words in refused(problem(tmp_path, document))
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ({"measurements": TABLES["measurements"] + "obs\tc0\t1\tinf\n"}, "measurements at the steady state, in the experiment `c0`"),
+        ({"measurements": TABLES["measurements"] + "obs\tc0\t1\t-1\n"}, "measurements at the time `-1.0`, in the experiment `c0`"),
+        ({"observables": "observableId\tobservableFormula\tnoiseFormula\tnoiseDistribution\nobs\tA\t0.1\tlaplace\n"}, "noise distribution `laplace` of observable `obs`"),
+        ({"observables": "observableId\tobservableFormula\tnoiseFormula\nobs\tA\t0.1*A\n"}, "noise `0.1*A` of observable `obs`, which is not a number"),
+        ({"observables": "observableId\tobservableFormula\tnoiseFormula\nobs\tA*observableParameter1_obs\t0.1\n"}, "measurements of `obs` without a value of `observableParameter1_obs`"),
+        ({"observables": "observableId\tobservableFormula\tnoiseFormula\nobs\tA +* 2\t0.1\n"}, "the formula `A +* 2`"),
+        ({"observables": "observableId\tobservableFormula\tobservableTransformation\tnoiseFormula\nobs\tA\tlog\t0.1\n", "measurements": TABLES["measurements"] + "obs\tc0\t-3\t1\n"}, "the measurement -3 of `obs`, which has no logarithm"),
+        ({"parameters": TABLES["parameters"].replace("\testimate", "\testimate\tobjectivePriorType\tobjectivePriorParameters").rstrip("\n") + "\tlaplace\t0;1\n"}, "prior `laplace` of parameter `k`"),
+        ({"parameters": TABLES["parameters"].replace("\testimate", "\testimate\tobjectivePriorType\tobjectivePriorParameters").rstrip("\n") + "\tparameterScaleNormal\t0;1\n"}, "prior `parameterScaleNormal` on the scale `log10` of parameter `k`"),
+        ({"conditions": "conditionId\tloss\nc0\t1\n"}, "`loss` in the condition table, which the model has a rule for"),
+        ({"conditions": "conditionId\tk\nc0\t1\n"}, "`k` in the condition table, which the parameter table has, too"),
+    ],
+)
+def test_of_the_tables(tmp_path: Path, tables: dict[str, str], words: str) -> None:
+    assert any(line.startswith(words) for line in refused(problem(tmp_path, decay(), **tables)))
+
+
+def test_everything_is_said_at_once(tmp_path: Path) -> None:
+    document = decay()
+    event(document.getModel())
+    parameter(document.getModel(), "x", None)
+    observables = "observableId\tobservableFormula\tnoiseFormula\nobs\tA*x\t0.1*A\n"
+    lines = refused(problem(tmp_path, document, observables=observables))
+    assert lines == [
+        "event `dose`",
+        "noise `0.1*A` of observable `obs`, which is not a number",
+        "parameter `x` without a value",
+    ]
+
+
+def test_what_is_no_problem_at_all(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="nowhere.yaml"):
+        dgd.from_petab(tmp_path / "nowhere.yaml")
+    (tmp_path / "list.yaml").write_text("- 1\n")
+    with pytest.raises(dgd.DataError, match="list.yaml cannot be read by petab"):
+        dgd.from_petab(tmp_path / "list.yaml")
+    with pytest.raises(dgd.UsageError, match='`noise` must be "declared" or "estimated"'):
+        dgd.from_petab(problem(tmp_path, decay()), noise="none")

@@ -1,0 +1,103 @@
+"""The cases of PEtab's own test suite: likelihoods and simulations as it gives them, or refused for a reason."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import dgd
+
+petab = pytest.importorskip("petab.v1", reason="petab is not installed: pip install 'dgd-models[petab]'")
+found = importlib.util.find_spec("petabtests")
+if found is None or found.origin is None:
+    pytest.skip("petabtests is not installed: .ci/python --all installs it", allow_module_level=True)
+CASES = Path(found.origin).parent / "cases" / "v1.0.0" / "sbml"
+
+# petab's own, of what it calls in pandas.
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
+
+# What the language cannot say yet, by case.
+REFUSED = {
+    9: "pre-equilibration, in the experiment `preeq_c0_then_c0`",
+    10: "pre-equilibration, in the experiment `preeq_c0_then_c0`",
+    15: "noise `noise` of observable `obs_a`, which is not a number",
+    17: "pre-equilibration, in the experiment `preeq_c0_then_c0`",
+    18: "pre-equilibration, in the experiment `preeq_c0_then_c0`",
+}
+
+
+def case(k: int) -> Path:
+    """The problem file of a case."""
+    return CASES / f"{k:04}" / f"_{k:04}.yaml"
+
+
+def solution(k: int) -> dict[str, Any]:
+    """What the suite says of a case, with its simulations in the order of the measurements."""
+    import pandas as pd
+    import yaml
+
+    folder = case(k).parent
+    found: dict[str, Any] = yaml.safe_load((folder / f"_{k:04}_solution.yaml").read_text())
+    (file,) = found["simulation_files"]
+    return {**found, "simulation": pd.read_csv(folder / file, sep="\t")["simulation"].to_numpy()}
+
+
+def judged(path: Path, simulation: Any) -> tuple[float, float]:
+    """Log-likelihood and χ² of a simulation by petab's own calculation."""
+    problem = petab.Problem.from_yaml(str(path))
+    tables = (problem.measurement_df.reset_index(drop=True), simulation, problem.observable_df, problem.parameter_df)
+    return petab.calculate_llh(*tables), petab.calculate_chi2(*tables)
+
+
+def test_all_cases_are_there() -> None:
+    assert sorted(int(one.name) for one in CASES.iterdir() if one.name.isdigit()) == list(range(1, 19))
+
+
+@pytest.mark.parametrize("k", [k for k in range(1, 19) if k not in REFUSED])
+def test_a_case_is_as_the_suite_says(k: int) -> None:
+    wanted = solution(k)
+    p = dgd.from_petab(case(k))
+    simulation = p.simulation(rtol=1e-10)
+    assert np.allclose(simulation["simulation"], wanted["simulation"], rtol=1e-8, atol=1e-9)
+    assert judged(case(k), simulation) == pytest.approx((wanted["llh"], wanted["chi2"]), abs=1e-6)
+    # What a fit makes small is half of χ²: outputs carry the noise of the problem.
+    assert p.objective(rtol=1e-10)(p.objective().x0) == pytest.approx(wanted["chi2"] / 2, abs=1e-6)
+
+
+@pytest.mark.parametrize("k", REFUSED)
+def test_a_case_is_refused_by_name(k: int) -> None:
+    with pytest.raises(dgd.ModelError, match="cannot be imported") as caught:
+        dgd.from_petab(case(k))
+    assert REFUSED[k] in str(caught.value)
+
+
+def test_where_a_fit_estimates_the_noise_none_is_declared() -> None:
+    p = dgd.from_petab(case(15), noise="estimated")
+    assert p.model.outputs["obs_a"].noise is None and "noise" not in p.model.parameters
+    simulation = p.simulation(rtol=1e-10)
+    assert judged(case(15), simulation)[0] == pytest.approx(solution(15)["llh"], abs=1e-6)
+
+
+# Version 2 has no noise of a decadic logarithm: the converter would change its size.
+@pytest.mark.parametrize("k", [k for k in range(1, 19) if k not in REFUSED and k != 7])
+def test_what_petab_converts_to_version_2_is_the_same(k: int, tmp_path: Path) -> None:
+    from petab.v2.petab1to2 import petab1to2
+
+    petab1to2(str(case(k)), str(tmp_path))
+    first, second = dgd.from_petab(case(k)), dgd.from_petab(tmp_path / case(k).name)
+    mine, theirs = first.simulation(rtol=1e-10), second.simulation(rtol=1e-10)
+    assert np.allclose(mine["simulation"], theirs["simulation"], rtol=1e-12)
+    assert list(first.model.parameters) == list(second.model.parameters)
+    for name, one in first.model.parameters.items():
+        other = second.model.parameters[name]
+        assert (one.value, one.lower, one.upper, one.fixed) == (other.value, other.lower, other.upper, other.fixed)
+
+
+def test_an_older_draft_of_version_2_cannot_be_read() -> None:
+    draft = CASES.parents[1] / "v2.0.0" / "sbml" / "0001" / "_0001.yaml"
+    with pytest.raises(dgd.DataError, match="_0001.yaml cannot be read by petab"):
+        dgd.from_petab(draft)
