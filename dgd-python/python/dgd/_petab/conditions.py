@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .formula.expression import ONE, Expression, name, operation, total
+from .formula.expression import Expression, name, operation, total
 from .model import Written
 
 
@@ -44,7 +44,8 @@ class Conditions:
             members = [one for one in self._keys if values.get(one) == value]
             shares = [name(self._indicator(one)) for one in members] if as_number(value) != 0 else []
             if shares:
-                terms.append(operation("*", total(shares), value) if value != ONE else total(shares))
+                factors = [value, total(shares)] if as_number(value) is not None else [total(shares), value]
+                terms.append(operation("*", *factors))
         return total(terms)
 
     def _indicator(self, key: Key) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .. import _dgd
 from .._errors import DataError, UsageError
 from .._model.model import Model, parse
 from .._options import Values
@@ -129,11 +130,15 @@ class PetabProblem:
         return frame
 
     def save(self, folder: str | os.PathLike[str]) -> list[Path]:
-        """Writes the model and a CSV file for each recording into a folder, which is made; their paths."""
+        """Writes the model and a CSV file for each recording into a folder, which is made; their paths.
+
+        The model is laid out as ``dgd fmt`` does.
+        """
         into = Path(folder)
         into.mkdir(parents=True, exist_ok=True)
         paths = [into / Path(self.model.path).name]
         paths[0].write_text(self.text, encoding="utf-8")
+        _dgd.command(["fmt", "--quiet", str(paths[0])])
         for which, columns in self.recordings.items():
             paths.append(into / f"{which}.csv")
             paths[-1].write_text(_csv(columns), encoding="utf-8")
