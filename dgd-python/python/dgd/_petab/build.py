@@ -163,6 +163,7 @@ class _Builder:
         }
         for one in whole.outputs:
             one.formula = one.formula.replaced(time)
+            one.noise = None if one.noise is None else one.noise.replaced(time)
 
     def _prune(self) -> None:
         """Leaves out what nothing reads."""

@@ -98,8 +98,8 @@ class Written:
         if not one.is_estimated:
             attributes.append("fixed")
         if one.prior is not None:
-            mean, deviation = one.prior
-            attributes.append(f"prior normal({_plain(mean)}, {_plain(deviation)})")
+            law, first, second = one.prior
+            attributes.append(f"prior {law}({_plain(first)}, {_plain(second)})")
         return f"parameter {self.names.of(one.name)} = {_plain(one.value)}  {', '.join(attributes)}{_doc(one.doc)}"
 
     def _output(self, one: Output) -> str:

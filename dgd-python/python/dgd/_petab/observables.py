@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from .formula.evaluate import constant
-from .formula.expression import Expression, number
+from .formula.expression import ONE, Expression, call, number, operation
+from .language import has_noise_formulas
 from .model import Output
 from .names import Names
 from .read.tables import Measurement, Observable, Tables
@@ -51,7 +52,8 @@ class _Maker:
         """The outputs of an observable. One that is not measured has one, where its formula says all."""
         if not distinct and not observable.placeholders:
             distinct = [((), ())]
-        bare = observable.name if observable.scale == "lin" else f"{observable.scale}_{observable.name}"
+        scale = self._scale(observable)
+        bare = observable.name if scale == "lin" else f"{scale}_{observable.name}"
         counted = [bare] if len(distinct) == 1 else [f"{bare}_{k}" for k in range(1, len(distinct) + 1)]
         return {
             overrides: self._output(observable, overrides, self._names.fresh(which))
@@ -67,13 +69,21 @@ class _Maker:
         noise = self._noise(observable, observable.noise.replaced(by))
         said = ", ".join(f"{one} = {value}" for one, value in by.items())
         doc = "; ".join(words for words in (observable.doc, said if len(by) else "") if words)
-        return Output(which, doc, observable.formula.replaced(by), noise, observable.scale)
+        return Output(which, doc, observable.formula.replaced(by), noise, self._scale(observable))
+
+    def _scale(self, observable: Observable) -> str:
+        """The logarithm that the output is taken of: none, where the noise can be log-normal."""
+        return "lin" if self._is_noise_declared and has_noise_formulas() else observable.scale
 
     def _noise(self, observable: Observable, noise: Expression) -> Expression | None:
         if not self._is_noise_declared:
             return None
         value = constant(noise.replaced(self._fixed))
-        if value is None:
+        if value is None and not has_noise_formulas():
             self._refusals.add(f"noise `{noise}` of observable `{observable.name}`, which is not a number")
-            return None
-        return number(value)
+        said = noise if value is None else number(value)
+        if self._scale(observable) == observable.scale:
+            return said
+        # The deviation of the natural logarithm.
+        factor = call("log", number(10)) if observable.scale == "log10" else ONE
+        return call("lognormal", operation("*", factor, said))

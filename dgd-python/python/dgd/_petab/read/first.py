@@ -56,13 +56,13 @@ class _Reader:
             self._refusals.add(f"parameter `{which}` without a nominal value")
             value = 1.0
         kind, numbers = row.get("objectivePriorType"), row.get("objectivePriorParameters")
-        normal = None
+        law = None
         if is_estimated and not is_missing(kind):
             given = [] if is_missing(numbers) else [float(one) for one in str(numbers).split(";")]
-            normal, bounds = prior(which, str(kind), given, str(scale), bounds, self._refusals)
+            law, bounds = prior(which, str(kind), given, str(scale), bounds, self._refusals)
         is_log = scale in ("log", "log10")
         doc = row.get("parameterName")
-        return Parameter(which, _doc(doc, which), value, bounds, is_log, is_estimated, normal)
+        return Parameter(which, _doc(doc, which), value, bounds, is_log, is_estimated, law)
 
     def _observable(self, which: str, row: Mapping[str, Any]) -> Observable:
         distribution = row.get("noiseDistribution")

@@ -2,34 +2,49 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
+from ..language import has_prior
 from ..refusal import Refusals
 
-Normal = tuple[float, float]
+#: A law by the language's name for it, and its two numbers.
+Law = tuple[str, float, float]
 Bounds = tuple["float | None", "float | None"]
+
+_BASES = {"log": math.e, "log10": 10.0}
 
 
 def prior(
     parameter: str, kind: str, numbers: Sequence[float], scale: str, bounds: Bounds, refusals: Refusals
-) -> tuple[Normal | None, Bounds]:
-    """Mean and standard deviation of a normal prior, and the bounds.
+) -> tuple[Law | None, Bounds]:
+    """The prior, and the bounds.
 
     ``scale`` is that of the parameter: a prior called ``parameterScale…`` is one of its logarithm where it is not
-    ``"lin"``. A uniform prior is constant within its bounds, which are taken over.
+    ``"lin"``. A uniform prior is constant within its ends, which are taken over as bounds.
     """
-    is_scaled = kind.startswith("parameterScale")
-    bare = kind.removeprefix("parameterScale")
-    bare = bare[:1].lower() + bare[1:]
-    if bare == "normal" and len(numbers) == 2 and not (is_scaled and scale != "lin"):
-        return (numbers[0], numbers[1]), bounds
-    if bare in ("uniform", "log-uniform"):
-        base = {"log": 2.718281828459045, "log10": 10.0}.get(scale) if is_scaled else None
-        within = [base**one for one in numbers] if base else list(numbers)
-        return None, _narrower(bounds, within)
-    where = f" on the scale `{scale}`" if is_scaled and scale != "lin" else ""
+    base = _BASES.get(scale) if kind.startswith("parameterScale") else None
+    bare = kind.removeprefix("parameterScale").replace("-", "").lower()
+    if bare == "uniform":
+        return None, _narrower(bounds, [base**one for one in numbers] if base else numbers)
+    law = _law(bare, numbers, base) if len(numbers) == 2 else None
+    if law is not None and has_prior(law[0]):
+        return law, bounds
+    where = f" on the scale `{scale}`" if base else ""
     refusals.add(f"prior `{kind}`{where} of parameter `{parameter}`")
     return None, bounds
+
+
+def _law(bare: str, numbers: Sequence[float], base: float | None) -> Law | None:
+    first, second = numbers
+    if base is not None:
+        # A density of the logarithm. That of the language is one of the parameter: its term 2 ln(a/median) is made up for
+        # by a median that is larger by the square of the deviation.
+        deviation = second * math.log(base)
+        return ("lognormal", base**first * math.exp(deviation**2), deviation) if bare == "normal" else None
+    if bare == "lognormal":
+        return "lognormal", math.exp(first), second
+    return (bare, first, second) if bare in ("normal", "laplace", "gamma") else None
 
 
 def _narrower(bounds: Bounds, within: Sequence[float]) -> Bounds:

@@ -52,13 +52,13 @@ class _Reader:
         if value is None:
             self._refusals.add(f"parameter `{one.id}` without a nominal value")
             value = 1.0
-        normal = None
+        law = None
         if one.estimate and one.prior_distribution is not None:
             kind = getattr(one.prior_distribution, "value", str(one.prior_distribution))
-            normal, bounds = prior(one.id, kind, one.prior_parameters, "lin", bounds, self._refusals)
+            law, bounds = prior(one.id, kind, one.prior_parameters, "lin", bounds, self._refusals)
         # This version leaves the scale to the tool.
         is_log = one.estimate and bounds[0] is not None and bounds[0] > 0
-        return Parameter(one.id, "", value, bounds, is_log, one.estimate, normal)
+        return Parameter(one.id, "", value, bounds, is_log, one.estimate, law)
 
     def _observable(self, one: Any) -> Observable:
         distribution = getattr(one.noise_distribution, "value", str(one.noise_distribution))

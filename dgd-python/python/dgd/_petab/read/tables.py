@@ -20,8 +20,8 @@ class Parameter:
     #: Whether its logarithm is estimated.
     is_log: bool
     is_estimated: bool
-    #: Mean and standard deviation of a normal prior.
-    prior: tuple[float, float] | None = None
+    #: The law of its prior, by the language's name for it, and the law's two numbers.
+    prior: tuple[str, float, float] | None = None
 
 
 @dataclass(frozen=True)
