@@ -115,3 +115,12 @@ def problem(folder: Path, document: Any, **tables: str) -> Path:
         "  measurement_files: [measurements.tsv]\n  observable_files: [observables.tsv]\n  sbml_files: [model.xml]\n"
     )
     return path
+
+
+def judged(path: Path, simulation: Any) -> tuple[float, float]:
+    """Log-likelihood and χ² of a simulation by petab's own calculation."""
+    import petab.v1 as petab
+
+    problem = petab.Problem.from_yaml(str(path))
+    tables = (problem.measurement_df.reset_index(drop=True), simulation, problem.observable_df, problem.parameter_df)
+    return petab.calculate_llh(*tables), petab.calculate_chi2(*tables)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import ROOT
-from test_suite import judged
+from networks import judged
 
 import dgd
 
@@ -19,8 +19,7 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore::DeprecationWarning"),
 ]
 
-# Log-likelihoods at the nominal parameters: of Boehm, Elowitz and Sneyd those published with the collection and by
-# AMICI's table; Bruno's is published to as many digits.
+# Log-likelihoods at the nominal parameters, as published.
 PUBLISHED = {"Boehm_JProteomeRes2014": -138.22200, "Elowitz_Nature2000": 63.20280, "Sneyd_PNAS2002": 319.79178}
 
 

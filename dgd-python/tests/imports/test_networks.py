@@ -91,6 +91,24 @@ def test_rules_assignments_functions_and_fixed_species(tmp_path: Path) -> None:
     assert np.allclose(simulated(path, 6), wanted, rtol=1e-7)
 
 
+def test_a_model_of_level_1(tmp_path: Path) -> None:
+    import libsbml
+
+    path = problem(tmp_path, decay(), **measured("A"))
+    (tmp_path / "model.xml").write_text(
+        """<?xml version="1.0" encoding="UTF-8"?>
+<sbml xmlns="http://www.sbml.org/sbml/level1" level="1" version="2"><model name="old">
+<listOfCompartments><compartment name="c" volume="2"/></listOfCompartments>
+<listOfSpecies><species name="A" compartment="c" initialAmount="6"/></listOfSpecies>
+<listOfParameters><parameter name="k" value="1"/></listOfParameters>
+<listOfReactions><reaction name="loss" reversible="false">
+<listOfReactants><speciesReference species="A"/></listOfReactants><kineticLaw formula="k * A * c * pow(2, -1)"/>
+</reaction></listOfReactions></model></sbml>"""
+    )
+    assert libsbml.readSBML(str(tmp_path / "model.xml")).getNumErrors(libsbml.LIBSBML_SEV_ERROR) == 0
+    assert np.allclose(simulated(path, 1), 3 * np.exp(-np.array(TIMES) / 4), rtol=1e-8)
+
+
 @pytest.mark.parametrize(("unit", "column"), [(60, "time [min]"), (3600, "time [h]"), (86400, "time [d]"), (7, "time [s]")])
 def test_the_unit_of_time(tmp_path: Path, unit: int, column: str) -> None:
     import libsbml

@@ -10,6 +10,7 @@ import pytest
 from networks import TABLES, compartment, decay, parameter, problem, reaction, rule, species
 
 import dgd
+from dgd._petab.language import has_noise_formulas
 
 libsbml = pytest.importorskip("libsbml", reason="python-libsbml is not installed: pip install 'dgd-models[petab]'")
 pytest.importorskip("petab.v1", reason="petab is not installed: pip install 'dgd-models[petab]'")
@@ -111,12 +112,13 @@ def test_of_a_network(tmp_path: Path, spoil: Callable[[Any], None], words: str) 
         ({"measurements": TABLES["measurements"] + "obs\tc0\t1\tinf\n"}, "measurements at the steady state, in the experiment `c0`"),
         ({"measurements": TABLES["measurements"] + "obs\tc0\t1\t-1\n"}, "measurements at the time `-1.0`, in the experiment `c0`"),
         ({"observables": "observableId\tobservableFormula\tnoiseFormula\tnoiseDistribution\nobs\tA\t0.1\tlaplace\n"}, "noise distribution `laplace` of observable `obs`"),
-        ({"observables": "observableId\tobservableFormula\tnoiseFormula\nobs\tA\t0.1*A\n"}, "noise `0.1*A` of observable `obs`, which is not a number"),
         ({"observables": "observableId\tobservableFormula\tnoiseFormula\nobs\tA*observableParameter1_obs\t0.1\n"}, "measurements of `obs` without a value of `observableParameter1_obs`"),
         ({"observables": "observableId\tobservableFormula\tnoiseFormula\nobs\tA +* 2\t0.1\n"}, "the formula `A +* 2`"),
         ({"observables": "observableId\tobservableFormula\tobservableTransformation\tnoiseFormula\nobs\tA\tlog\t0.1\n", "measurements": TABLES["measurements"] + "obs\tc0\t-3\t1\n"}, "the measurement -3 of `obs`, which has no logarithm"),
-        ({"parameters": TABLES["parameters"].replace("\testimate", "\testimate\tobjectivePriorType\tobjectivePriorParameters").rstrip("\n") + "\tlaplace\t0;1\n"}, "prior `laplace` of parameter `k`"),
-        ({"parameters": TABLES["parameters"].replace("\testimate", "\testimate\tobjectivePriorType\tobjectivePriorParameters").rstrip("\n") + "\tparameterScaleNormal\t0;1\n"}, "prior `parameterScaleNormal` on the scale `log10` of parameter `k`"),
+        ({"parameters": TABLES["parameters"].replace("\testimate", "\testimate\tobjectivePriorType\tobjectivePriorParameters").rstrip("\n") + "\tlogLaplace\t0;1\n"}, "prior `logLaplace` of parameter `k`"),
+        ({"parameters": TABLES["parameters"].replace("\testimate", "\testimate\tobjectivePriorType\tobjectivePriorParameters").rstrip("\n") + "\tparameterScaleLaplace\t0;1\n"}, "prior `parameterScaleLaplace` on the scale `log10` of parameter `k`"),
+        ({"parameters": TABLES["parameters"] + "A\tlin\t0\t10\t1\t1\n"}, "parameter `A`, which is a state"),
+        ({"parameters": TABLES["parameters"] + "loss\tlin\t0\t10\t1\t1\n"}, "parameter `loss`, which the model has a rule for"),
         ({"conditions": "conditionId\tloss\nc0\t1\n"}, "`loss` in the condition table, which the model has a rule for"),
         ({"conditions": "conditionId\tk\nc0\t1\n"}, "`k` in the condition table, which the parameter table has, too"),
     ],
@@ -125,17 +127,46 @@ def test_of_the_tables(tmp_path: Path, tables: dict[str, str], words: str) -> No
     assert any(line.startswith(words) for line in refused(problem(tmp_path, decay(), **tables)))
 
 
+@pytest.mark.skipif(has_noise_formulas(), reason="in this build noise may be a formula")
+def test_of_noise(tmp_path: Path) -> None:
+    observables = TABLES["observables"].replace("0.1", "0.1*A")
+    assert refused(problem(tmp_path, decay(), observables=observables)) == [
+        "noise `0.1*A` of observable `obs`, which is not a number"
+    ]
+
+
 def test_everything_is_said_at_once(tmp_path: Path) -> None:
     document = decay()
     event(document.getModel())
     parameter(document.getModel(), "x", None)
-    observables = "observableId\tobservableFormula\tnoiseFormula\nobs\tA*x\t0.1*A\n"
+    observables = "observableId\tobservableFormula\tnoiseFormula\tnoiseDistribution\nobs\tA*x\t0.1\tlaplace\n"
     lines = refused(problem(tmp_path, document, observables=observables))
     assert lines == [
+        "noise distribution `laplace` of observable `obs`",
         "event `dose`",
-        "noise `0.1*A` of observable `obs`, which is not a number",
         "parameter `x` without a value",
     ]
+
+
+@pytest.mark.parametrize(
+    ("table", "old", "new", "words"),
+    [
+        ("measurements", "obs\tc0\t1", "obs\tc0\tone", "`one` is not a number, in the measurement table"),
+        ("measurements", "obs\tc0\t1", "obs\tc9\t1", "has the condition `c9`, which the condition table has not"),
+        ("parameters", "0.5\t1", "0.5\tmaybe", "`maybe` is not a number, in parameter `k`"),
+        ("measurements", "obs\tc0\t1\t0\nobs\tc0\t0.5\t2\n", "", "has no measurements"),
+    ],
+)
+def test_tables_with_mistakes(tmp_path: Path, table: str, old: str, new: str, words: str) -> None:
+    assert old in TABLES[table]
+    with pytest.raises(dgd.DataError, match=words):
+        dgd.from_petab(problem(tmp_path, decay(), **{table: TABLES[table].replace(old, new)}))
+
+
+def test_mistakes_in_formulas_are_those_of_the_language(tmp_path: Path) -> None:
+    observables = TABLES["observables"].replace("\tA\t", "\tA*nobody\t")
+    with pytest.raises(dgd.ModelError, match="nothing is called `nobody`"):
+        dgd.from_petab(problem(tmp_path, decay(), observables=observables))
 
 
 def test_what_is_no_problem_at_all(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import ROOT
 from networks import TABLES, decay, problem
 
 import dgd
@@ -83,6 +84,15 @@ def test_a_folder_is_what_the_command_fits(tmp_path: Path, command: Callable[...
         line += ["--data", str(one)]
     theirs = json.loads(command(*line))
     assert {name: one["value"] for name, one in theirs["parameters"].items()} == f.params
+
+
+def test_the_example_recovers_what_made_its_data() -> None:
+    p = dgd.from_petab(ROOT / "examples" / "petab" / "receptor.yaml")
+    f = p.fit(starts=5)
+    truth = {"k_on": 0.45, "k_off": 0.07, "k_in": 0.03, "L_high": 5.0, "scale": 15.0}
+    assert f.converged and list(f.params) == list(truth)
+    for name, value in truth.items():
+        assert abs(f.params[name] - value) < 3 * f.std[name] < 0.6 * value
 
 
 def test_replicates_of_an_observable_are_all_read(tmp_path: Path) -> None:

@@ -60,7 +60,8 @@ class _Builder:
         for parameter in self._tables.parameters.values():
             known = self._quantities.pop(parameter.name, None)
             if known is not None and known.kind != "constant":
-                self._refusals.add(f"parameter `{parameter.name}`, which the model has a rule for")
+                what = "is a state" if known.kind == "state" else "the model has a rule for"
+                self._refusals.add(f"parameter `{parameter.name}`, which {what}")
             self._written.parameters[parameter.name] = parameter
 
     def _conditional(self) -> None:

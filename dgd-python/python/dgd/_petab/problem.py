@@ -56,6 +56,8 @@ def _read(file: str, is_noise_declared: bool) -> PetabProblem:
     refusals = Refusals()
     what = f"the PEtab problem {os.path.basename(file)}"
     found = _tables(file, what, refusals)
+    if not found.measurements:
+        raise DataError(f"{what} has no measurements")
     whole = written(network(found.document, refusals), found, is_noise_declared, refusals)
     refusals.raise_if_any(what)
     columns, readings = recordings(whole, found, refusals)

@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from ..._errors import DataError
 from ..formula.expression import ZERO, Expression
 from ..formula.mathml import of_petab
 from ..refusal import Refusals, Refused
@@ -49,16 +50,17 @@ class _Reader:
 
     def _parameter(self, which: str, row: Mapping[str, Any]) -> Parameter:
         scale = row.get("parameterScale", "lin")
-        is_estimated = bool(int(row["estimate"]))
-        bounds: Bounds = (_number(row.get("lowerBound")), _number(row.get("upperBound")))
-        value = _number(row.get("nominalValue"))
+        of = f"parameter `{which}`"
+        is_estimated = bool(_number(row["estimate"], of))
+        bounds: Bounds = (_number(row.get("lowerBound"), of), _number(row.get("upperBound"), of))
+        value = _number(row.get("nominalValue"), of)
         if value is None:
             self._refusals.add(f"parameter `{which}` without a nominal value")
             value = 1.0
         kind, numbers = row.get("objectivePriorType"), row.get("objectivePriorParameters")
         law = None
         if is_estimated and not is_missing(kind):
-            given = [] if is_missing(numbers) else [float(one) for one in str(numbers).split(";")]
+            given = [] if is_missing(numbers) else [_number(one, of) or 0.0 for one in str(numbers).split(";")]
             law, bounds = prior(which, str(kind), given, str(scale), bounds, self._refusals)
         is_log = scale in ("log", "log10")
         doc = row.get("parameterName")
@@ -90,15 +92,18 @@ class _Reader:
         return Measurement(
             str(row["observableId"]),
             experiment,
-            float(row["time"]),
-            float(row["measurement"]),
+            _number(row["time"], "the measurement table") or 0.0,
+            _measured(_number(row["measurement"], "the measurement table")),
             self._overrides(row.get("observableParameters")),
             self._overrides(row.get("noiseParameters")),
         )
 
     def _condition(self, which: str) -> dict[str, Expression]:
         """What a condition gives values; what it leaves to the model is not in there."""
-        row = self._problem.condition_df.loc[which]
+        conditions = self._problem.condition_df
+        if which not in conditions.index:
+            raise DataError(f"the measurement table has the condition `{which}`, which the condition table has not")
+        row = conditions.loc[which]
         cells = {str(target): cell for target, cell in row.items() if target != "conditionName"}
         return {
             target: self.formula(cell, f"condition `{which}`")
@@ -120,8 +125,16 @@ class _Reader:
             return ZERO
 
 
-def _number(cell: object) -> float | None:
-    return None if is_missing(cell) else float(str(cell))
+def _number(cell: object, of: str) -> float | None:
+    """The number in a cell; None where there is none."""
+    try:
+        return None if is_missing(cell) else float(str(cell))
+    except ValueError:
+        raise DataError(f"`{cell}` is not a number, in {of}") from None
+
+
+def _measured(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 def _doc(words: object, name: str) -> str:
