@@ -130,6 +130,50 @@ def test_the_unit_of_time(tmp_path: Path, unit: int, column: str) -> None:
     assert np.allclose(values, [2 * np.exp(-np.array(TIMES) / 2), TIMES], rtol=1e-8)
 
 
+def test_compartments_that_grow_stoichiometry_by_formulas_and_conversion(tmp_path: Path) -> None:
+    document = decay()
+    model = document.getModel()
+    compartment(model, "bag", 2.0)
+    model.getCompartment("bag").setConstant(False)
+    rule(model, "RateRule", "bag", "0.5")
+    # A concentration in the bag, of which nothing is lost but which is diluted; and one that is fed.
+    species(model, "kept", "bag", concentration=3.0)
+    species(model, "fed", "bag", amount=1.0)
+    parameter(model, "many", 4.0)
+    model.getSpecies("fed").setConversionFactor("many")
+    reaction(model, "feeding", {"fed": 1}, "0.25*c")
+    reference = model.getReaction("feeding").getProduct(0)
+    reference.setId("share")
+    reference.setConstant(False)
+    rule(model, "AssignmentRule", "share", "2*A")
+    t = np.array(TIMES)
+    bag, a = 2 + t / 2, 2 * np.exp(-t / 2)
+    # d(amount)/dt = 4·2·A·0.25, and A is 2 exp(-t/2).
+    fed = 1 + 4 * 2 * 0.25 * 4 * (1 - np.exp(-t / 2))
+    path = problem(tmp_path, document, **measured("bag", "kept", "fed", "share"))
+    assert np.allclose(simulated(path, 4), [bag, 6 / bag, fed / bag, 2 * a], rtol=1e-8)
+
+
+def test_conditions_and_numbers_in_place_of_each_other(tmp_path: Path) -> None:
+    document = decay()
+    model = document.getModel()
+    for which, formula in (
+        ("same", "piecewise(1, k == 0.5, 2)"),
+        ("other", "piecewise(1, k != 0.5, 2)"),
+        ("counted", "3*(A > 1) + (time < 1)"),
+        ("either", "piecewise(1, xor(A > 1, time < 1, k > 0), 0)"),
+        ("follows", "piecewise(1, implies(time < 1, A > 1.9), 0)"),
+        ("nested", "piecewise(5, piecewise(A > 1, time < 1, k > 9), 7)"),
+        ("counts", "factorial(3) + quotient(-7, 2) + rem(-7, 2)"),
+    ):
+        parameter(model, which, None, is_constant=False)
+        rule(model, "AssignmentRule", which, formula)
+    # A is 2, 1.56, 0.74 and 0.16.
+    wanted = [[1] * 4, [2] * 4, [4, 4, 0, 0], [1, 1, 1, 1], [1, 0, 1, 1], [5, 5, 7, 7], [2] * 4]
+    names = ("same", "other", "counted", "either", "follows", "nested", "counts")
+    assert np.allclose(simulated(problem(tmp_path, document, **measured(*names)), 7), wanted, rtol=1e-12)
+
+
 def test_conditions_give_start_values_constants_and_parameters(tmp_path: Path) -> None:
     document = decay()
     model = document.getModel()

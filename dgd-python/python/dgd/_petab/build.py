@@ -101,7 +101,7 @@ class _Builder:
         units = {
             one.name: ONE
             for one in self._quantities.values()
-            if one.origin == "compartment" and one.value == ONE
+            if one.origin == "compartment" and one.kind == "constant" and one.value == ONE
         }
         for one in self._quantities.values():
             if one.name not in units:

@@ -48,19 +48,15 @@ _COMPARISONS = {
 }
 _REFUSED = {
     libsbml.AST_FUNCTION_DELAY: "`delay`",
-    libsbml.AST_FUNCTION_FACTORIAL: "`factorial`",
     libsbml.AST_FUNCTION_RATE_OF: "`rateOf`",
     libsbml.AST_LAMBDA: "`lambda`",
-    libsbml.AST_LOGICAL_IMPLIES: "`implies`",
-    libsbml.AST_LOGICAL_XOR: "`xor`",
-    libsbml.AST_RELATIONAL_EQ: "a test for equality",
-    libsbml.AST_RELATIONAL_NEQ: "a test for inequality",
 }
+_TRUE, _FALSE = operation("<", ZERO, ONE), operation("<", ONE, ZERO)
 
 
 def of_sbml(node: Any) -> Expression:
     """A formula of an SBML model whose functions are expanded; raises :class:`Refused`."""
-    return _Reader(False).read(node)
+    return _number(_Reader(False).read(node))
 
 
 def of_petab(formula: object) -> Expression:
@@ -71,7 +67,7 @@ def of_petab(formula: object) -> Expression:
     if node is None:
         why = str(libsbml.getLastParseL3Error()).strip().splitlines()[-1]
         raise Refused(f"the formula `{formula}`, which cannot be read: {why}")
-    return _Reader(True).read(node)
+    return _number(_Reader(True).read(node))
 
 
 class _Reader:
@@ -93,7 +89,10 @@ class _Reader:
         if constant is not None:
             return constant
         parts = [self.read(node.getChild(k)) for k in range(node.getNumChildren())]
-        made = _arithmetic(kind, parts) or _condition(kind, parts) or self._function(node, kind, parts)
+        made = _condition(kind, parts)
+        if made is None:
+            parts = list(map(_number, parts))
+            made = _arithmetic(kind, parts) or self._function(node, kind, parts)
         if made is None:
             raise Refused(f"`{node.getName() or libsbml.formulaToL3String(node)}` in a formula")
         return made
@@ -109,9 +108,9 @@ class _Reader:
         if kind == libsbml.AST_CONSTANT_E:
             return call("exp", ONE)
         if kind == libsbml.AST_CONSTANT_TRUE:
-            return operation("<", ZERO, ONE)
+            return _TRUE
         if kind == libsbml.AST_CONSTANT_FALSE:
-            return operation("<", ONE, ZERO)
+            return _FALSE
         return None
 
     def _function(self, node: Any, kind: int, parts: list[Expression]) -> Expression | None:
@@ -129,6 +128,8 @@ class _Reader:
             # The base stands first in SBML, and last in PEtab where it is written out.
             swapped = self._is_petab and node.getName() == "log"
             return _logarithm(*(reversed(parts) if swapped else parts))
+        if kind == libsbml.AST_FUNCTION_FACTORIAL:
+            return call("exp", call("lgamma", operation("+", parts[0], ONE)))
         if kind == libsbml.AST_FUNCTION_QUOTIENT:
             ratio = operation("/", *parts)
             return operation("*", call("sign", ratio), call("floor", call("abs", ratio)))
@@ -156,28 +157,73 @@ def _arithmetic(kind: int, parts: list[Expression]) -> Expression | None:
 
 def _condition(kind: int, parts: list[Expression]) -> Expression | None:
     if kind in _COMPARISONS:
+        parts = list(map(_number, parts))
         pairs = [operation(_COMPARISONS[kind], *pair) for pair in zip(parts, parts[1:])]
         return _joined("and", pairs)
-    if kind == libsbml.AST_LOGICAL_AND:
-        return _joined("and", parts)
-    if kind == libsbml.AST_LOGICAL_OR:
-        return _joined("or", parts)
+    if kind in (libsbml.AST_RELATIONAL_EQ, libsbml.AST_RELATIONAL_NEQ):
+        same = _joined("and", [_same(*pair) for pair in zip(parts, parts[1:])])
+        return same if kind == libsbml.AST_RELATIONAL_EQ else operation("not", same)
+    if kind in (libsbml.AST_LOGICAL_AND, libsbml.AST_LOGICAL_OR):
+        return _joined("and" if kind == libsbml.AST_LOGICAL_AND else "or", parts)
     if kind == libsbml.AST_LOGICAL_NOT:
-        return operation("not", parts[0])
+        return operation("not", _truth(parts[0]))
+    if kind == libsbml.AST_LOGICAL_IMPLIES:
+        return operation("or", operation("not", _truth(parts[0])), _truth(parts[1]))
+    if kind == libsbml.AST_LOGICAL_XOR:
+        result = _FALSE
+        for part in parts:
+            result = operation("not", _same(result, _truth(part)))
+        return result
     if kind == libsbml.AST_FUNCTION_PIECEWISE:
         if len(parts) % 2 == 0:
             raise Refused("a `piecewise` without a value for all other cases")
-        result = parts[-1]
+        as_all = _truth if all(map(_is_condition, parts[::2])) else _number
+        result = as_all(parts[-1])
         for k in range(len(parts) - 3, -1, -2):
-            result = operation("if", parts[k + 1], parts[k], result)
+            result = operation("if", _truth(parts[k + 1]), as_all(parts[k]), result)
         return result
     return None
 
 
+def _is_condition(formula: Expression) -> bool:
+    """Whether a formula is true or false, and not a number."""
+    if formula.kind == "if":
+        return _is_condition(formula.parts[1])
+    return formula.kind in ("<", "<=", ">", ">=", "and", "or", "not")
+
+
+def _number(formula: Expression) -> Expression:
+    """A formula as a number: a condition is 1 where it holds and 0 elsewhere."""
+    return operation("if", _truth(formula), ONE, ZERO) if _is_condition(formula) else formula
+
+
+def _truth(formula: Expression) -> Expression:
+    """A formula as a condition: a number is true unless it is zero, and the language chooses numbers alone by `if`."""
+    if not _is_condition(formula):
+        return operation("not", _same(formula, ZERO))
+    if formula.kind != "if":
+        return formula
+    condition, chosen, otherwise = map(_truth, formula.parts)
+    first = operation("and", condition, chosen)
+    return operation("or", first, operation("and", operation("not", condition), otherwise))
+
+
+def _same(a: Expression, b: Expression) -> Expression:
+    """Whether two numbers, or two conditions, are the same: numbers are not tested for equality in the language."""
+    if _is_condition(a) or _is_condition(b):
+        a, b = _truth(a), _truth(b)
+        neither = operation("and", operation("not", a), operation("not", b))
+        return operation("or", operation("and", a, b), neither)
+    return operation("and", operation("<=", a, b), operation(">=", a, b))
+
+
 def _joined(kind: str, parts: list[Expression]) -> Expression:
-    result = parts[0]
+    """Conditions joined; of none, all are true and none is."""
+    if not parts:
+        return _TRUE if kind == "and" else _FALSE
+    result = _truth(parts[0])
     for part in parts[1:]:
-        result = operation(kind, result, part)
+        result = operation(kind, result, _truth(part))
     return result
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..formula.expression import ONE, Expression, name, number, operation, total
+from ..formula.expression import ONE, Expression, name, number, operation, product, total
 from ..formula.mathml import of_sbml
 from ..refusal import Refusals, Refused
 
@@ -22,7 +22,7 @@ class Quantity:
     #: Of a state: its change in the model's unit of time.
     rate: Expression | None = None
     doc: str = ""
-    #: ``"species"``, ``"parameter"``, ``"compartment"`` or ``"reaction"``.
+    #: ``"species"``, ``"parameter"``, ``"compartment"``, ``"reaction"`` or ``"stoichiometry"``.
     origin: str = "parameter"
     #: Of a species that is an amount: its compartment. None where it is a concentration.
     amount_in: str | None = None
@@ -61,8 +61,6 @@ def _refuse_whole(document: Any, model: Any, refusals: Refusals) -> None:
     for rule in model.getListOfRules():
         if rule.isAlgebraic():
             refusals.add("an algebraic rule")
-    if model.isSetConversionFactor():
-        refusals.add(f"conversion factor `{model.getConversionFactor()}`")
 
 
 class _Reader:
@@ -71,6 +69,8 @@ class _Reader:
     def __init__(self, model: Any, refusals: Refusals) -> None:
         self._model, self._refusals = model, refusals
         self._quantities: dict[str, Quantity] = {}
+        #: Of species whose amounts are states, while their concentrations are formulas.
+        self._amounts: dict[str, Quantity] = {}
         self._assigned = {one.getSymbol(): one for one in model.getListOfInitialAssignments()}
         rules = [one for one in model.getListOfRules() if not one.isAlgebraic()]
         self._rules = {one.getVariable(): one for one in rules if one.isAssignment()}
@@ -121,13 +121,10 @@ class _Reader:
         return one
 
     def _compartment(self, element: Any) -> None:
-        own = element.getId()
         size = _value(element.isSetSize(), element.getSize())
-        if element.getSpatialDimensions() == 0:
+        if size is None and element.getSpatialDimensions() == 0:
             size = ONE
-        one = self._add(element, size, "compartment")
-        if one.kind != "constant":
-            self._refusals.add(f"compartment `{own}`, whose size changes")
+        self._add(element, size, "compartment")
 
     def _species(self, element: Any) -> None:
         own, where = element.getId(), element.getCompartment()
@@ -141,10 +138,24 @@ class _Reader:
             value = amount if amount is None or is_amount else operation("/", amount, size)
         one = self._add(element, value, "species")
         one.amount_in = where if is_amount else None
-        if element.isSetConversionFactor():
-            self._refusals.add(f"conversion factor of species `{own}`")
-        if one.kind == "constant" and not (element.getBoundaryCondition() or element.getConstant()):
+        is_reacting = not (element.getBoundaryCondition() or element.getConstant())
+        if one.kind == "constant" and is_reacting:
             one.kind = "state"
+        if one.kind in ("constant", "state") and own not in self._rates and not is_amount:
+            self._by_amount(one, where)
+
+    def _by_amount(self, one: Quantity, where: str) -> None:
+        """Makes a concentration in a compartment whose size changes a formula of its amount."""
+        if self._quantities[where].kind == "constant":
+            return
+        whole = f"{one.name}_amount"
+        while self._model.getElementBySId(whole) is not None:
+            whole += "_"
+        start = None if one.value is None else operation("*", one.value, name(where))
+        amount = Quantity(whole, one.kind, start, origin="species", amount_in=where)
+        self._quantities[whole] = amount
+        self._amounts[one.name] = amount
+        one.kind, one.value = "formula", operation("/", name(whole), name(where))
 
     def _reaction(self, element: Any) -> None:
         own = element.getId()
@@ -169,18 +180,30 @@ class _Reader:
 
     def _change(self, reaction: str, reference: Any, sign: str) -> None:
         """Adds what a reaction does to a species: its rate is one of amounts."""
-        species = self._quantities[reference.getSpecies()]
+        which = reference.getSpecies()
+        species = self._amounts.get(which) or self._quantities[which]
+        count = self._stoichiometry(reaction, reference)
         if species.kind != "state" or species.name in self._rates:
             return
-        if reference.isSetStoichiometryMath() or reference.getId() in {*self._rules, *self._rates, *self._assigned}:
-            self._refusals.add(f"stoichiometry by a formula in reaction `{reaction}`")
-        stoichiometry = number(reference.getStoichiometry() if reference.isSetStoichiometry() else 1.0)
-        change = operation("*", stoichiometry, name(reaction))
+        element = self._model.getSpecies(which)
+        factor = element if element.isSetConversionFactor() else self._model
+        factors = [count, name(factor.getConversionFactor())] if factor.isSetConversionFactor() else [count]
+        change = product([*factors, name(reaction)])
         if species.amount_in is None:
-            compartment = self._model.getSpecies(species.name).getCompartment()
-            change = operation("/", change, name(compartment))
+            change = operation("/", change, name(element.getCompartment()))
         change = operation("minus", change) if sign == "minus" else change
         species.rate = total([change] if species.rate is None else [species.rate, change])
+
+    def _stoichiometry(self, reaction: str, reference: Any) -> Expression:
+        """The number of a species in a reaction; one that has a name is a quantity."""
+        if reference.isSetStoichiometryMath():
+            return self._formula(reference.getStoichiometryMath().getMath(), f"a stoichiometry in reaction `{reaction}`")
+        value = number(reference.getStoichiometry() if reference.isSetStoichiometry() else 1.0)
+        own = reference.getId()
+        if not own:
+            return value
+        one = self._add(reference, value, "stoichiometry")
+        return value if one.kind == "constant" and one.value == value else name(own)
 
     def _time_unit(self) -> float:
         """The unit of time, s: that of the model, or else seconds."""
