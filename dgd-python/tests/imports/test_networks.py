@@ -12,6 +12,11 @@ import dgd
 
 pytest.importorskip("petab.v1", reason="petab is not installed: pip install 'dgd-models[petab]'")
 TIMES = (0.0, 0.5, 2.0, 5.0)
+SECOND = (
+    "format_version: 2.0.0\nparameter_files: [parameters.tsv]\ncondition_files: [conditions.tsv]\n"
+    "experiment_files: [experiments.tsv]\nmeasurement_files: [measurements.tsv]\nobservable_files: [observables.tsv]\n"
+    "model_files:\n  decay:\n    location: model.xml\n    language: sbml\n"
+)
 
 
 def measured(*observables: str, noise: str = "0.1") -> dict[str, str]:
@@ -213,6 +218,24 @@ def test_names_that_the_language_has_for_itself(tmp_path: Path) -> None:
     assert np.allclose(simulated(path, 2), [2730 * a, np.sin(t) + a], rtol=1e-8)
 
 
+def test_doses_in_one_experiment_of_version_2(tmp_path: Path) -> None:
+    problem(tmp_path, decay())
+    (tmp_path / "conditions.tsv").write_text("conditionId\ttargetId\ttargetValue\ndose\tA\tA + more\n")
+    (tmp_path / "experiments.tsv").write_text(
+        "experimentId\ttime\tconditionId\nonce\t0\t\nonce\t2\tdose\ntwice\t0\t\ntwice\t1\tdose\ntwice\t2\tdose\n"
+    )
+    (tmp_path / "parameters.tsv").write_text(
+        "parameterId\tlowerBound\tupperBound\tnominalValue\testimate\nk\t0.01\t10\t0.5\ttrue\nmore\t0\t10\t3\ttrue\n"
+    )
+    rows = "".join(f"obs\t{which}\t1\t{time}\n" for which in ("once", "twice") for time in (1, 2, 3))
+    (tmp_path / "measurements.tsv").write_text("observableId\texperimentId\tmeasurement\ttime\n" + rows)
+    (tmp_path / "problem.yaml").write_text(SECOND)
+    e = np.exp(-0.5)
+    # What is measured at the time of a dose has it.
+    wanted = [[2 * e, 2 * e**2 + 3, 2 * e**3 + 3 * e], [2 * e + 3, 2 * e**2 + 3 * e + 3, 2 * e**3 + 3 * e**2 + 3 * e]]
+    assert np.allclose(simulated(tmp_path / "problem.yaml", 2), wanted, rtol=1e-8)
+
+
 def test_several_changes_in_one_experiment_of_version_2(tmp_path: Path) -> None:
     problem(tmp_path, decay())
     (tmp_path / "conditions.tsv").write_text("conditionId\ttargetId\ttargetValue\nfast\tk\t1\nslow\tk\tk_slow/2\n")
@@ -222,10 +245,6 @@ def test_several_changes_in_one_experiment_of_version_2(tmp_path: Path) -> None:
     )
     rows = "".join(f"obs\te\t1\t{time}\n" for time in (0, 1, 2, 3, 4))
     (tmp_path / "measurements.tsv").write_text("observableId\texperimentId\tmeasurement\ttime\n" + rows)
-    (tmp_path / "problem.yaml").write_text(
-        "format_version: 2.0.0\nparameter_files: [parameters.tsv]\ncondition_files: [conditions.tsv]\n"
-        "experiment_files: [experiments.tsv]\nmeasurement_files: [measurements.tsv]\nobservable_files: [observables.tsv]\n"
-        "model_files:\n  decay:\n    location: model.xml\n    language: sbml\n"
-    )
+    (tmp_path / "problem.yaml").write_text(SECOND)
     spent = np.array([0, 1, 1.2, 1.4, 2.4])
     assert np.allclose(simulated(tmp_path / "problem.yaml", 1), 2 * np.exp(-spent), rtol=1e-8)

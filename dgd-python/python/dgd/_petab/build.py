@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from .conditions import Conditions
-from .formula.expression import ONE, ZERO, Expression, name, operation
+from .formula.expression import ONE, ZERO, Expression, name, number, operation
 from .formula.mathml import TIME
 from .model import State, Written
 from .names import CLOCK
 from .observables import outputs
 from .read.sbml import Network, Quantity
-from .read.tables import Tables
+from .read.tables import OWN, Tables
 from .refusal import Refusals
 
 
@@ -39,7 +39,7 @@ class _Builder:
         whole, names = self._written, self._written.names
         for experiment in self._tables.experiments.values():
             if experiment.before is not None:
-                self._refusals.add(f"pre-equilibration, in the experiment `{experiment.name}`")
+                self._refusals.add(f"pre-equilibration, in the experiment `{experiment.name}`, unless `settle` is given")
         self._estimated()
         self._conditional()
         self._without_unit_compartments()
@@ -78,19 +78,34 @@ class _Builder:
             self._quantities[target] = one
 
     def _conditional_value(self, one: Quantity) -> Expression:
-        """The value of a constant, or the start value of a state, in all phases: its own, where none gives another."""
+        """The value of a constant in all phases, or the start value of a state: its own, where no condition gives one."""
         values: dict[tuple[str, int], Expression] = {}
         for experiment in self._tables.experiments.values():
             value = one.value
             for k, phase in enumerate(experiment.phases):
-                value = phase.values.get(one.name, value)
                 if one.kind == "state" and k > 0:
-                    if one.name in phase.values:
-                        self._refusals.add(f"`{one.name}`, which jumps in the experiment `{experiment.name}`")
-                    continue
+                    break
+                value = phase.values.get(one.name, value)
+                value = one.value if value == OWN else value
                 values[experiment.name, k] = self._missing(one) if value is None else value
-        wanted = one.name if one.kind == "constant" else self._written.names.fresh(f"{one.name}_start")
-        return self._conditions.formula(wanted, values, one.doc)
+        if one.kind == "constant":
+            return self._conditions.formula(one.name, values, one.doc)
+        self._jumps(one)
+        return self._conditions.formula(self._written.names.fresh(f"{one.name}_start"), values, one.doc)
+
+    def _jumps(self, one: Quantity) -> None:
+        """What a state is set to where a phase begins; it goes on as it is where the condition says nothing."""
+        for k in range(1, max(len(experiment.phases) for experiment in self._tables.experiments.values())):
+            values = {
+                (experiment.name, k): experiment.phases[k].values.get(one.name, OWN)
+                for experiment in self._tables.experiments.values()
+                if len(experiment.phases) > k
+            }
+            if any(value != OWN for value in values.values()):
+                goes_on = {OWN.name: name(one.name)}
+                told = {key: value.replaced(goes_on) for key, value in values.items()}
+                formula = self._conditions.formula(self._written.names.fresh(f"{one.name}_set"), told, one.doc)
+                self._written.resets.setdefault(k, {})[one.name] = formula
 
     def _missing(self, one: Quantity) -> Expression:
         self._refusals.add(f"{one.origin} `{one.name}` without a {'start ' * (one.kind == 'state')}value")
@@ -155,8 +170,13 @@ class _Builder:
             whole.lets[one.name] = (one.value, one.doc)
 
     def _time(self) -> None:
-        """The time of formulas, in the model's unit."""
+        """The time of formulas, in the model's unit, and what begins with a phase."""
         whole = self._written
+        experiments = self._tables.experiments
+        lengths = {(one, k): number(experiments[one].run_in) for one, k in self._keys}
+        run_in = self._conditions.formula(whole.names.fresh("run_in"), lengths, "when the measurements begin")
+        if whole.resets:
+            whole.phase = self._conditions.phase()
         time = {TIME: name(whole.time_name)}
         whole.lets = {one: (value.replaced(time), doc) for one, (value, doc) in whole.lets.items()}
         whole.states = {
@@ -165,11 +185,18 @@ class _Builder:
         for one in whole.outputs:
             one.formula = one.formula.replaced(time)
             one.noise = None if one.noise is None else one.noise.replaced(time)
+        whole.resets = {
+            k: {one: formula.replaced(time) for one, formula in resets.items()} for k, resets in whole.resets.items()
+        }
+        since = operation("-", operation("/", name(CLOCK), name(whole.unit_name)), run_in)
+        whole.lets = {whole.time_name: (since, "the time in its unit"), **whole.lets}
 
     def _prune(self) -> None:
         """Leaves out what nothing reads."""
         whole = self._written
         todo = [formula for is_ in whole.states.values() for formula in (is_.start, is_.rate)]
+        todo += [formula for resets in whole.resets.values() for formula in resets.values()]
+        todo += [whole.phase] if whole.phase is not None else []
         todo += [formula for one in whole.outputs for formula in (one.formula, one.noise) if formula is not None]
         read: set[str] = set()
         while todo:
@@ -185,9 +212,6 @@ class _Builder:
         whole.parameters = {one: what for one, what in whole.parameters.items() if one in read}
         whole.inputs = {one: what for one, what in whole.inputs.items() if one in read}
         whole.lets = {one: what for one, what in whole.lets.items() if one in read}
-        if whole.time_name in read:
-            since = operation("/", name(CLOCK), name(whole.unit_name))
-            whole.lets = {whole.time_name: (since, "the time in its unit"), **whole.lets}
         for columns in whole.columns.values():
             for unread in columns.keys() - whole.inputs.keys():
                 del columns[unread]

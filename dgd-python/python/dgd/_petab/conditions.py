@@ -48,6 +48,12 @@ class Conditions:
                 terms.append(operation("*", *factors))
         return total(terms)
 
+    def phase(self) -> Expression:
+        """An input that is the number of the phase, from 0."""
+        which = self._written.names.fresh("phase")
+        self._input(which, {key: float(key[1]) for key in self._keys}, "how often the conditions have changed")
+        return name(which)
+
     def _indicator(self, key: Key) -> str:
         if key not in self._indicators:
             experiment, phase = key
@@ -60,6 +66,5 @@ class Conditions:
     def _input(self, which: str, columns: dict[Key, float], doc: str) -> None:
         self._written.inputs[which] = doc
         for key in self._keys:
-            # What is there from the start on keeps its value.
-            first = key if key in columns else (key[0], 0)
-            self._written.columns[key][which] = columns[first]
+            # What is there from the start on keeps its value; what is only read when a phase begins has none before.
+            self._written.columns[key][which] = columns.get(key, columns.get((key[0], 0), 0.0))

@@ -49,6 +49,10 @@ class Written:
     lets: dict[str, tuple[Expression, str]] = field(default_factory=dict)
     states: dict[str, State] = field(default_factory=dict)
     outputs: list[Output] = field(default_factory=list)
+    #: What states are set to where a phase begins, by its number.
+    resets: dict[int, dict[str, Expression]] = field(default_factory=dict)
+    #: The number of the phase, where anything is set.
+    phase: Expression | None = None
     #: The output of each measurement.
     places: list[Output] = field(default_factory=list)
     #: Values of inputs, by experiment and phase.
@@ -80,6 +84,7 @@ class Written:
                 f"equation {said(one)}: {self.unit_name}*der({said(one)}) = {self._said(is_.rate)}"
                 for one, is_ in self.states.items()
             ],
+            [self._when(k, resets) for k, resets in self.resets.items()],
             [self._output(one) for one in self.outputs],
         ]
         about = f"/// {self.doc}\n" if self.doc else ""
@@ -101,6 +106,11 @@ class Written:
             law, first, second = one.prior
             attributes.append(f"prior {law}({_plain(first)}, {_plain(second)})")
         return f"parameter {self.names.of(one.name)} = {_plain(one.value)}  {', '.join(attributes)}{_doc(one.doc)}"
+
+    def _when(self, k: int, resets: dict[str, Expression]) -> str:
+        assert self.phase is not None
+        lines = [f"  reset {self.names.of(one)} = {self._said(formula)}" for one, formula in resets.items()]
+        return "\n".join([f"when {self._said(self.phase)} rises above {k - 0.5} {{", *lines, "}"])
 
     def _output(self, one: Output) -> str:
         formula = self._said(one.formula)

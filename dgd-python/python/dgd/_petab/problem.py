@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import _dgd
-from .._errors import DataError, UsageError
+from .._errors import DataError, UsageError, warn
 from .._model.model import Model, parse
 from .._options import Values
 from .._results.fit import Fit
 from .read.tables import Tables
-from .recordings import Columns, Reading, recordings
+from .recordings import Columns, Reading, recordings, restless
 from .refusal import Refusals
 
 if TYPE_CHECKING:
@@ -26,11 +26,16 @@ if TYPE_CHECKING:
 _NOISE = ("declared", "estimated")
 
 
-def from_petab(path: str | os.PathLike[str], *, noise: str = "declared") -> PetabProblem:
+def from_petab(
+    path: str | os.PathLike[str], *, noise: str = "declared", settle: float | None = None
+) -> PetabProblem:
     """Reads a PEtab problem, by its YAML file, as a model and recordings. It needs ``pip install 'dgd-models[petab]'``.
 
     ``noise`` is ``"declared"`` where outputs get the noise that the observable table says, or ``"estimated"`` where they
     get none, so that a fit estimates one standard deviation for each.
+
+    ``settle`` is how long pre-equilibration takes, in the model's unit of time: such an experiment begins with a run-in of
+    this length under its first condition. Where the states still move at its end, there is a warning.
 
     Raises :class:`ModelError`, which lists all that the problem has and the language does not, `OSError` where there is
     no such file, and :class:`DataError` where petab cannot read it.
@@ -45,10 +50,12 @@ def from_petab(path: str | os.PathLike[str], *, noise: str = "declared") -> Peta
     file = os.fspath(path)
     with open(file, "rb"):
         pass
-    return _read(file, noise == "declared")
+    if settle is not None and not settle > 0:
+        raise UsageError(f"`settle` must be a time above zero, not {settle!r}")
+    return _read(file, noise == "declared", settle)
 
 
-def _read(file: str, is_noise_declared: bool) -> PetabProblem:
+def _read(file: str, is_noise_declared: bool, settle: float | None) -> PetabProblem:
     # They need libSBML.
     from .build import written
     from .read.sbml import network
@@ -58,12 +65,19 @@ def _read(file: str, is_noise_declared: bool) -> PetabProblem:
     found = _tables(file, what, refusals)
     if not found.measurements:
         raise DataError(f"{what} has no measurements")
+    if settle is not None:
+        found.experiments = {which: one.settled(settle) for which, one in found.experiments.items()}
     whole = written(network(found.document, refusals), found, is_noise_declared, refusals)
     refusals.raise_if_any(what)
     columns, readings = recordings(whole, found, refusals)
     refusals.raise_if_any(what)
     name = f"{whole.names.of(whole.name)}.dgd"
-    return PetabProblem(parse(whole.text(), name=name), columns, readings, found.frame)
+    model = parse(whole.text(), name=name)
+    for which, one in found.experiments.items():
+        if one.run_in and (moving := restless(model, columns[which])):
+            said = ", ".join(f"`{state}`" for state in moving)
+            warn([f"not at rest at the end of the run-in of `{which}`: {said}; give a longer `settle`"], stacklevel=3)
+    return PetabProblem(model, columns, readings, found.frame)
 
 
 def _tables(file: str, what: str, refusals: Refusals) -> Tables:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .._model.model import Model
 from .model import Written
 from .read.tables import Measurement, Tables
 from .refusal import Refusals
@@ -41,7 +42,7 @@ def recordings(
     for experiment, whole in tables.experiments.items():
         rows = [k for k, one in enumerate(tables.measurements) if one.experiment == experiment]
         starts = [phase.start for phase in whole.phases]
-        times = _rows(rows, starts, tables, written, refusals, readings, experiment)
+        times = _rows(rows, starts, whole.run_in, tables, written, refusals, readings, experiment)
         columns = {f"time [{label}]": size * np.array(times)}
         phases = [sum(start <= time for start in starts) - 1 for time in times]
         for one in written.inputs:
@@ -59,6 +60,7 @@ def recordings(
 def _rows(
     rows: list[int],
     starts: list[float],
+    run_in: float,
     tables: Tables,
     written: Written,
     refusals: Refusals,
@@ -73,7 +75,7 @@ def _rows(
             kind = "at the steady state" if time == math.inf else f"at the time `{time}`"
             refusals.add(f"measurements {kind}, in the experiment `{experiment}`")
             time = 0.0
-        counts.setdefault(time, {}).setdefault(written.places[k].name, []).append(k)
+        counts.setdefault(run_in + time, {}).setdefault(written.places[k].name, []).append(k)
     times: list[float] = []
     for time, by_output in sorted(counts.items()):
         for output, members in by_output.items():
@@ -93,3 +95,18 @@ def _scaled(measurement: Measurement, scale: str, refusals: Refusals) -> float:
         refusals.add(f"the measurement {value:g} of `{measurement.observable}`, which has no logarithm")
         return math.nan
     return math.log10(value) if scale == "log10" else math.log(value)
+
+
+def restless(model: Model, columns: Columns) -> list[str]:
+    """States that still move at the end of the run-in of a recording, at the values of the model.
+
+    They differ there by more than a millionth of their size from what they were half way.
+    """
+    header, times = next(iter(columns.items()))
+    end = times[times > 0].min()
+    # Nothing is read in the first row, so that these are the inputs.
+    inputs = {name: np.full(3, values[0]) for name, values in columns.items() if not math.isnan(values[0])}
+    run_in = inputs | {header: np.array([0.0, end / 2, end])}
+    run = model.simulate(run_in, rtol=1e-9)
+    values = {name: run[name] for name in model.states}
+    return [name for name, x in values.items() if abs(x[2] - x[1]) > 1e-6 * np.abs(x).max()]

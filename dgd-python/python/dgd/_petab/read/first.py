@@ -12,7 +12,7 @@ from ..formula.expression import ZERO, Expression
 from ..formula.mathml import of_petab
 from ..refusal import Refusals, Refused
 from .priors import Bounds, prior
-from .tables import Experiment, Measurement, Observable, Parameter, Phase, Tables
+from .tables import OWN, Experiment, Measurement, Observable, Parameter, Phase, Tables
 
 _PLACEHOLDER = r"\b{}Parameter(\d+)_{}\b"
 
@@ -88,7 +88,9 @@ class _Reader:
         experiment = during if is_missing(before) else f"{before}_then_{during}"
         if experiment not in self._tables.experiments:
             start = None if is_missing(before) else self._condition(str(before))
-            self._tables.experiments[experiment] = Experiment(experiment, (Phase(0.0, self._condition(during)),), start)
+            # What the second condition leaves out is the model's again.
+            values = dict.fromkeys(start or (), OWN) | self._condition(during)
+            self._tables.experiments[experiment] = Experiment(experiment, (Phase(0.0, values),), start)
         return Measurement(
             str(row["observableId"]),
             experiment,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..formula.expression import Expression
+from ..formula.expression import Expression, name
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,10 @@ class Observable:
     scale: str = "lin"
 
 
+#: In the place of a value: that of the model itself, in which a state goes on as it is.
+OWN = name("value of the model")
+
+
 @dataclass(frozen=True)
 class Phase:
     """From some time on, in the model's unit, these have these values; the first gives start values, too."""
@@ -56,6 +60,15 @@ class Experiment:
     phases: tuple[Phase, ...]
     #: What has which value at the steady state in which the run starts; None where it starts from start values.
     before: dict[str, Expression] | None = None
+    #: How long the first phase takes, which comes to that steady state; 0 where there is none.
+    run_in: float = 0.0
+
+    def settled(self, run_in: float) -> Experiment:
+        """The experiment with a run-in of this length in the place of a steady state."""
+        if self.before is None:
+            return self
+        later = (Phase(run_in + phase.start, phase.values) for phase in self.phases)
+        return Experiment(self.name, (Phase(0.0, self.before), *later), None, run_in)
 
     @property
     def targets(self) -> set[str]:
