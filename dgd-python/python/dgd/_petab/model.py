@@ -53,6 +53,8 @@ class Written:
     resets: dict[int, dict[str, Expression]] = field(default_factory=dict)
     #: The number of the phase, where anything is set.
     phase: Expression | None = None
+    #: Whether a run starts at rest, under the first conditions of its experiment.
+    is_steady: bool = False
     #: The output of each measurement.
     places: list[Output] = field(default_factory=list)
     #: Values of inputs, by experiment and phase.
@@ -84,6 +86,7 @@ class Written:
                 f"equation {said(one)}: {self.unit_name}*der({said(one)}) = {self._said(is_.rate)}"
                 for one, is_ in self.states.items()
             ],
+            ["start steady"] if self.is_steady else [],
             [self._when(k, resets) for k, resets in self.resets.items()],
             [self._output(one) for one in self.outputs],
         ]

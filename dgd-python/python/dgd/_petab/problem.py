@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import _dgd
-from .._errors import DataError, UsageError, warn
+from .._errors import DataError, ModelError, UsageError, warn
 from .._model.model import Model, parse
 from .._options import Values
 from .._results.fit import Fit
 from .read.tables import Tables
+from .language import has_steady_starts
+from .model import Written
 from .recordings import Columns, Reading, recordings, restless
 from .refusal import Refusals
 
@@ -65,19 +67,35 @@ def _read(file: str, is_noise_declared: bool, settle: float | None) -> PetabProb
     found = _tables(file, what, refusals)
     if not found.measurements:
         raise DataError(f"{what} has no measurements")
-    if settle is not None:
-        found.experiments = {which: one.settled(settle) for which, one in found.experiments.items()}
+    is_steady = settle is None and has_steady_starts() and all(one.before is not None for one in found.experiments.values())
+    if settle is not None or is_steady:
+        # At rest it does not matter how long nothing moves.
+        run_in = 1.0 if settle is None else settle
+        found.experiments = {which: one.settled(run_in) for which, one in found.experiments.items()}
     whole = written(network(found.document, refusals), found, is_noise_declared, refusals)
+    whole.is_steady = is_steady
     refusals.raise_if_any(what)
     columns, readings = recordings(whole, found, refusals)
     refusals.raise_if_any(what)
-    name = f"{whole.names.of(whole.name)}.dgd"
-    model = parse(whole.text(), name=name)
+    model = _model(whole, what)
     for which, one in found.experiments.items():
-        if one.run_in and (moving := restless(model, columns[which])):
+        if one.run_in and not is_steady and (moving := restless(model, columns[which])):
             said = ", ".join(f"`{state}`" for state in moving)
             warn([f"not at rest at the end of the run-in of `{which}`: {said}; give a longer `settle`"], stacklevel=3)
     return PetabProblem(model, columns, readings, found.frame)
+
+
+def _model(whole: Written, what: str) -> Model:
+    """The model of its text."""
+    try:
+        return parse(whole.text(), name=f"{whole.names.of(whole.name)}.dgd")
+    except ModelError as error:
+        if not (whole.is_steady and [one.code for one in error.diagnostics] == ["E507"]):
+            raise
+        refusals = Refusals()
+        refusals.add(f"pre-equilibration of a model that reads the time, unless `settle` is given: {error}")
+        refusals.raise_if_any(what)
+        raise
 
 
 def _tables(file: str, what: str, refusals: Refusals) -> Tables:
