@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 TABLES = {
-    "parameters": "parameterId\tparameterScale\tlowerBound\tupperBound\tnominalValue\testimate\nk\tlog10\t1e-3\t10\t0.5\t1\n",
+    "parameters": "parameterId\tparameterScale\tlowerBound\tupperBound\tnominalValue\testimate\n"
+    "k\tlog10\t1e-3\t10\t0.5\t1\n",
     "conditions": "conditionId\nc0\n",
     "observables": "observableId\tobservableFormula\tnoiseFormula\nobs\tA\t0.1\n",
     "measurements": "observableId\tsimulationConditionId\tmeasurement\ttime\nobs\tc0\t1\t0\nobs\tc0\t0.5\t2\n",

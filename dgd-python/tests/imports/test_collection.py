@@ -46,7 +46,13 @@ def test_the_likelihood_is_the_published_one(name: str, wanted: float) -> None:
 # Those whose published simulations are in the order of the measurements.
 @pytest.mark.parametrize(
     "name",
-    ["Boehm_JProteomeRes2014", "Bruno_JExpBot2016", "Elowitz_Nature2000", "Giordano_Nature2020", "Raia_CancerResearch2011"],
+    [
+        "Boehm_JProteomeRes2014",
+        "Bruno_JExpBot2016",
+        "Elowitz_Nature2000",
+        "Giordano_Nature2020",
+        "Raia_CancerResearch2011",
+    ],
 )
 def test_simulations_are_the_published_ones(name: str) -> None:
     import pandas as pd

@@ -114,7 +114,9 @@ def test_a_model_of_level_1(tmp_path: Path) -> None:
     assert np.allclose(simulated(path, 1), 3 * np.exp(-np.array(TIMES) / 4), rtol=1e-8)
 
 
-@pytest.mark.parametrize(("unit", "column"), [(60, "time [min]"), (3600, "time [h]"), (86400, "time [d]"), (7, "time [s]")])
+@pytest.mark.parametrize(
+    ("unit", "column"), [(60, "time [min]"), (3600, "time [h]"), (86400, "time [d]"), (7, "time [s]")]
+)
 def test_the_unit_of_time(tmp_path: Path, unit: int, column: str) -> None:
     import libsbml
 

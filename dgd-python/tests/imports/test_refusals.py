@@ -75,7 +75,10 @@ def formula(words: str) -> Callable[[Any], None]:
         (lambda model: rule(model, "InitialAssignment", "A", "2*A"), "the start value of `A`, which depends on itself"),
         (formula("k*delay(A, 1)"), "`delay` in a formula of the kinetic law of reaction `loss`"),
         (formula("k*rateOf(A)"), "`rateOf` in a formula of the kinetic law of reaction `loss`"),
-        (formula("piecewise(k, A > 1)"), "a `piecewise` without a value for all other cases of the kinetic law of reaction `loss`"),
+        (
+            formula("piecewise(k, A > 1)"),
+            "a `piecewise` without a value for all other cases of the kinetic law of reaction `loss`",
+        ),
     ],
 )
 def test_of_a_network(tmp_path: Path, spoil: Callable[[Any], None], words: str) -> None:
@@ -85,19 +88,55 @@ def test_of_a_network(tmp_path: Path, spoil: Callable[[Any], None], words: str) 
     assert words in refused(problem(tmp_path, document))
 
 
+def measured(rows: str) -> dict[str, str]:
+    """A measurement table with more rows."""
+    return {"measurements": TABLES["measurements"] + rows}
+
+
+def observed(columns: str, cells: str) -> dict[str, str]:
+    """An observable table of one row."""
+    return {"observables": f"observableId\t{columns}\nobs\t{cells}\n"}
+
+
+def expected(kind: str) -> dict[str, str]:
+    """A parameter table with a prior."""
+    head, row = TABLES["parameters"].splitlines()
+    return {"parameters": f"{head}\tobjectivePriorType\tobjectivePriorParameters\n{row}\t{kind}\t0;1\n"}
+
+
+def estimated(name: str) -> dict[str, str]:
+    """A parameter table with one more."""
+    return {"parameters": TABLES["parameters"] + f"{name}\tlin\t0\t10\t1\t1\n"}
+
+
+PLAIN = "observableFormula\tnoiseFormula"
+
+
 @pytest.mark.parametrize(
     ("tables", "words"),
     [
-        ({"measurements": TABLES["measurements"] + "obs\tc0\t1\tinf\n"}, "measurements at the steady state, in the experiment `c0`"),
-        ({"measurements": TABLES["measurements"] + "obs\tc0\t1\t-1\n"}, "measurements at the time `-1.0`, in the experiment `c0`"),
-        ({"observables": "observableId\tobservableFormula\tnoiseFormula\tnoiseDistribution\nobs\tA\t0.1\tlaplace\n"}, "noise distribution `laplace` of observable `obs`"),
-        ({"observables": "observableId\tobservableFormula\tnoiseFormula\nobs\tA*observableParameter1_obs\t0.1\n"}, "measurements of `obs` without a value of `observableParameter1_obs`"),
-        ({"observables": "observableId\tobservableFormula\tnoiseFormula\nobs\tA +* 2\t0.1\n"}, "the formula `A +* 2`"),
-        ({"observables": "observableId\tobservableFormula\tobservableTransformation\tnoiseFormula\nobs\tA\tlog\t0.1\n", "measurements": TABLES["measurements"] + "obs\tc0\t-3\t1\n"}, "the measurement -3 of `obs`, which has no logarithm"),
-        ({"parameters": TABLES["parameters"].replace("\testimate", "\testimate\tobjectivePriorType\tobjectivePriorParameters").rstrip("\n") + "\tlogLaplace\t0;1\n"}, "prior `logLaplace` of parameter `k`"),
-        ({"parameters": TABLES["parameters"].replace("\testimate", "\testimate\tobjectivePriorType\tobjectivePriorParameters").rstrip("\n") + "\tparameterScaleLaplace\t0;1\n"}, "prior `parameterScaleLaplace` on the scale `log10` of parameter `k`"),
-        ({"parameters": TABLES["parameters"] + "A\tlin\t0\t10\t1\t1\n"}, "parameter `A`, which is a state"),
-        ({"parameters": TABLES["parameters"] + "loss\tlin\t0\t10\t1\t1\n"}, "parameter `loss`, which the model has a rule for"),
+        (measured("obs\tc0\t1\tinf\n"), "measurements at the steady state, in the experiment `c0`"),
+        (measured("obs\tc0\t1\t-1\n"), "measurements at the time `-1.0`, in the experiment `c0`"),
+        (
+            observed(f"{PLAIN}\tnoiseDistribution", "A\t0.1\tlaplace"),
+            "noise distribution `laplace` of observable `obs`",
+        ),
+        (
+            observed(PLAIN, "A*observableParameter1_obs\t0.1"),
+            "measurements of `obs` without a value of `observableParameter1_obs`",
+        ),
+        (observed(PLAIN, "A +* 2\t0.1"), "the formula `A +* 2`"),
+        (
+            observed(f"{PLAIN}\tobservableTransformation", "A\t0.1\tlog") | measured("obs\tc0\t-3\t1\n"),
+            "the measurement -3 of `obs`, which has no logarithm",
+        ),
+        (expected("logLaplace"), "prior `logLaplace` of parameter `k`"),
+        (
+            expected("parameterScaleLaplace"),
+            "prior `parameterScaleLaplace` on the scale `log10` of parameter `k`",
+        ),
+        (estimated("A"), "parameter `A`, which is a state"),
+        (estimated("loss"), "parameter `loss`, which the model has a rule for"),
         ({"conditions": "conditionId\tloss\nc0\t1\n"}, "`loss` in the condition table, which the model has a rule for"),
         ({"conditions": "conditionId\tk\nc0\t1\n"}, "`k` in the condition table, which the parameter table has, too"),
     ],
@@ -118,8 +157,8 @@ def test_everything_is_said_at_once(tmp_path: Path) -> None:
     document = decay()
     event(document.getModel())
     parameter(document.getModel(), "x", None)
-    observables = "observableId\tobservableFormula\tnoiseFormula\tnoiseDistribution\nobs\tA*x\t0.1\tlaplace\n"
-    lines = refused(problem(tmp_path, document, observables=observables))
+    tables = observed(f"{PLAIN}\tnoiseDistribution", "A*x\t0.1\tlaplace")
+    lines = refused(problem(tmp_path, document, **tables))
     assert lines == [
         "noise distribution `laplace` of observable `obs`",
         "event `dose`",

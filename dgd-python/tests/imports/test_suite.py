@@ -67,7 +67,8 @@ def test_a_case_is_as_the_suite_says(k: int) -> None:
 @pytest.mark.parametrize("k", SETTLED)
 def test_a_steady_state_takes_a_time(k: int) -> None:
     if not has_steady_starts():
-        with pytest.raises(dgd.ModelError, match="pre-equilibration, in the experiment `preeq_c0_then_c0`, unless `settle`"):
+        words = "pre-equilibration, in the experiment `preeq_c0_then_c0`, unless `settle`"
+        with pytest.raises(dgd.ModelError, match=words):
             dgd.from_petab(case(k))
     with pytest.warns(dgd.DgdWarning, match="not at rest at the end of the run-in of `preeq_c0_then_c0`: .*`A`"):
         dgd.from_petab(case(k), settle=2.0)

@@ -96,7 +96,8 @@ def test_the_example_recovers_what_made_its_data() -> None:
 
 
 def test_replicates_of_an_observable_are_all_read(tmp_path: Path) -> None:
-    rows = "".join(f"obs\tc0\t{value}\t{time}\n" for time, value in ((0, 2), (0, 2.2), (1, 1), (1, 1.1), (1, 1.2), (3, 0.4)))
+    values = ((0, 2), (0, 2.2), (1, 1), (1, 1.1), (1, 1.2), (3, 0.4))
+    rows = "".join(f"obs\tc0\t{value}\t{time}\n" for time, value in values)
     p = dgd.from_petab(
         problem(tmp_path, decay(), measurements="observableId\tsimulationConditionId\tmeasurement\ttime\n" + rows)
     )

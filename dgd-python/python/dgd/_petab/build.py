@@ -37,20 +37,19 @@ class _Builder:
     def build(self, is_noise_declared: bool) -> Written:
         """The whole."""
         whole, names = self._written, self._written.names
-        for experiment in self._tables.experiments.values():
-            if experiment.before is not None:
-                self._refusals.add(f"pre-equilibration, in the experiment `{experiment.name}`, unless `settle` is given")
+        for one in self._tables.experiments.values():
+            if one.before is not None:
+                self._refusals.add(f"pre-equilibration, in the experiment `{one.name}`, unless `settle` is given")
         self._estimated()
         self._conditional()
         self._without_unit_compartments()
         whole.unit_name, whole.time_name = names.fresh("unit_of_time"), names.fresh("t")
-        starts = {one.name: self._at_start(one) for one in self._quantities.values() if one.kind == "state"}
-        constants = {
-            one.name: one.value for one in self._quantities.values() if one.kind == "constant" and one.value is not None
-        }
+        known = self._quantities.values()
+        starts = {one.name: self._at_start(one) for one in known if one.kind == "state"}
+        constants = {one.name: one.value for one in known if one.kind == "constant" and one.value is not None}
         whole.outputs, whole.places = outputs(self._tables, constants, is_noise_declared, self._refusals)
-        for one in self._quantities.values():
-            self._declare(one, starts)
+        for quantity in known:
+            self._declare(quantity, starts)
         self._time()
         self._prune()
         return whole
@@ -78,7 +77,7 @@ class _Builder:
             self._quantities[target] = one
 
     def _conditional_value(self, one: Quantity) -> Expression:
-        """The value of a constant in all phases, or the start value of a state: its own, where no condition gives one."""
+        """The value of a constant in all phases, or the start value of a state: its own, where none is given."""
         values: dict[tuple[str, int], Expression] = {}
         for experiment in self._tables.experiments.values():
             value = one.value
@@ -131,7 +130,7 @@ class _Builder:
 
     def _started(self, formula: Expression, within: tuple[str, ...]) -> Expression:
         by: dict[str, Expression] = {TIME: ZERO}
-        for each in formula.names:
+        for each in sorted(formula.names):
             one = self._quantities.get(each)
             if one is None or not self._changes(each):
                 continue

@@ -29,8 +29,8 @@ class Conditions:
     def formula(self, which: str, values: dict[Key, Expression], doc: str) -> Expression:
         """The formula of a quantity by its value in each phase.
 
-        It is the value, where all have the same; an input that is called ``which``, where all are numbers; and otherwise
-        a sum over phases, each with an input that is 1 in this phase and 0 in the others.
+        It is the value, where all have the same; an input that is called ``which``, where all are numbers; and
+        otherwise a sum over phases, each with an input that is 1 in this phase and 0 in the others.
         """
         distinct = list(dict.fromkeys(values.values()))
         if len(distinct) == 1:

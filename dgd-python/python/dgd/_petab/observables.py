@@ -57,7 +57,7 @@ class _Maker:
         counted = [bare] if len(distinct) == 1 else [f"{bare}_{k}" for k in range(1, len(distinct) + 1)]
         return {
             overrides: self._output(observable, overrides, self._names.fresh(which))
-            for overrides, which in zip(distinct, counted)
+            for overrides, which in zip(distinct, counted, strict=True)
         }
 
     def _output(self, observable: Observable, overrides: Overrides, which: str) -> Output:

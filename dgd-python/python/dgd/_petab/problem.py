@@ -31,13 +31,14 @@ _NOISE = ("declared", "estimated")
 def from_petab(
     path: str | os.PathLike[str], *, noise: str = "declared", settle: float | None = None
 ) -> PetabProblem:
-    """Reads a PEtab problem, by its YAML file, as a model and recordings. It needs ``pip install 'dgd-models[petab]'``.
+    """Reads a PEtab problem, by its YAML file, as a model and recordings.
 
-    ``noise`` is ``"declared"`` where outputs get the noise that the observable table says, or ``"estimated"`` where they
-    get none, so that a fit estimates one standard deviation for each.
+    It needs ``pip install 'dgd-models[petab]'``. ``noise`` is ``"declared"`` where outputs get the noise that the
+    observable table says, or ``"estimated"`` where they get none, so that a fit estimates one standard deviation for
+    each.
 
-    ``settle`` is how long pre-equilibration takes, in the model's unit of time: such an experiment begins with a run-in of
-    this length under its first condition. Where the states still move at its end, there is a warning.
+    ``settle`` is how long pre-equilibration takes, in the model's unit of time: such an experiment begins with a run-in
+    of this length under its first condition. Where the states still move at its end, there is a warning.
 
     Raises :class:`ModelError`, which lists all that the problem has and the language does not, `OSError` where there is
     no such file, and :class:`DataError` where petab cannot read it.
@@ -67,7 +68,8 @@ def _read(file: str, is_noise_declared: bool, settle: float | None) -> PetabProb
     found = _tables(file, what, refusals)
     if not found.measurements:
         raise DataError(f"{what} has no measurements")
-    is_steady = settle is None and has_steady_starts() and all(one.before is not None for one in found.experiments.values())
+    is_all = all(one.before is not None for one in found.experiments.values())
+    is_steady = settle is None and is_all and has_steady_starts()
     if settle is not None or is_steady:
         # At rest it does not matter how long nothing moves.
         run_in = 1.0 if settle is None else settle
@@ -185,6 +187,6 @@ class PetabProblem:
 
 def _csv(columns: Mapping[str, Any]) -> str:
     """Columns as a CSV file; a missing value is an empty cell."""
-    rows = zip(*(values.tolist() for values in columns.values()))
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
     lines = [",".join("" if value != value else repr(value).removesuffix(".0") for value in row) for row in rows]
     return "\n".join([",".join(columns), *lines]) + "\n"

@@ -38,8 +38,8 @@ def prior(
 def _law(bare: str, numbers: Sequence[float], base: float | None) -> Law | None:
     first, second = numbers
     if base is not None:
-        # A density of the logarithm. That of the language is one of the parameter: its term 2 ln(a/median) is made up for
-        # by a median that is larger by the square of the deviation.
+        # A density of the logarithm. That of the language is one of the parameter: its term 2 ln(a/median) is made up
+        # for by a median that is larger by the square of the deviation.
         deviation = second * math.log(base)
         return ("lognormal", base**first * math.exp(deviation**2), deviation) if bare == "normal" else None
     if bare == "lognormal":

@@ -197,7 +197,8 @@ class _Reader:
     def _stoichiometry(self, reaction: str, reference: Any) -> Expression:
         """The number of a species in a reaction; one that has a name is a quantity."""
         if reference.isSetStoichiometryMath():
-            return self._formula(reference.getStoichiometryMath().getMath(), f"a stoichiometry in reaction `{reaction}`")
+            formula = reference.getStoichiometryMath().getMath()
+            return self._formula(formula, f"a stoichiometry in reaction `{reaction}`")
         value = number(reference.getStoichiometry() if reference.isSetStoichiometry() else 1.0)
         own = reference.getId()
         if not own:
