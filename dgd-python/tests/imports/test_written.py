@@ -111,6 +111,14 @@ def test_replicates_of_an_observable_are_all_read(tmp_path: Path) -> None:
     assert o(o.x0) == pytest.approx(0.5 * np.sum((residuals / 0.1) ** 2))
 
 
+def test_without_a_nominal_value_a_parameter_starts_in_the_middle(tmp_path: Path) -> None:
+    head = "parameterId\tparameterScale\tlowerBound\tupperBound\testimate\tnominalValue\n"
+    rows = "k\tlog10\t1e-3\t10\t1\t\nx\tlin\t1\t4\t1\t\ny\tlog10\t\t\t0\t0\n"
+    observables = TABLES["observables"].replace("\tA\t", "\tA*x + y\t")
+    p = dgd.from_petab(problem(tmp_path, decay(), parameters=head + rows, observables=observables))
+    assert [one.value for one in p.model.parameters.values()] == pytest.approx([0.1, 2.5, 0])
+
+
 def test_overrides_and_logarithms_make_outputs_of_their_own(tmp_path: Path) -> None:
     head = "observableId\tsimulationConditionId\tmeasurement\ttime\tobservableParameters\n"
     p = dgd.from_petab(

@@ -47,7 +47,7 @@ class _Builder:
         known = self._quantities.values()
         starts = {one.name: self._at_start(one) for one in known if one.kind == "state"}
         constants = {one.name: one.value for one in known if one.kind == "constant" and one.value is not None}
-        whole.outputs, whole.places = outputs(self._tables, constants, is_noise_declared, self._refusals)
+        whole.outputs, whole.places = outputs(self._tables, names, constants, is_noise_declared, self._refusals)
         for quantity in known:
             self._declare(quantity, starts)
         self._time()

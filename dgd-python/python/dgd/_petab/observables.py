@@ -14,14 +14,14 @@ Overrides = tuple[tuple[Expression, ...], tuple[Expression, ...]]
 
 
 def outputs(
-    tables: Tables, constants: dict[str, Expression], is_noise_declared: bool, refusals: Refusals
+    tables: Tables, names: Names, constants: dict[str, Expression], is_noise_declared: bool, refusals: Refusals
 ) -> tuple[list[Output], list[Output]]:
     """The outputs, in the order of the observable table, and that of each measurement.
 
     ``constants`` has the values of what is not estimated, and the same in all experiments.
     """
     fixed = {one.name: number(one.value) for one in tables.parameters.values() if not one.is_estimated} | constants
-    maker = _Maker(is_noise_declared, fixed, refusals)
+    maker = _Maker(names, is_noise_declared, fixed, refusals)
     sets: dict[str, dict[Overrides, Output]] = {}
     for observable in tables.observables.values():
         rows = [one for one in tables.measurements if one.observable == observable.name]
@@ -44,8 +44,10 @@ def _overrides(measurement: Measurement) -> Overrides:
 class _Maker:
     """Makes outputs, each with a name of its own."""
 
-    def __init__(self, is_noise_declared: bool, fixed: dict[str, Expression], refusals: Refusals) -> None:
-        self._names = Names()
+    def __init__(
+        self, names: Names, is_noise_declared: bool, fixed: dict[str, Expression], refusals: Refusals
+    ) -> None:
+        self._names = names
         self._is_noise_declared, self._fixed, self._refusals = is_noise_declared, fixed, refusals
 
     def outputs(self, observable: Observable, distinct: list[Overrides]) -> dict[Overrides, Output]:

@@ -11,7 +11,7 @@ from ..._errors import DataError
 from ..formula.expression import ZERO, Expression
 from ..formula.mathml import of_petab
 from ..refusal import Refusals, Refused
-from .priors import Bounds, prior
+from .priors import Bounds, nominal, prior
 from .tables import OWN, Experiment, Measurement, Observable, Parameter, Phase, Tables
 
 _PLACEHOLDER = r"\b{}Parameter(\d+)_{}\b"
@@ -39,6 +39,8 @@ class _Reader:
         problem, tables = self._problem, self._tables
         if getattr(problem, "mapping_df", None) is not None:
             self._refusals.add("the mapping table")
+        for extension in getattr(problem, "extensions_config", None) or ():
+            self._refusals.add(f"the extension `{extension}`")
         for which, row in problem.parameter_df.iterrows():
             tables.parameters[str(which)] = self._parameter(str(which), row)
         for which, row in problem.observable_df.iterrows():
@@ -53,18 +55,15 @@ class _Reader:
         of = f"parameter `{which}`"
         is_estimated = bool(_number(row["estimate"], of))
         bounds: Bounds = (_number(row.get("lowerBound"), of), _number(row.get("upperBound"), of))
-        value = _number(row.get("nominalValue"), of)
-        if value is None:
-            self._refusals.add(f"parameter `{which}` without a nominal value")
-            value = 1.0
+        is_log = scale in ("log", "log10")
+        value = nominal(which, _number(row.get("nominalValue"), of), bounds, is_log, self._refusals)
         kind, numbers = row.get("objectivePriorType"), row.get("objectivePriorParameters")
         law = None
         if is_estimated and not is_missing(kind):
             given = [] if is_missing(numbers) else [_number(one, of) or 0.0 for one in str(numbers).split(";")]
             law, bounds = prior(which, str(kind), given, str(scale), bounds, self._refusals)
-        is_log = scale in ("log", "log10")
-        doc = row.get("parameterName")
-        return Parameter(which, _doc(doc, which), value, bounds, is_log, is_estimated, law)
+        doc = _doc(row.get("parameterName"), which)
+        return Parameter(which, doc, value, bounds, is_log and (is_estimated or value > 0), is_estimated, law)
 
     def _observable(self, which: str, row: Mapping[str, Any]) -> Observable:
         distribution = row.get("noiseDistribution")

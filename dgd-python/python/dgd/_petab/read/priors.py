@@ -1,4 +1,4 @@
-"""What a prior of PEtab says, as far as the language can say it."""
+"""What is known of a parameter before a fit: its value, and what a prior says as far as the language can say it."""
 
 from __future__ import annotations
 
@@ -13,6 +13,17 @@ Law = tuple[str, float, float]
 Bounds = tuple["float | None", "float | None"]
 
 _BASES = {"log": math.e, "log10": 10.0}
+
+
+def nominal(parameter: str, value: float | None, bounds: Bounds, is_log: bool, refusals: Refusals) -> float:
+    """The nominal value, or where there is none the middle between the bounds, on the parameter's scale."""
+    if value is not None:
+        return value
+    lower, upper = bounds
+    if lower is None or upper is None or not math.isfinite(upper - lower) or (is_log and lower <= 0):
+        refusals.add(f"parameter `{parameter}` without a nominal value and without bounds")
+        return 1.0
+    return math.sqrt(lower * upper) if is_log else (lower + upper) / 2
 
 
 def prior(

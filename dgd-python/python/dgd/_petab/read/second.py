@@ -8,7 +8,7 @@ from typing import Any
 from ..formula.expression import ZERO, Expression
 from ..formula.mathml import of_petab
 from ..refusal import Refusals, Refused
-from .priors import Bounds, prior
+from .priors import Bounds, nominal, prior
 from .tables import Experiment, Measurement, Observable, Parameter, Phase, Tables
 
 
@@ -48,16 +48,13 @@ class _Reader:
 
     def _parameter(self, one: Any) -> Parameter:
         bounds: Bounds = (one.lb, one.ub)
-        value = one.nominal_value
-        if value is None:
-            self._refusals.add(f"parameter `{one.id}` without a nominal value")
-            value = 1.0
         law = None
         if one.estimate and one.prior_distribution is not None:
             kind = getattr(one.prior_distribution, "value", str(one.prior_distribution))
             law, bounds = prior(one.id, kind, one.prior_parameters, "lin", bounds, self._refusals)
         # This version leaves the scale to the tool.
         is_log = one.estimate and bounds[0] is not None and bounds[0] > 0
+        value = nominal(one.id, one.nominal_value, bounds, is_log, self._refusals)
         return Parameter(one.id, "", value, bounds, is_log, one.estimate, law)
 
     def _observable(self, one: Any) -> Observable:
