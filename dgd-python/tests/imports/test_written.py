@@ -136,3 +136,10 @@ def test_overrides_and_logarithms_make_outputs_of_their_own(tmp_path: Path) -> N
     assert columns["log10_obs_1 [1]"][1:].tolist() == [0, 2] and columns["log10_obs_2 [1]"][1] == 1
     wanted = [3 * 2 * math.exp(-0.5), 5 * 2 * math.exp(-0.5), 3 * 2 * math.exp(-1)]
     assert np.allclose(p.simulation(rtol=1e-10)["simulation"], wanted)
+
+
+def test_sums_of_thousands_are_written(tmp_path: Path) -> None:
+    formula = "+".join(f"{k}*A" for k in range(1, 3001)) + " - (A - 2*A)"
+    observables = f"observableId\tobservableFormula\tnoiseFormula\nobs\t{formula}\t0.1\n"
+    p = dgd.from_petab(problem(tmp_path, decay(), observables=observables))
+    assert p.simulation()["simulation"][0] == pytest.approx(2 * (3000 * 3001 / 2 + 1), rel=1e-12)

@@ -9,9 +9,8 @@ from ..names import PI
 from .expression import Expression
 
 _OPERATIONS: dict[str, Callable[..., float]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
+    "+": lambda *terms: sum(terms),
+    "*": lambda *factors: math.prod(factors),
     "/": lambda a, b: a / b,
     "^": lambda a, b: a**b,
     "minus": lambda a: -a,

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 class Expression:
     """A number, a name, or an operation.
 
-    ``kind`` is ``"number"``, ``"name"``, an operator as the language writes it, ``"minus"`` for the sign, ``"if"`` with
-    condition and two values, or ``"call"`` of the function ``name``.
+    ``kind`` is ``"number"``, ``"name"``, an operator as the language writes it, ``"minus"`` for the sign and for what is
+    taken away in a sum, ``"if"`` with condition and two values, or ``"call"`` of the function ``name``.
     """
 
     kind: str
@@ -63,24 +63,15 @@ ZERO, ONE = number(0), number(1)
 
 
 def operation(kind: str, *parts: Expression, name: str = "") -> Expression:
-    """An operation, without factors of one and terms of zero."""
+    """An operation, without factors of one and terms of zero. Sums and products have any number of parts."""
+    if kind == "+":
+        return total(list(parts))
     if kind == "*":
-        if ONE in parts:
-            return parts[1] if parts[0] == ONE else parts[0]
-        if ZERO in parts:
-            return ZERO
+        return product(list(parts))
+    if kind == "-":
+        return total([parts[0], operation("minus", parts[1])])
     if kind == "/" and parts[1] == ONE:
         return parts[0]
-    if kind in ("+", "-") and parts[1] == ZERO:
-        return parts[0]
-    if kind == "+" and parts[0] == ZERO:
-        return parts[1]
-    if kind == "-" and parts[0] == ZERO:
-        return operation("minus", parts[1])
-    if kind == "+" and parts[1].kind == "minus":
-        return Expression("-", (parts[0], parts[1].parts[0]))
-    if kind == "-" and parts[1].kind == "minus":
-        return operation("+", parts[0], parts[1].parts[0])
     if kind == "minus" and parts[0].kind == "minus":
         return parts[0].parts[0]
     if kind == "minus" and parts[0] == ZERO:
@@ -89,19 +80,21 @@ def operation(kind: str, *parts: Expression, name: str = "") -> Expression:
 
 
 def total(terms: list[Expression]) -> Expression:
-    """The sum of terms."""
-    result = ZERO
-    for term in terms:
-        result = operation("+", result, term)
-    return result
+    """The sum of terms, those of sums among them one by one."""
+    single = [part for term in terms for part in (term.parts if term.kind == "+" else (term,)) if part != ZERO]
+    if len(single) < 2:
+        return single[0] if single else ZERO
+    return Expression("+", tuple(single))
 
 
 def product(factors: list[Expression]) -> Expression:
-    """The product of factors."""
-    result = ONE
-    for factor in factors:
-        result = operation("*", result, factor)
-    return result
+    """The product of factors, those of products among them one by one."""
+    single = [part for one in factors for part in (one.parts if one.kind == "*" else (one,)) if part != ONE]
+    if ZERO in single:
+        return ZERO
+    if len(single) < 2:
+        return single[0] if single else ONE
+    return Expression("*", tuple(single))
 
 
 # What binds tighter stands higher. A sign goes with the product behind it: `-a*b` is one of either.
@@ -115,7 +108,6 @@ _STRENGTH = {
     ">": 4,
     ">=": 4,
     "+": 5,
-    "-": 5,
     "*": 6,
     "/": 6,
     "minus": 6,
@@ -145,10 +137,19 @@ def text(expression: Expression) -> str:
     if kind == "^":
         # Read from the right.
         return f"{_within(parts[0], own + 1)}^{_within(parts[1], own)}"
+    if kind == "+":
+        return _within(parts[0], own) + "".join(map(_term, parts[1:]))
     mark = kind if kind in "*/" else f" {kind} "
-    # A sum on the right of a sum needs no parentheses, nor does a product on the right of a product.
-    right = own if kind in ("+", "*", "and", "or") and parts[1].kind == kind else own + 1
-    return f"{_within(parts[0], own)}{mark}{_within(parts[1], right)}"
+    # A condition on the right of one of its kind needs no parentheses.
+    rest = [_within(part, own if kind in ("and", "or") and part.kind == kind else own + 1) for part in parts[1:]]
+    return mark.join([_within(parts[0], own), *rest])
+
+
+def _term(part: Expression) -> str:
+    """A term that is not the first."""
+    if part.kind == "minus":
+        return f" - {_within(part.parts[0], _STRENGTH['*'])}"
+    return f" + {_within(part, _STRENGTH['*'])}"
 
 
 def _within(part: Expression, least: int) -> str:

@@ -88,7 +88,7 @@ class _Reader:
         constant = self._constant(kind)
         if constant is not None:
             return constant
-        parts = [self.read(node.getChild(k)) for k in range(node.getNumChildren())]
+        parts = [self.read(child) for child in _children(node)]
         made = _condition(kind, parts)
         if made is None:
             parts = list(map(_number, parts))
@@ -139,6 +139,20 @@ class _Reader:
         if kind == libsbml.AST_FUNCTION and self._is_petab and len(parts) == 1:
             return _of_petab_alone(node.getName(), parts[0])
         return None
+
+
+def _children(node: Any) -> list[Any]:
+    """The children of a node; of a sum of sums, or a product of products, all that are added or multiplied."""
+    kind = node.getType()
+    found = []
+    todo = [node]
+    while todo:
+        one = todo.pop()
+        if one is node or (kind in (libsbml.AST_PLUS, libsbml.AST_TIMES) and one.getType() == kind):
+            todo += [one.getChild(k) for k in reversed(range(one.getNumChildren()))]
+        else:
+            found.append(one)
+    return found
 
 
 def _arithmetic(kind: int, parts: list[Expression]) -> Expression | None:
