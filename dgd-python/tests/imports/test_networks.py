@@ -220,6 +220,23 @@ def test_names_that_the_language_has_for_itself(tmp_path: Path) -> None:
     assert np.allclose(simulated(path, 2), [2730 * a, np.sin(t) + a], rtol=1e-8)
 
 
+def test_what_is_measured_at_the_steady_state(tmp_path: Path) -> None:
+    document = decay()
+    reaction(document.getModel(), "feed", {"A": 1}, "3*c")
+    tables = {
+        "conditions": "conditionId\tk\nslow\t0.5\nfast\t20\n",
+        "parameters": "parameterId\tparameterScale\tlowerBound\tupperBound\tnominalValue\testimate\n",
+        "measurements": "observableId\tsimulationConditionId\tmeasurement\ttime\n"
+        + "".join(f"obs\t{which}\t1\t{time}\n" for which in ("slow", "fast") for time in (1, "inf", "inf")),
+    }
+    path = problem(tmp_path, document, **tables)
+    p = dgd.from_petab(path, settle=60.0)
+    slow, fast = 6 - 4 * np.exp(-0.5), 0.15 + 1.85 * np.exp(-20)
+    assert np.allclose(p.simulation(rtol=1e-10)["simulation"], [slow, 6, 6, fast, 0.15, 0.15], rtol=1e-8)
+    with pytest.warns(dgd.DgdWarning, match="not at rest at the end of `slow`: `A`; give a longer"):
+        dgd.from_petab(path, settle=6.0)
+
+
 def test_doses_in_one_experiment_of_version_2(tmp_path: Path) -> None:
     problem(tmp_path, decay())
     (tmp_path / "conditions.tsv").write_text("conditionId\ttargetId\ttargetValue\ndose\tA\tA + more\n")

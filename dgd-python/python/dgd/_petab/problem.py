@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import warnings
 from collections.abc import Mapping
@@ -38,7 +39,8 @@ def from_petab(
     each.
 
     ``settle`` is how long pre-equilibration takes, in the model's unit of time: such an experiment begins with a run-in
-    of this length under its first condition. Where the states still move at its end, there is a warning.
+    of this length under its first condition. What is measured at the steady state is read that long after all else. Where
+    the states still move then, there is a warning.
 
     Raises :class:`ModelError`, which lists all that the problem has and the language does not, `OSError` where there is
     no such file, and :class:`DataError` where petab cannot read it.
@@ -70,10 +72,10 @@ def _read(file: str, is_noise_declared: bool, settle: float | None) -> PetabProb
         raise DataError(f"{what} has no measurements")
     is_all = all(one.before is not None for one in found.experiments.values())
     is_steady = settle is None and is_all and has_steady_starts()
+    ends = {one.experiment for one in found.measurements if one.time == math.inf}
     if settle is not None or is_steady:
         # At rest it does not matter how long nothing moves.
-        run_in = 1.0 if settle is None else settle
-        found.experiments = {which: one.settled(run_in) for which, one in found.experiments.items()}
+        found.settle(1.0 if settle is None else settle, settle)
     whole = written(network(found.document, refusals), found, is_noise_declared, refusals)
     whole.is_steady = is_steady
     refusals.raise_if_any(what)
@@ -81,10 +83,18 @@ def _read(file: str, is_noise_declared: bool, settle: float | None) -> PetabProb
     refusals.raise_if_any(what)
     model = _model(whole, what)
     for which, one in found.experiments.items():
-        if one.run_in and not is_steady and (moving := restless(model, columns[which])):
-            said = ", ".join(f"`{state}`" for state in moving)
-            warn([f"not at rest at the end of the run-in of `{which}`: {said}; give a longer `settle`"], stacklevel=3)
+        if one.run_in and not is_steady:
+            _warn_of(restless(model, columns[which], 1), f"at the end of the run-in of `{which}`")
+        if which in ends:
+            _warn_of(restless(model, columns[which], -1), f"at the end of `{which}`")
     return PetabProblem(model, columns, readings, found.frame)
+
+
+def _warn_of(moving: list[str], place: str) -> None:
+    """Warns where something does not rest."""
+    if moving:
+        said = ", ".join(f"`{state}`" for state in moving)
+        warn([f"not at rest {place}: {said}; give a longer `settle`"], stacklevel=4)
 
 
 def _model(whole: Written, what: str) -> Model:

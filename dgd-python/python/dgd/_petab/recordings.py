@@ -72,8 +72,10 @@ def _rows(
     for k in rows:
         time = tables.measurements[k].time
         if not (math.isfinite(time) and time >= 0):
-            kind = "at the steady state" if time == math.inf else f"at the time `{time}`"
-            refusals.add(f"measurements {kind}, in the experiment `{experiment}`")
+            which = f"at the time `{time}`, in the experiment `{experiment}`"
+            if time == math.inf:
+                which = f"at the steady state, in the experiment `{experiment}`, unless `settle` is given"
+            refusals.add(f"measurements {which}")
             time = 0.0
         counts.setdefault(run_in + time, {}).setdefault(written.places[k].name, []).append(k)
     times: list[float] = []
@@ -97,16 +99,17 @@ def _scaled(measurement: Measurement, scale: str, refusals: Refusals) -> float:
     return math.log10(value) if scale == "log10" else math.log(value)
 
 
-def restless(model: Model, columns: Columns) -> list[str]:
-    """States that still move at the end of the run-in of a recording, at the values of the model.
+def restless(model: Model, columns: Columns, row: int) -> list[str]:
+    """States that still move at a row of a recording, at the values of the model.
 
-    They differ there by more than a millionth of their size from what they were half way.
+    They differ there by more than a millionth of their size from what they were half way since the row before.
     """
     header, times = next(iter(columns.items()))
-    end = times[times > 0].min()
-    # Nothing is read in the first row, so that these are the inputs.
-    inputs = {name: np.full(3, values[0]) for name, values in columns.items() if not math.isnan(values[0])}
-    run_in = inputs | {header: np.array([0.0, end / 2, end])}
-    run = model.simulate(run_in, rtol=1e-9)
-    values = {name: run[name] for name in model.states}
-    return [name for name, x in values.items() if abs(x[2] - x[1]) > 1e-6 * np.abs(x).max()]
+    row = int(np.searchsorted(times, times[row]))
+    # What holds from the row before on, up to this one.
+    kept = [*range(row), row - 1, row - 1]
+    inputs = {one: values[kept] for one, values in columns.items() if one.partition(" [")[0] in model.inputs}
+    middle = (times[row - 1] + times[row]) / 2
+    run = model.simulate({header: np.array([*times[:row], middle, times[row]]), **inputs}, rtol=1e-9)
+    values = {one: run[one] for one in model.states}
+    return [one for one, x in values.items() if abs(x[-1] - x[-2]) > 1e-6 * np.abs(x).max()]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ..formula.expression import Expression, name
@@ -100,3 +101,16 @@ class Tables:
     measurements: list[Measurement] = field(default_factory=list)
     #: The measurement table as petab has it, a data frame of pandas.
     frame: Any = None
+
+    def settle(self, run_in: float, rest: float | None) -> None:
+        """Puts a run-in in the place of pre-equilibration, and a time at rest in that of the steady state at the end."""
+        self.experiments = {which: one.settled(run_in) for which, one in self.experiments.items()}
+        if rest is None:
+            return
+        last = {which: one.phases[-1].start - one.run_in for which, one in self.experiments.items()}
+        for one in self.measurements:
+            if math.isfinite(one.time):
+                last[one.experiment] = max(last[one.experiment], one.time)
+        self.measurements = [
+            replace(one, time=last[one.experiment] + rest) if one.time == math.inf else one for one in self.measurements
+        ]
