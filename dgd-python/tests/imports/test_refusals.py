@@ -115,7 +115,10 @@ PLAIN = "observableFormula\tnoiseFormula"
 @pytest.mark.parametrize(
     ("tables", "words"),
     [
-        (measured("obs\tc0\t1\tinf\n"), "measurements at the steady state, in the experiment `c0`, unless `settle` is given"),
+        (
+            measured("obs\tc0\t1\tinf\n"),
+            "measurements at the steady state, in the experiment `c0`, unless `settle` is given",
+        ),
         (measured("obs\tc0\t1\t-1\n"), "measurements at the time `-1.0`, in the experiment `c0`"),
         (
             observed(f"{PLAIN}\tnoiseDistribution", "A\t0.1\tlaplace"),

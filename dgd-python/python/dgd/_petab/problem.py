@@ -39,8 +39,8 @@ def from_petab(
     each.
 
     ``settle`` is how long pre-equilibration takes, in the model's unit of time: such an experiment begins with a run-in
-    of this length under its first condition. What is measured at the steady state is read that long after all else. Where
-    the states still move then, there is a warning.
+    of this length under its first condition. What is measured at the steady state is read that long after all else.
+    Where the states still move then, there is a warning.
 
     Raises :class:`ModelError`, which lists all that the problem has and the language does not, `OSError` where there is
     no such file, and :class:`DataError` where petab cannot read it.

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 class Expression:
     """A number, a name, or an operation.
 
-    ``kind`` is ``"number"``, ``"name"``, an operator as the language writes it, ``"minus"`` for the sign and for what is
-    taken away in a sum, ``"if"`` with condition and two values, or ``"call"`` of the function ``name``.
+    ``kind`` is ``"number"``, ``"name"``, an operator as the language writes it, ``"minus"`` for the sign and for what
+    is taken away in a sum, ``"if"`` with condition and two values, or ``"call"`` of the function ``name``.
     """
 
     kind: str

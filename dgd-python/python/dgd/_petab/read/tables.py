@@ -112,5 +112,6 @@ class Tables:
             if math.isfinite(one.time):
                 last[one.experiment] = max(last[one.experiment], one.time)
         self.measurements = [
-            replace(one, time=last[one.experiment] + rest) if one.time == math.inf else one for one in self.measurements
+            replace(one, time=last[one.experiment] + rest) if one.time == math.inf else one
+            for one in self.measurements
         ]
