@@ -24,6 +24,8 @@ pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 
 # Those that start from a steady state: the slowest rate is 0.9.
 SETTLED = {9, 10, 17, 18}
+# Those with noise of a logarithm.
+LOGARITHMIC = {7, 16}
 # What the language cannot say yet, by case.
 REFUSED = {} if has_noise_formulas() else {15: "noise `noise` of observable `obs_a`, which is not a number"}
 
@@ -60,8 +62,9 @@ def test_a_case_is_as_the_suite_says(k: int) -> None:
     simulation = p.simulation(rtol=1e-10)
     assert np.allclose(simulation["simulation"], wanted["simulation"], rtol=1e-8, atol=1e-9)
     assert judged(case(k), simulation) == pytest.approx((wanted["llh"], wanted["chi2"]), abs=1e-6)
-    # What a fit makes small is half of χ²: outputs carry the noise of the problem.
-    assert p.objective(rtol=1e-10)(p.objective().x0) == pytest.approx(wanted["chi2"] / 2, abs=1e-6)
+    # What a fit makes small is half of χ² where noise is a number: outputs carry the noise of the problem.
+    if not (has_noise_formulas() and k in LOGARITHMIC | {15}):
+        assert p.objective(rtol=1e-10)(p.objective().x0) == pytest.approx(wanted["chi2"] / 2, abs=1e-6)
 
 
 @pytest.mark.parametrize("k", SETTLED)

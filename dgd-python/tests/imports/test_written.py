@@ -129,7 +129,8 @@ def test_overrides_and_logarithms_make_outputs_of_their_own(tmp_path: Path) -> N
             observables="observableId\tobservableFormula\tobservableTransformation\tnoiseFormula\n"
             "obs\tA*observableParameter1_obs\tlog10\t0.1\n",
             measurements=head + "obs\tc0\t1\t1\tgain\nobs\tc0\t10\t1\t5\nobs\tc0\t100\t2\tgain\n",
-        )
+        ),
+        noise="estimated",
     )
     assert list(p.model.outputs) == ["log10_obs_1", "log10_obs_2"]
     (columns,) = p.recordings.values()

@@ -52,7 +52,9 @@ def recordings(
             columns[f"{output} [1]"] = np.full(len(times), math.nan)
         for k in rows:
             where = readings[k]
-            columns[f"{where.output} [1]"][where.row] = _scaled(tables.measurements[k], where.scale, refusals)
+            measurement = tables.measurements[k]
+            _refuse_without_logarithm(measurement, tables, refusals)
+            columns[f"{where.output} [1]"][where.row] = _scaled(measurement.value, where.scale)
         found[experiment] = columns
     return found, [readings[k] for k in sorted(readings)]
 
@@ -89,12 +91,16 @@ def _rows(
     return times
 
 
-def _scaled(measurement: Measurement, scale: str, refusals: Refusals) -> float:
-    value = measurement.value
-    if scale == "lin" or math.isnan(value):
+def _refuse_without_logarithm(measurement: Measurement, tables: Tables, refusals: Refusals) -> None:
+    if tables.observables[measurement.observable].scale != "lin" and measurement.value <= 0:
+        value = f"{measurement.value:g}"
+        refusals.add(f"the measurement {value} of `{measurement.observable}`, which has no logarithm")
+
+
+def _scaled(value: float, scale: str) -> float:
+    if scale == "lin":
         return value
-    if value <= 0:
-        refusals.add(f"the measurement {value:g} of `{measurement.observable}`, which has no logarithm")
+    if not value > 0:
         return math.nan
     return math.log10(value) if scale == "log10" else math.log(value)
 

@@ -103,7 +103,7 @@ class Tables:
     frame: Any = None
 
     def settle(self, run_in: float, rest: float | None) -> None:
-        """Puts a run-in in the place of pre-equilibration, and a time at rest in that of the steady state at the end."""
+        """Puts a run-in in the place of pre-equilibration, and a time at rest in that of a steady state at the end."""
         self.experiments = {which: one.settled(run_in) for which, one in self.experiments.items()}
         if rest is None:
             return
