@@ -22,10 +22,8 @@ pytestmark = [
 # Log-likelihoods at the nominal parameters, as published.
 PUBLISHED = {
     "Boehm_JProteomeRes2014": -138.22200,
-    "Brannmark_JBC2010": -141.88911,
     "Elowitz_Nature2000": 63.20280,
     "Sneyd_PNAS2002": 319.79178,
-    "Zheng_PNAS2012": 278.33353,
 }
 # How long those take that start from a steady state, in their units of time.
 SETTLE = {"Brannmark_JBC2010": 1e5, "Zheng_PNAS2012": 1e5}
