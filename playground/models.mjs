@@ -10,6 +10,7 @@ export const MODELS = {
   "dragged_load.dgd": { data: "time [s],speed [m/s]\n0,0.2\n10,0.2\n" },
   "dual_gradient_drilling.dgd": { file: "pipe_connection.csv" },
   "every_intrinsic.dgd": { until: 8, zero: /^gap_/ },
+  "filling_pump.dgd": { data: "time [s],speed [%],q_out [m^3/h]\n0,95,150\n1200,100,150\n2400,100,400\n5400,94,250\n7200,98,250\n", every: 60 },
   "friction.dgd": { file: "friction_sweep.csv" },
   "lines_of_the_well.dgd": { file: "lines_of_the_well.csv", until: 10, every: 0.1 },
   "medical_akzo_nobel.dgd": { until: 20 },

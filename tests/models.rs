@@ -681,6 +681,7 @@ agreement! {
     dual_gradient_drilling: "models/dual_gradient_drilling.dgd";
     dual_gradient_drilling_static: "models/dual_gradient_drilling.dgd", line.flow = static;
     every_intrinsic: "models/every_intrinsic.dgd";
+    filling_pump: "models/filling_pump.dgd";
     friction: "models/friction.dgd";
     hires: "models/test_set/hires.dgd";
     lines_of_the_well: "models/lines_of_the_well.dgd";

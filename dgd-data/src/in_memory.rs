@@ -170,7 +170,8 @@ mod tests {
         assert_eq!(read("./models/parts/../a.dgd").as_deref(), Ok("let a = 1\n"));
         assert_eq!(read("a.dgd"), Err("there is no such file".to_owned()));
         assert_eq!(read("models"), Err("it is a folder".to_owned()));
-        assert!(read_import(&files, Path::new("models/a.csv")).is_err());
+        let refused = read_import(&files, Path::new("models/a.txt"));
+        assert!(refused.is_err_and(|why| why.contains("only regular")));
         let entry = |path: &str, is_folder| Entry { path: path.into(), is_folder };
         let expected = vec![entry("models/effects/b.dgd", false), entry("models/effects/c", true)];
         assert_eq!(files.entries(Path::new("models/effects")), expected);

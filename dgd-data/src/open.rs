@@ -2,15 +2,20 @@
 
 use std::fmt::Debug;
 use std::fs::{self, File};
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use flate2::bufread::MultiGzDecoder;
 
 use crate::columns::Columns;
 use crate::encoding::not_text;
 
 /// Bytes of the largest model, library or effect.
 const MOST_BYTES: u64 = 16 << 20;
+
+/// How packed files begin.
+const PACKED: [u8; 2] = [0x1f, 0x8b];
 
 /// The path of what comes in on standard input.
 pub const STANDARD_INPUT: &str = "-";
@@ -24,7 +29,7 @@ pub trait FileSystem: Debug + Sync {
     /// Why it cannot be opened.
     fn open(&self, path: &Path) -> Result<Box<dyn Read>, String>;
 
-    /// Opens a file that another file names: only one called `*.dgd`.
+    /// Opens a file that another file names: only one called `*.dgd`, or `*.csv` or `*.csv.gz`, of a table.
     ///
     /// # Errors
     ///
@@ -144,18 +149,23 @@ pub fn read_text(files: &dyn FileSystem, path: &Path) -> Result<String, String> 
 ///
 /// As those of [`read_text`], and [`FileSystem::open_import`] where it has another name.
 pub fn read_import(files: &dyn FileSystem, path: &Path) -> Result<String, String> {
-    text_of(files.open_import(path)?)
+    let mut file = BufReader::new(files.open_import(path)?);
+    // A text that was read once may stand for its file.
+    let is_packed = file.fill_buf().map_err(|error| error.to_string())?.starts_with(&PACKED);
+    if is_packed { text_of(MultiGzDecoder::new(file)) } else { text_of(file) }
 }
 
-/// Whether a file has the name of a model, library or effect; otherwise why it is not read.
+/// Whether a file has the name of a model, library or effect, or of a table; otherwise why it is not read.
 pub(crate) fn verify_import(path: &Path) -> Result<(), String> {
-    match path.extension() {
-        Some(ending) if ending == "dgd" => Ok(()),
-        _ => Err("only regular files called `*.dgd` are read".to_owned()),
+    let name = path.file_name().map(|name| name.to_string_lossy());
+    let is_named = |ending: &&str| name.as_ref().is_some_and(|name| name.ends_with(ending));
+    if [".dgd", ".csv", ".csv.gz"].iter().any(is_named) {
+        return Ok(());
     }
+    Err("only regular files called `*.dgd`, `*.csv` or `*.csv.gz` are read".to_owned())
 }
 
-/// Opens a regular file called `*.dgd` that links to one, if to anything.
+/// Opens a regular file with such a name that links to one, if to anything.
 fn open_import(path: &Path) -> Result<File, String> {
     verify_import(path)?;
     let target = fs::canonicalize(path).map_err(|error| error.to_string())?;

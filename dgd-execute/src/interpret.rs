@@ -194,6 +194,7 @@ fn evaluate(body: &[Operation], begin: usize, k: usize, read: &Read<'_>, registe
                     unreachable!("a function of two arguments")
                 }
             },
+            Operation::Curve(curve, a) => curve.value(done[a.index()]),
             Operation::Compare(comparison, a, b) => {
                 truth(comparison.holds(done[a.index()], done[b.index()]))
             }

@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::names::Names;
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::imports;
+use flate2::read::MultiGzDecoder;
 
 /// A project has no more files than this, and no deeper folders: a home folder is not searched to its end.
 const MOST_FILES: usize = 2000;
@@ -25,6 +27,12 @@ impl Files {
     pub(crate) fn read(&self, path: &str) -> Result<String, String> {
         match self.open.get(path) {
             Some(text) => Ok(text.clone()),
+            None if path.ends_with(".gz") => {
+                let file = fs::File::open(path).map_err(|error| error.to_string())?;
+                let mut text = String::new();
+                let read = MultiGzDecoder::new(file).read_to_string(&mut text);
+                read.map(|_| text).map_err(|error| error.to_string())
+            }
             None => fs::read_to_string(path).map_err(|error| error.to_string()),
         }
     }

@@ -1,5 +1,6 @@
 //! From the macro's arguments to the generated module, or to one compile error.
 
+use std::io::Read as _;
 use std::path::Path;
 
 use dgd_compiler::codegen;
@@ -9,6 +10,7 @@ use dgd_compiler::pipeline::{Directions, compile};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
 use dgd_compiler::syntax::parse_setting;
+use flate2::read::MultiGzDecoder;
 use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};
 
@@ -97,9 +99,17 @@ fn size(
 fn read(folder: &Path, path: &str) -> Result<String, String> {
     let path = folder.join(path);
     let target = path.canonicalize().map_err(|error| error.to_string())?;
-    let is_named = target.extension().is_some_and(|ending| ending == "dgd");
-    if !(is_named && target.is_file()) {
-        return Err("only regular files called `*.dgd` are read".to_owned());
+    let name = target.file_name().map(|name| name.to_string_lossy());
+    let is_named = |ending: &&str| name.as_ref().is_some_and(|name| name.ends_with(ending));
+    if !([".dgd", ".csv", ".csv.gz"].iter().any(is_named) && target.is_file()) {
+        let message = "only regular files called `*.dgd`, `*.csv` or `*.csv.gz` are read";
+        return Err(message.to_owned());
+    }
+    if target.extension().is_some_and(|ending| ending == "gz") {
+        let mut text = String::new();
+        let file = std::fs::File::open(target).map_err(|error| error.to_string())?;
+        let read = MultiGzDecoder::new(file).read_to_string(&mut text);
+        return read.map(|_| text).map_err(|error| error.to_string());
     }
     std::fs::read_to_string(target).map_err(|error| error.to_string())
 }

@@ -141,6 +141,7 @@ impl<'a> Still<'a> {
                 | ItemKind::Constant { .. }
                 | ItemKind::Let { .. }
                 | ItemKind::Function { .. }
+                | ItemKind::Table { .. }
                 | ItemKind::Equation { .. }
                 | ItemKind::Modes { .. }
                 | ItemKind::Part { .. }

@@ -68,7 +68,8 @@ pub(crate) fn load(
             return Err(WorkError::Usage(words));
         };
         let loaded = dgd_work::load(&path, &choices, &Directions::None, session)?;
-        let is_text = |name: &str| Path::new(name).extension().is_some_and(|e| e == "dgd");
+        let is_text =
+            |name: &str| [".dgd", ".csv", ".csv.gz"].iter().any(|ending| name.ends_with(ending));
         let sources = loaded.sources.iter().filter(|source| is_text(&source.name));
         let read = sources.fold(effects_beside(&path, &files), |all, source| {
             all.with(&source.name, source.text.as_bytes())

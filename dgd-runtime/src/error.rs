@@ -83,6 +83,13 @@ pub enum IntegrateError {
         /// Its value, s.
         value: f64,
     },
+    /// The argument of a table leaves the table, and the model says that nothing is known there.
+    TableLeft {
+        /// The time, s.
+        t: f64,
+        /// Which argument has left which table.
+        what: String,
+    },
     /// Whoever waited for it asked it to stop ([`Watched::stop`](crate::Watched::stop)).
     Stopped {
         /// Time reached, s.
@@ -361,6 +368,7 @@ impl fmt::Display for IntegrateError {
                  not known before",
                 short(*value, 2)
             ),
+            Self::TableLeft { t, what } => write!(f, "{what}, at t = {t} s"),
             Self::Stopped { t } => write!(f, "it was stopped at t = {t} s"),
             Self::TooManySteps { t, steps } => {
                 write!(f, "{steps} steps were not enough, the solution stopped at t = {t} s")

@@ -35,20 +35,21 @@ pub struct Clock {
 ///
 /// Passes ask for what a kind does, by these predicates, and seldom for the kind itself:
 ///
-/// | | `Modes` | `When` | `Every` | `Saturation` | `States` | `Switch` | `Corner` | `Step` |
-/// |---|---|---|---|---|---|---|---|---|
-/// | [`is_declared`](Self::is_declared) | yes | yes | yes | | | | | |
-/// | [`is_remembered`](Self::is_remembered) | yes | yes | yes | yes | | | | |
-/// | [`has_equations_by_mode`](Self::has_equations_by_mode) | yes | | | yes | | yes | | yes |
-/// | [`has_masses_by_mode`](Self::has_masses_by_mode) | yes | | | | yes | | | |
-/// | [`shows_modes`](Self::shows_modes) | yes | | | yes | yes | yes | | |
-/// | [`is_bound`](Self::is_bound) | | | | yes | | | | |
-/// | [`chooses_states`](Self::chooses_states) | | | | | yes | | | |
-/// | [`has_surface`](Self::has_surface) | | | | | | yes | | |
-/// | [`chooses_side`](Self::chooses_side) | | | | yes | | yes | | yes |
-/// | [`only_ends_steps`](Self::only_ends_steps) | | | | | | | yes | |
-/// | [`keeps_slopes`](Self::keeps_slopes) | | | | | yes | | yes | |
-/// | [`counts`](Self::counts) | | | | | | | | yes |
+/// | | `Modes` | `When` | `Every` | `Saturation` | `States` | `Switch` | `Corner` | `Step` | `Knots` | `Limit` |
+/// |---|---|---|---|---|---|---|---|---|---|---|
+/// | [`is_declared`](Self::is_declared) | yes | yes | yes | | | | | | | |
+/// | [`is_remembered`](Self::is_remembered) | yes | yes | yes | yes | | | | | | |
+/// | [`has_equations_by_mode`](Self::has_equations_by_mode) | yes | | | yes | | yes | | yes | | |
+/// | [`has_masses_by_mode`](Self::has_masses_by_mode) | yes | | | | yes | | | | | |
+/// | [`shows_modes`](Self::shows_modes) | yes | | | yes | yes | yes | | | | |
+/// | [`is_bound`](Self::is_bound) | | | | yes | | | | | | |
+/// | [`chooses_states`](Self::chooses_states) | | | | | yes | | | | | |
+/// | [`has_surface`](Self::has_surface) | | | | | | yes | | | | |
+/// | [`chooses_side`](Self::chooses_side) | | | | yes | | yes | | yes | yes | |
+/// | [`only_ends_steps`](Self::only_ends_steps) | | | | | | | yes | | yes | |
+/// | [`keeps_slopes`](Self::keeps_slopes) | | | | | yes | | yes | | yes | yes |
+/// | [`counts`](Self::counts) | | | | | | | | yes | yes | |
+/// | [`ends_runs`](Self::ends_runs) | | | | | | | | | | yes |
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AutomatonKind {
     /// A `modes` block.
@@ -71,6 +72,12 @@ pub enum AutomatonKind {
     /// ⌊x⌋ of a number x that moves: its discrete number is ⌊x⌋. The event function of its first transition
     /// is x − ⌊x⌋ − 1, that of its second x − ⌊x⌋.
     Step,
+    /// The knots of a table at which its slope jumps: steps end at them, and nothing else happens there. Its
+    /// discrete number is how many have been passed, less one; event functions are those of a
+    /// [`Step`](Self::Step), of a number that is whole at each knot.
+    Knots,
+    /// The end of a table beyond which nothing is known: the run ends there. Its name says what has left what.
+    Limit,
 }
 
 impl AutomatonKind {
@@ -96,7 +103,10 @@ impl AutomatonKind {
 
     /// Whether a reader is told in which mode it is.
     pub fn shows_modes(self) -> bool {
-        !matches!(self, Self::When | Self::Every | Self::Corner | Self::Step)
+        !matches!(
+            self,
+            Self::When | Self::Every | Self::Corner | Self::Step | Self::Knots | Self::Limit
+        )
     }
 
     /// Whether it holds an unknown at a bound.
@@ -116,22 +126,27 @@ impl AutomatonKind {
 
     /// Whether a run begins on the side of it that the start values are on.
     pub fn chooses_side(self) -> bool {
-        matches!(self, Self::Switch | Self::Saturation | Self::Step)
+        matches!(self, Self::Switch | Self::Saturation | Self::Step | Self::Knots)
     }
 
     /// Whether its discrete number is a count, and not the position of a mode.
     pub fn counts(self) -> bool {
-        self == Self::Step
+        matches!(self, Self::Step | Self::Knots)
     }
 
     /// Whether steps end where it switches and nothing else happens there.
     pub fn only_ends_steps(self) -> bool {
-        self == Self::Corner
+        matches!(self, Self::Corner | Self::Knots)
     }
 
     /// Whether ẏ is the same on both sides of its transitions.
     pub fn keeps_slopes(self) -> bool {
-        matches!(self, Self::States | Self::Corner)
+        matches!(self, Self::States | Self::Corner | Self::Knots | Self::Limit)
+    }
+
+    /// Whether a run ends where it switches, with an error.
+    pub fn ends_runs(self) -> bool {
+        self == Self::Limit
     }
 }
 

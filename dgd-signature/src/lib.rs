@@ -11,6 +11,7 @@
 //! | `arrays` | what arrays add to a description |
 //! | `pattern` | where matrices are not zero |
 //! | `automaton` | what changes at events |
+//! | `curve` | piecewise polynomials of tables |
 //! | `past` | what is read late |
 //! | `features` | what models of a type may have |
 //! | `unit` | a declared unit |
@@ -19,6 +20,7 @@
 
 pub mod arrays;
 mod automaton;
+mod curve;
 mod features;
 pub mod number;
 mod past;
@@ -33,6 +35,7 @@ use std::borrow::Cow;
 
 pub use arrays::Arrays;
 pub use automaton::{Automaton, AutomatonKind, Clock, Crossing, Discrete, Transition, Trigger};
+pub use curve::Curve;
 pub use features::Features;
 pub use past::{DelayedInput, DelayedUnknown, PastLayout};
 pub use pattern::Pattern;

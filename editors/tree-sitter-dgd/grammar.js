@@ -23,6 +23,7 @@ module.exports = grammar({
         $.declaration,
         $.unit_declaration,
         $.function,
+        $.table,
         $.equation,
         $.variant,
         $.modes,
@@ -74,6 +75,10 @@ module.exports = grammar({
           "hold",
           "linear",
           "exact",
+          "pchip",
+          "natural",
+          "cubic",
+          seq("beyond", choice("refuse", "hold", "extend")),
           seq("nominal", $._expression),
           seq("noise", $._expression),
           seq("history", $._expression),
@@ -92,6 +97,20 @@ module.exports = grammar({
         // A value that begins with a sign or a bracket is read as going on with the `let` above it.
         choice($._expression, seq("{", repeat1($.local), optional($._expression), "}")),
       ),
+    table: ($) =>
+      prec.right(
+        seq(
+          "table",
+          field("name", $.dotted),
+          "(",
+          comma($.argument),
+          ")",
+          optional($.unit),
+          choice(seq("=", comma($.point)), seq("at", $.point, "=", $.point), seq("from", $.string)),
+          optional($._attributes),
+        ),
+      ),
+    point: ($) => seq("(", comma($._expression), ")"),
     local: ($) => seq("let", field("name", $.name), optional($.unit), "=", $._expression),
     argument: ($) => seq($.name, optional($.unit)),
     equation: ($) =>

@@ -174,7 +174,8 @@ fn declared_by(item: &Item) -> Option<(&'static str, &str)> {
         | ItemKind::Size { name, .. }
         | ItemKind::Array { name, .. }
         | ItemKind::Let { name, .. }
-        | ItemKind::Function { name, .. } => ("name", name),
+        | ItemKind::Function { name, .. }
+        | ItemKind::Table { name, .. } => ("name", name),
         ItemKind::Output { name, .. } => ("output", name),
         ItemKind::Equation { label, .. } => ("equation", label),
         ItemKind::Variant { name, .. } => ("variant", name),

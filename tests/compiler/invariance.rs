@@ -242,7 +242,9 @@ fn converted(item: &Item) -> Option<Item> {
             | AttributeKind::Fixed
             | AttributeKind::Hold
             | AttributeKind::Linear
-            | AttributeKind::Exact => {}
+            | AttributeKind::Exact
+            | AttributeKind::Shape(_)
+            | AttributeKind::Beyond(_) => {}
         }
     }
     *unit = Some(Unit::new(written.span, other));

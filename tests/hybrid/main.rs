@@ -4,6 +4,8 @@
 mod exact;
 #[path = "../support/inline.rs"]
 mod inline;
+#[path = "../support/recorded.rs"]
+mod recorded;
 #[path = "../support/mod.rs"]
 mod support;
 
@@ -12,3 +14,4 @@ mod hybrid;
 mod periodic;
 mod steps;
 mod switches;
+mod tables;

@@ -9,3 +9,4 @@ mod effects;
 mod from_rust;
 mod line;
 mod parts;
+mod tables;

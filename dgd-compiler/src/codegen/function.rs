@@ -7,7 +7,7 @@ use quote::{format_ident, quote};
 
 use dgd_signature::Signature;
 
-use super::{identifier, index, loops, number};
+use super::{curves, identifier, index, loops, number};
 use crate::expr::graph::Comparison;
 use crate::expr::intrinsics::Definition;
 use crate::program::{
@@ -372,6 +372,10 @@ pub(super) fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) 
             let path = rust_path(f.get().definition.rust_path());
             let (a, b) = (any(a), any(b));
             atom(quote!(#path(#a, #b)))
+        }
+        Operation::Curve(curve, a) => {
+            let (name, a) = (curves::name(curve), any(a));
+            atom(quote!(#name.value(#a)))
         }
         Operation::Compare(comparison, a, b) => {
             let (a, b) = (any(a), any(b));

@@ -4,6 +4,7 @@
 //! model's names, and marks each equation with the place it comes from. Names of its own begin
 //! with an underscore, which no name of a model does.
 
+mod curves;
 mod fields;
 mod function;
 mod lanes;
@@ -30,6 +31,7 @@ pub fn generate(program: &Program, module: &str, sources: &Sources) -> TokenStre
     let doc = doc_attributes(&program.source.doc);
     let structs = fields::structs(program);
     let signature = signature::signature(program);
+    let curves = curves::statics(program);
     let system = system_impl(program, sources);
     quote! {
         #(#doc)*
@@ -44,6 +46,7 @@ pub fn generate(program: &Program, module: &str, sources: &Sources) -> TokenStre
         pub mod #module {
             #structs
             #signature
+            #curves
             #system
         }
     }

@@ -1137,6 +1137,33 @@ Right:
     equation level: der(h) = 0.01 [m/s]
     every T { reset u = 60 }
 "
+E512 "points that make no table" "
+A table has two points at least, one at each abscissa. `pchip` needs values that are known before a run;
+those that are fitted are joined by straight lines, `linear`, or by a spline, `natural`.
+
+Wrong:
+
+    table head(q [lpm]) [m] = (0, 305), (1200, 301), (1200, 286)
+
+Right:
+
+    table head(q [lpm]) [m] = (0, 305), (1200, 301), (2400, 286)
+"
+E513 "argument beyond a table" "
+Beyond its first and last point a table is refused, unless it says `beyond hold`, with the values of its
+ends, or `beyond extend`, with their slopes. Within a loop nothing watches where each row's argument
+goes, so that a table that is read there says one of them.
+
+Wrong:
+
+    table head(q [lpm]) [m] = (0, 305), (1200, 301), (2400, 286)
+    let shut_in = head(-1 [lpm])
+
+Right:
+
+    table head(q [lpm]) [m] = (0, 305), (1200, 301), (2400, 286) beyond extend
+    let shut_in = head(-1 [lpm])
+"
 E601 "file that cannot be read" "
 The file does not exist, may not be read, is empty, or is not text in UTF-8.
 

@@ -439,6 +439,7 @@ fn equations_mut(
             | ItemKind::Array { .. }
             | ItemKind::Let { .. }
             | ItemKind::Function { .. }
+            | ItemKind::Table { .. }
             | ItemKind::Output { .. }
             | ItemKind::Part { .. }
             | ItemKind::Binding { .. }

@@ -45,9 +45,9 @@ impl Declarations {
                     | ItemKind::Array { name, unit, .. } => {
                         (Namespace::Value, name, unit.clone(), None)
                     }
-                    ItemKind::Function { name, .. } | ItemKind::Size { name, .. } => {
-                        (Namespace::Value, name, None, None)
-                    }
+                    ItemKind::Function { name, .. }
+                    | ItemKind::Table { name, .. }
+                    | ItemKind::Size { name, .. } => (Namespace::Value, name, None, None),
                     ItemKind::Parameter { name, unit, .. } => {
                         (Namespace::Value, name, unit.clone(), Some(SlotKind::Parameter))
                     }

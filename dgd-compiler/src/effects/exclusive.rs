@@ -119,6 +119,7 @@ impl Definitions {
                     all.unknowns.insert((Namespace::Value, name.text.clone()));
                 }
                 ItemKind::Import { .. }
+                | ItemKind::Table { .. }
                 | ItemKind::Constant { .. }
                 | ItemKind::Parameter { .. }
                 | ItemKind::Input { .. }

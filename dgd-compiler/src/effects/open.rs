@@ -59,6 +59,7 @@ impl Definitions {
                 | ItemKind::Input { .. }
                 | ItemKind::Unknown { .. }
                 | ItemKind::Output { .. }
+                | ItemKind::Table { .. }
                 | ItemKind::Equation { .. }
                 | ItemKind::Modes { .. }
                 | ItemKind::Part { .. }

@@ -130,6 +130,10 @@ impl Graph {
                     }
                 }
             }
+            Node::Curve(curve, a) => {
+                let slope = self.slope_of_curve(curve, a);
+                parts.push((a, self.chained(adjoint, slope)));
+            }
             Node::Delay(..) => unreachable!("delays are resolved before derivatives are taken"),
             Node::Select(condition, a, b) => {
                 let zero = self.constant(0.0);

@@ -97,6 +97,10 @@ fn node_text(
         Node::Call1(f, a) => {
             (format!("{}({})", f.get().name, at_least(a, Tightness::Select)), Tightness::Atom)
         }
+        Node::Curve(curve, a) => {
+            let name = &curve.get().name;
+            (format!("{name}({})", at_least(a, Tightness::Select)), Tightness::Atom)
+        }
         Node::Call2(f, a, b) if f.get().name == "^" => {
             infix(a, "^", b, Tightness::Power, Tightness::Atom)
         }

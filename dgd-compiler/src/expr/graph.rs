@@ -5,6 +5,7 @@
 
 pub use crate::syntax::ast::Comparison;
 
+use super::curve::CurveId;
 use super::intrinsics::IntrinsicId;
 use crate::expr::hash::{HashMap, HashSet};
 
@@ -108,6 +109,8 @@ pub enum Node {
     Call1(IntrinsicId, ExprId),
     /// f(a, b)
     Call2(IntrinsicId, ExprId, ExprId),
+    /// The curve of a table at a
+    Curve(CurveId, ExprId),
     /// A condition: a < b and the like.
     Compare(Comparison, ExprId, ExprId),
     /// Both conditions.
@@ -127,7 +130,9 @@ impl Node {
     pub fn operands(self) -> impl Iterator<Item = ExprId> {
         let [a, b, c] = match self {
             Node::Constant(_) | Node::Symbol(_) => [None; 3],
-            Node::Negate(a) | Node::Call1(_, a) | Node::Not(a) => [Some(a), None, None],
+            Node::Negate(a) | Node::Call1(_, a) | Node::Curve(_, a) | Node::Not(a) => {
+                [Some(a), None, None]
+            }
             Node::Add(a, b)
             | Node::Subtract(a, b)
             | Node::Multiply(a, b)
@@ -277,6 +282,7 @@ pub fn apply(node: Node, value: impl Fn(ExprId) -> f64) -> f64 {
         Node::Divide(a, b) => value(a) / value(b),
         Node::Call1(f, a) => f.value1(value(a)),
         Node::Call2(f, a, b) => f.value2(value(a), value(b)),
+        Node::Curve(curve, a) => curve.value(value(a)),
         Node::Compare(comparison, a, b) => truth(comparison.holds(value(a), value(b))),
         Node::And(a, b) => truth(value(a) != 0.0 && value(b) != 0.0),
         Node::Or(a, b) => truth(value(a) != 0.0 || value(b) != 0.0),

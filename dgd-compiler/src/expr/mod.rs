@@ -1,5 +1,6 @@
 //! Expressions: a hash-consed graph, its simplification and its derivatives.
 
+pub mod curve;
 pub mod differentiate;
 pub mod display;
 pub mod graph;

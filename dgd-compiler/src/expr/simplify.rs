@@ -4,6 +4,7 @@
 //! identities of real functions. They may change the last bit of a result against the spelling in
 //! the source; every back end runs the simplified form, so all agree.
 
+use super::curve::CurveId;
 use super::graph::{Comparison, ExprId, Graph, Node, Symbol, apply};
 use super::intrinsics::{Definition, IntrinsicId};
 use crate::expr::hash::HashMap;
@@ -194,6 +195,14 @@ impl Graph {
         }
     }
 
+    /// The derivative of a curve at x.
+    pub(crate) fn slope_of_curve(&mut self, curve: CurveId, x: ExprId) -> ExprId {
+        match curve.derivative() {
+            Some(slope) => self.fold(Node::Curve(slope, x)),
+            None => self.constant(0.0),
+        }
+    }
+
     /// x^y: products for small integers, a root for a half, their reciprocals below zero.
     fn power_of(&mut self, function: IntrinsicId, x: ExprId, y: ExprId) -> ExprId {
         let Some(exponent) = self.value(y) else {
@@ -290,7 +299,7 @@ impl Graph {
             Node::Call2(f, a, b) => self.call(f, &[a, b]),
             Node::And(a, b) => self.both(a, b),
             Node::Or(a, b) => self.either(a, b),
-            Node::Compare(..) | Node::Not(_) => self.fold(node),
+            Node::Compare(..) | Node::Not(_) | Node::Curve(..) => self.fold(node),
             Node::Select(c, a, b) => self.select(c, a, b),
             Node::Delay(x, tau) => self.delay(x, tau),
         }
@@ -372,6 +381,7 @@ impl Node {
             Node::Divide(a, b) => Node::Divide(f(a), f(b)),
             Node::Call1(i, a) => Node::Call1(i, f(a)),
             Node::Call2(i, a, b) => Node::Call2(i, f(a), f(b)),
+            Node::Curve(curve, a) => Node::Curve(curve, f(a)),
             Node::Compare(c, a, b) => Node::Compare(c, f(a), f(b)),
             Node::And(a, b) => Node::And(f(a), f(b)),
             Node::Or(a, b) => Node::Or(f(a), f(b)),

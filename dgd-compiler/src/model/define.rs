@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use super::array::{ArrayPlace, LetArray};
+use super::arrays::whole::{Extent, Sizes};
+use super::arrays::{ArrayPlace, LetArray};
 use super::check_units::{Spelling, unit_of_declaration};
-use super::whole::{Extent, Sizes};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::Symbol;
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::syntax::ast::{
-    Argument, Choice, Expr, ExprKind, Item, ItemKind, LocalLet, Name, Unit as WrittenUnit,
-    UnknownKind,
+    Argument, Attribute, Choice, Expr, ExprKind, Item, ItemKind, LocalLet, Name, Points,
+    Unit as WrittenUnit, UnknownKind,
 };
 use crate::syntax::visit;
 use crate::units::{Dimension, Unit};
@@ -39,6 +39,8 @@ pub(super) enum Definition {
     LetArray(usize),
     Let(usize),
     Function(usize),
+    /// A table, in [`Scope::tables`].
+    Table(usize),
 }
 
 impl Definition {
@@ -56,6 +58,7 @@ impl Definition {
             Definition::Array { .. } | Definition::LetArray(_) => "an array",
             Definition::Let(_) => "a `let`",
             Definition::Function(_) => "a function",
+            Definition::Table(_) => "a table",
         }
     }
 }
@@ -93,11 +96,33 @@ impl<'a> Function<'a> {
     }
 }
 
+/// A table as declared.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Table<'a> {
+    pub(super) name: &'a Name,
+    pub(super) arguments: &'a [Argument],
+    pub(super) unit: Option<&'a WrittenUnit>,
+    pub(super) points: &'a Points,
+    pub(super) attributes: &'a [Attribute],
+}
+
+impl<'a> Table<'a> {
+    /// What its numbers are made of.
+    fn names(&self) -> Vec<&'a str> {
+        let mut names = Vec::new();
+        for number in self.points.expressions() {
+            names_in(number, &mut names);
+        }
+        names
+    }
+}
+
 /// All names of a model.
 #[derive(Debug, Clone)]
 pub(super) struct Scope<'a> {
     pub(super) names: BTreeMap<&'a str, Entry>,
     pub(super) functions: Vec<Function<'a>>,
+    pub(super) tables: Vec<Table<'a>>,
     /// Filled in once it is known what is set from outside, and so are the lists below.
     pub(super) sizes: Sizes<'a>,
     pub(super) arrays: Vec<Result<ArrayPlace<'a>, Reported>>,
@@ -136,7 +161,8 @@ impl<'a> Scope<'a> {
     }
 
     pub(super) fn function_names(&self) -> impl Iterator<Item = &'a str> + '_ {
-        self.functions.iter().map(|function| function.name)
+        let tables = self.tables.iter().map(|table| table.name.text.as_str());
+        self.functions.iter().map(|function| function.name).chain(tables)
     }
 
     /// What a symbol is called; nothing for a constant, of which others are named first.
@@ -165,6 +191,7 @@ impl<'a> Scope<'a> {
         let mut scope = Scope {
             names: BTreeMap::new(),
             functions: Vec::new(),
+            tables: Vec::new(),
             sizes: Sizes::new(),
             arrays: Vec::new(),
             loops: Vec::new(),
@@ -220,6 +247,17 @@ impl<'a> Scope<'a> {
                     scope.functions.push(Function { name: &name.text, arguments, lets, body });
                     check_function(name, arguments, lets, diagnostics);
                     (name, Definition::Function(scope.functions.len() - 1), None)
+                }
+                ItemKind::Table { name, arguments, unit, points, attributes } => {
+                    scope.tables.push(Table {
+                        name,
+                        arguments,
+                        unit: unit.as_ref(),
+                        points,
+                        attributes,
+                    });
+                    check_function(name, arguments, &[], diagnostics);
+                    (name, Definition::Table(scope.tables.len() - 1), None)
                 }
                 ItemKind::Output { name, unit, .. } => {
                     unique(&mut scope.outputs, name, "output", diagnostics);
@@ -445,6 +483,7 @@ pub(super) fn in_order<'a>(
         .functions
         .iter()
         .map(|function| (function.name, function.names()))
+        .chain(scope.tables.iter().map(|table| (table.name.text.as_str(), table.names())))
         .chain(scope.let_arrays.iter().map(|array| {
             let mut names = Vec::new();
             names_in(array.value, &mut names);

@@ -2,15 +2,18 @@
 
 use std::collections::BTreeMap;
 
+use super::arrays::whole::LoopIndex;
 use super::check_units::{Dim, Located, Spelling, quotient_for_derivative};
-use super::define::{Definition, Function, Scope};
+use super::define::{Definition, Function, Scope, Table};
 use super::resolve::Reading;
-use super::whole::LoopIndex;
+use super::tables::Resolved;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::expr::intrinsics::{INTRINSICS, IntrinsicId};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::source::Span;
-use crate::syntax::ast::{Expr, ExprKind, Factor, LocalLet, Name, Sign};
+use crate::syntax::ast::{
+    Argument, Expr, ExprKind, Factor, LocalLet, Name, Sign, Unit as WrittenUnit,
+};
 use crate::units::{Dimension, Unit};
 
 /// Functions open inside functions at most this deep, and nested brackets with them.
@@ -43,6 +46,8 @@ pub(super) struct Lowering<'a> {
     pub(super) lets: BTreeMap<&'a str, Result<Typed, Reported>>,
     /// Values of constants done so far, by position.
     pub(super) constants: BTreeMap<u32, f64>,
+    /// Tables read so far, by position.
+    pub(super) tables: BTreeMap<usize, Result<Resolved, Reported>>,
     /// Results of calls, so that the same call is opened once.
     calls: BTreeMap<(&'a str, Vec<Typed>), Result<Typed, Reported>>,
     /// Functions being opened, innermost last.
@@ -65,6 +70,7 @@ impl<'a> Lowering<'a> {
             graph: Graph::default(),
             lets: BTreeMap::new(),
             constants: BTreeMap::new(),
+            tables: BTreeMap::new(),
             calls: BTreeMap::new(),
             open: Vec::new(),
             exhausted: None,
@@ -183,7 +189,7 @@ impl<'a> Lowering<'a> {
     fn literal(
         &mut self,
         value: f64,
-        unit: Option<&'a crate::syntax::ast::Unit>,
+        unit: Option<&'a WrittenUnit>,
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
         let (value, dim) = match unit {
@@ -354,9 +360,10 @@ impl<'a> Lowering<'a> {
                     unreachable!("`let`s are done in an order in which each needs earlier ones")
                 });
             }
-            Definition::Function(_) => {
+            Definition::Function(_) | Definition::Table(_) => {
+                let noun = entry.definition.noun();
                 return Err(diagnostics.error(
-                    Diagnostic::new(Code::E205, span, format!("`{name}` is a function"))
+                    Diagnostic::new(Code::E205, span, format!("`{name}` is {noun}"))
                         .help(format!("call it: `{name}(…)`")),
                 ));
             }
@@ -462,6 +469,24 @@ impl<'a> Lowering<'a> {
                 let passed = CallArguments { typed, spans, call: span, place };
                 self.open_function(declared, passed, diagnostics)
             }
+            Some((Definition::Table(index), place)) => {
+                let Table { name, arguments, .. } = self.scope.tables[index];
+                if arguments.len() != list.len() {
+                    return Err(wrong_number(arguments.len(), diagnostics));
+                }
+                failed.map_or(Ok(()), Err)?;
+                let spans: Vec<Span> = list.iter().map(|argument| argument.span).collect();
+                let passed = CallArguments { typed, spans, call: span, place };
+                let mut taken = Vec::with_capacity(arguments.len());
+                for argument in arguments {
+                    taken.push((
+                        &argument.name,
+                        Some(unit_of(argument.unit.as_ref(), diagnostics)?),
+                    ));
+                }
+                let bound = self.bind(&name.text, &taken, &passed, diagnostics)?;
+                self.look_up(index, &bound, &passed.spans, diagnostics)
+            }
             Some((_, place)) => Err(diagnostics.error(
                 Diagnostic::new(Code::E205, function.span, format!("`{name}` is not a function"))
                     .label(place, "declared here")
@@ -520,33 +545,14 @@ impl<'a> Lowering<'a> {
                 .help("a call stands for the function's body, which cannot hold the same call"),
             ));
         }
-        let mut bound = Arguments::new();
-        for ((argument, typed), span) in declared.iter().zip(&passed.typed).zip(&passed.spans) {
-            let mut typed = *typed;
-            if argument.unit.is_some() {
-                let unit = unit_of(argument.unit.as_ref(), diagnostics)?;
-                let wanted = Dim::Of(unit.dimension);
-                if typed.dim.with(wanted).is_none() {
-                    let found = typed.dim.dimension();
-                    return Err(diagnostics.error(
-                        Diagnostic::new(
-                            Code::E302,
-                            *span,
-                            format!(
-                                "`{name}` takes `{}` in `{}`, not {}",
-                                argument.name.text,
-                                unit.symbol,
-                                self.scope.spelling.being(found)
-                            ),
-                        )
-                        .here(self.scope.spelling.this_is(found))
-                        .label(argument.name.span, format!("declared in `{}`", unit.symbol)),
-                    ));
-                }
-                typed.dim = wanted;
-            }
-            bound.insert(argument.name.text.as_str(), typed);
+        let mut taken = Vec::with_capacity(declared.len());
+        for Argument { name, unit } in declared {
+            let unit = unit.as_ref().map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
+            taken.push((name, unit));
         }
+        let values = self.bind(name, &taken, &passed, diagnostics)?;
+        let names = declared.iter().map(|argument| argument.name.text.as_str());
+        let bound: Arguments<'a> = names.zip(values).collect();
         let key = (name, passed.typed);
         if let Some(result) = self.calls.get(&key) {
             return *result;
@@ -569,6 +575,44 @@ impl<'a> Lowering<'a> {
         self.open.pop();
         self.calls.insert(key, result);
         result
+    }
+
+    /// What is passed to a function or a table for its arguments, those with a unit checked.
+    fn bind(
+        &self,
+        called: &str,
+        arguments: &[(&Name, Option<Unit>)],
+        passed: &CallArguments,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Vec<Typed>, Reported> {
+        let mut bound = Vec::with_capacity(passed.typed.len());
+        let all = arguments.iter().zip(&passed.typed).zip(&passed.spans);
+        for (((argument, unit), typed), span) in all {
+            let mut typed = *typed;
+            if let Some(unit) = unit {
+                let wanted = Dim::Of(unit.dimension);
+                if typed.dim.with(wanted).is_none() {
+                    let found = typed.dim.dimension();
+                    return Err(diagnostics.error(
+                        Diagnostic::new(
+                            Code::E302,
+                            *span,
+                            format!(
+                                "`{called}` takes `{}` in `{}`, not {}",
+                                argument.text,
+                                unit.symbol,
+                                self.scope.spelling.being(found)
+                            ),
+                        )
+                        .here(self.scope.spelling.this_is(found))
+                        .label(argument.span, format!("declared in `{}`", unit.symbol)),
+                    ));
+                }
+                typed.dim = wanted;
+            }
+            bound.push(typed);
+        }
+        Ok(bound)
     }
 
     /// Opens a function whose arguments all say their units, for the mistakes in its body.
@@ -668,7 +712,7 @@ struct CallArguments {
 
 /// The unit between brackets; a plain number without one.
 pub(super) fn unit_of(
-    written: Option<&crate::syntax::ast::Unit>,
+    written: Option<&WrittenUnit>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Unit, Reported> {
     let Some(written) = written else {

@@ -72,7 +72,9 @@ impl<'a> Resolver<'a> {
                 | AttributeKind::Linear
                 | AttributeKind::Noise(_)
                 | AttributeKind::History(_)
-                | AttributeKind::Exact => {}
+                | AttributeKind::Exact
+                | AttributeKind::Shape(_)
+                | AttributeKind::Beyond(_) => {}
             }
         }
         parameter.value = value?;
@@ -133,7 +135,9 @@ impl<'a> Resolver<'a> {
                 | AttributeKind::Hold
                 | AttributeKind::Linear
                 | AttributeKind::Noise(_)
-                | AttributeKind::Exact => {}
+                | AttributeKind::Exact
+                | AttributeKind::Shape(_)
+                | AttributeKind::Beyond(_) => {}
             }
         }
         Ok(Unknown { declared, state, start, fixed, nominal, history })

@@ -1,6 +1,6 @@
 //! A model whose names are looked up, whose units are checked and whose values are in SI.
 
-mod array;
+mod arrays;
 mod check_units;
 mod choose;
 mod define;
@@ -10,9 +10,9 @@ mod item;
 mod modes;
 mod resolve;
 mod start;
+mod tables;
 pub mod text;
 pub mod typeset;
-mod whole;
 
 #[cfg(test)]
 mod tests;

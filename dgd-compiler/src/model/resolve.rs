@@ -132,6 +132,7 @@ pub fn resolve_noting(
         let _: Result<(), Reported> = resolver.item(item, diagnostics);
     }
     resolver.unused_functions(diagnostics);
+    resolver.unused_tables(diagnostics);
     resolver.unused_lets(diagnostics);
     if let Some(dimensions) = dimensions {
         dimensions.extend(resolver.lowering.dimensions.take().into_iter().flatten());
@@ -318,6 +319,7 @@ impl<'a> Resolver<'a> {
             | ItemKind::Unit { .. }
             | ItemKind::Let { .. }
             | ItemKind::Function { .. }
+            | ItemKind::Table { .. }
             | ItemKind::Import { .. }
             | ItemKind::Variant { .. }
             | ItemKind::Part { .. }

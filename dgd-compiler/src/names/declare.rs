@@ -44,7 +44,9 @@ impl Names {
                 },
                 ItemKind::Size { name, .. } => (name, SymbolKind::Size),
                 ItemKind::Let { name, .. } => (name, SymbolKind::Let),
-                ItemKind::Function { name, .. } => (name, SymbolKind::Function),
+                ItemKind::Function { name, .. } | ItemKind::Table { name, .. } => {
+                    (name, SymbolKind::Function)
+                }
                 ItemKind::Equation { label, .. } => {
                     self.declare_in(scope, |s| &mut s.equations, label, SymbolKind::Equation);
                     continue;

@@ -223,6 +223,15 @@ impl Reader<'_> {
             ItemKind::Function { arguments, lets, body, .. } => {
                 self.function(arguments, lets, body);
             }
+            ItemKind::Table { arguments, unit, points, attributes, .. } => {
+                for Argument { name, unit } in arguments {
+                    self.unit(unit.as_ref());
+                    self.names.add(&name.text, SymbolKind::Argument, name.span);
+                }
+                self.unit(unit.as_ref());
+                self.exprs(points.expressions());
+                self.attributes(attributes);
+            }
             ItemKind::Output { name, unit, value, attributes } => {
                 if value.is_none() {
                     self.name(name);
@@ -284,7 +293,9 @@ impl Reader<'_> {
                 | AttributeKind::Fixed
                 | AttributeKind::Hold
                 | AttributeKind::Linear
-                | AttributeKind::Exact => {}
+                | AttributeKind::Exact
+                | AttributeKind::Shape(_)
+                | AttributeKind::Beyond(_) => {}
             }
         }
     }

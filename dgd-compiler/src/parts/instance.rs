@@ -168,7 +168,9 @@ fn give(
                 given = Some(choose(choices, name, &argument.value));
             }
         }
-        ItemKind::Let { name: own, .. } | ItemKind::Function { name: own, .. } => {
+        ItemKind::Let { name: own, .. }
+        | ItemKind::Function { name: own, .. }
+        | ItemKind::Table { name: own, .. } => {
             other = other.or((own.text == name).then_some(own.span));
         }
         ItemKind::Import { .. }

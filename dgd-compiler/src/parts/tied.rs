@@ -21,7 +21,7 @@ struct Value {
 enum Kind {
     Constant,
     Parameter,
-    /// A `let` or a function.
+    /// A `let`, a function or a table.
     Definition,
 }
 
@@ -46,6 +46,9 @@ pub(super) fn tie(whole: &mut ExpandedModel) {
                 let of_lets = lets.iter().map(|local| &local.value);
                 let all = of_lets.chain([body]).collect();
                 (name, Kind::Definition, all, visit::locals(arguments, lets))
+            }
+            ItemKind::Table { name, points, .. } => {
+                (name, Kind::Definition, points.expressions(), Vec::new())
             }
             ItemKind::Input { name, .. }
             | ItemKind::Unknown { name, .. }

@@ -158,7 +158,8 @@ impl Dependencies {
         items.retain(|item| match &item.kind {
             ItemKind::Input { name, .. }
             | ItemKind::Let { name, .. }
-            | ItemKind::Function { name, .. } => !lost.contains(&name.text),
+            | ItemKind::Function { name, .. }
+            | ItemKind::Table { name, .. } => !lost.contains(&name.text),
             _ => true,
         });
     }

@@ -716,6 +716,7 @@ pub(super) fn operation(
         Node::Divide(a, b) => Operation::Divide(value(a), value(b)),
         Node::Call1(f, a) => Operation::Call1(f, value(a)),
         Node::Call2(f, a, b) => Operation::Call2(f, value(a), value(b)),
+        Node::Curve(curve, a) => Operation::Curve(curve, value(a)),
         Node::Compare(c, a, b) => Operation::Compare(c, value(a), value(b)),
         Node::And(a, b) => Operation::And(value(a), value(b)),
         Node::Or(a, b) => Operation::Or(value(a), value(b)),

@@ -12,6 +12,7 @@ mod text;
 use dgd_signature::arrays::OutputArray;
 use dgd_signature::{Features, Pattern, Signature};
 
+use crate::expr::curve::CurveId;
 use crate::expr::graph::Comparison;
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
@@ -166,6 +167,8 @@ pub enum Operation {
     Call1(IntrinsicId, ValueId),
     /// f(a, b)
     Call2(IntrinsicId, ValueId, ValueId),
+    /// The curve of a table at a.
+    Curve(CurveId, ValueId),
     /// Whether a < b and the like.
     Compare(Comparison, ValueId, ValueId),
     /// Both.
@@ -187,9 +190,10 @@ impl Operation {
             | Operation::Load(..)
             | Operation::LoadSwept(..)
             | Operation::Counter => [None; 3],
-            Operation::Negate(a) | Operation::Call1(_, a) | Operation::Not(a) => {
-                [Some(a), None, None]
-            }
+            Operation::Negate(a)
+            | Operation::Call1(_, a)
+            | Operation::Curve(_, a)
+            | Operation::Not(a) => [Some(a), None, None],
             Operation::Add(a, b)
             | Operation::Subtract(a, b)
             | Operation::Multiply(a, b)

@@ -455,6 +455,7 @@ impl<'a> Builder<'a> {
                 }
                 Definition::One { .. } | Definition::Expansion(..) => Vec::new(),
             },
+            Node::Curve(curve, x) => vec![(x, self.graph.slope_of_curve(curve, x))],
             _ => Vec::new(),
         };
         all.into_iter().filter(|(argument, _)| self.moving.contains(argument)).collect()
@@ -475,6 +476,7 @@ impl<'a> Builder<'a> {
                 | Node::Not(_)
                 | Node::Delay(..) => false,
                 Node::Call1(f, a) => moves(&a) && !self.is_flat(f, a),
+                Node::Curve(curve, a) => moves(&a) && curve.derivative().is_some(),
                 Node::Select(_, a, b) => moves(&a) || moves(&b),
                 Node::Negate(_)
                 | Node::Add(..)
@@ -525,6 +527,7 @@ impl<'a> Builder<'a> {
                     own_recurrence(f) == Some(OwnRecurrence::Magnitude) || self.is_flat(f, a);
                 jumps && self.moving.contains(&a)
             }
+            Node::Curve(_, a) => self.moving.contains(&a),
             _ => false,
         }
     }
@@ -647,6 +650,7 @@ impl<'a> Builder<'a> {
                 Some(OwnRecurrence::Magnitude) => Recurrence::Magnitude(value(a)),
                 Some(OwnRecurrence::Power) | None => return self.by_slopes(id),
             },
+            Node::Curve(..) => return self.by_slopes(id),
             Node::Call2(f, a, b) => match own_recurrence(f) {
                 Some(OwnRecurrence::Power) => {
                     let (a, b) = (value(a), value(b));

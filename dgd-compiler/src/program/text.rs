@@ -282,6 +282,7 @@ impl fmt::Display for Operation {
             Operation::Divide(a, b) => write!(f, "{a} / {b}"),
             Operation::Call1(function, a) => write!(f, "{}({a})", function.get().name),
             Operation::Call2(function, a, b) => write!(f, "{}({a}, {b})", function.get().name),
+            Operation::Curve(curve, a) => write!(f, "{}({a})", curve.get().name),
             Operation::Compare(c, a, b) => write!(f, "{a} {} {b}", c.spelling()),
             Operation::And(a, b) => write!(f, "{a} and {b}"),
             Operation::Or(a, b) => write!(f, "{a} or {b}"),

@@ -3,6 +3,7 @@
 //! Printing an [`Ast`] and parsing the text again gives the same tree, places aside. No name is
 //! looked up here and no unit is understood.
 
+use crate::diagnostics::Reported;
 use crate::source::{SourceId, Span};
 use crate::units::{self, OwnUnits, UnitError, parse_unit_with};
 
@@ -317,6 +318,19 @@ pub enum ItemKind {
         /// Value.
         body: Expr,
     },
+    /// `table head(q [lpm]) [m] = (0, 305), (1200, 301)  pchip, beyond refuse`
+    Table {
+        /// Name.
+        name: Name,
+        /// What is looked up: one argument, or two of a grid.
+        arguments: Vec<Argument>,
+        /// Unit of the values in brackets.
+        unit: Option<Unit>,
+        /// What the table says.
+        points: Points,
+        /// Attributes in the order written.
+        attributes: Vec<Attribute>,
+    },
     /// `output p_r [bara] = …  noise 0.01 [bar]`
     Output {
         /// Name.
@@ -484,6 +498,107 @@ pub struct Argument {
     pub unit: Option<Unit>,
 }
 
+/// What a table says.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Points {
+    /// `(0, 305), (1200, 301)`: for each point its arguments, then its value.
+    Written(Vec<Point>),
+    /// `at (0, 20, 80) = (c_0, c_20, c_80)`: abscissae, then as many values.
+    Columns([Vec<Expr>; 2]),
+    /// `from "eta.csv"`: what a file says.
+    File {
+        /// The path as written, without quotes.
+        path: String,
+        /// Its place, quotes included.
+        path_span: Span,
+        /// The points, once the file has been read.
+        rows: Option<Result<Vec<Point>, Reported>>,
+    },
+}
+
+/// A point of a table: its arguments, then its value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Its place.
+    pub span: Span,
+    /// The numbers, in the units of what they are numbers of.
+    pub numbers: Vec<Expr>,
+}
+
+impl Points {
+    /// All expressions, in the order written.
+    pub fn expressions(&self) -> Vec<&Expr> {
+        match self {
+            Points::Written(points) | Points::File { rows: Some(Ok(points)), .. } => {
+                points.iter().flat_map(|point| &point.numbers).collect()
+            }
+            Points::Columns(columns) => columns.iter().flatten().collect(),
+            Points::File { .. } => Vec::new(),
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn expressions_mut(&mut self) -> Vec<&mut Expr> {
+        match self {
+            Points::Written(points) | Points::File { rows: Some(Ok(points)), .. } => {
+                points.iter_mut().flat_map(|point| &mut point.numbers).collect()
+            }
+            Points::Columns(columns) => columns.iter_mut().flatten().collect(),
+            Points::File { .. } => Vec::new(),
+        }
+    }
+}
+
+/// How a table goes on between its points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// `linear`: by straight lines.
+    Linear,
+    /// `pchip`: by cubics without a turn between points.
+    Pchip,
+    /// `natural`: by cubics whose curvature is continuous, and zero at both ends.
+    Natural,
+    /// `cubic`: the same, of a grid along both arguments.
+    Cubic,
+}
+
+impl Shape {
+    /// Every shape, with its word.
+    pub const ALL: [(&'static str, Shape); 4] = [
+        ("linear", Shape::Linear),
+        ("pchip", Shape::Pchip),
+        ("natural", Shape::Natural),
+        ("cubic", Shape::Cubic),
+    ];
+
+    /// Its word.
+    pub fn word(self) -> &'static str {
+        Self::ALL.iter().find(|(_, shape)| *shape == self).map_or("", |(word, _)| word)
+    }
+}
+
+/// What a table is beyond its first and last point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Beyond {
+    /// `beyond refuse`: a run ends there.
+    Refuse,
+    /// `beyond hold`: it keeps the value of its end.
+    Hold,
+    /// `beyond extend`: it keeps the slope of its end.
+    Extend,
+}
+
+impl Beyond {
+    /// Every choice, with its word.
+    pub const ALL: [(&'static str, Beyond); 3] =
+        [("refuse", Beyond::Refuse), ("hold", Beyond::Hold), ("extend", Beyond::Extend)];
+
+    /// Its word.
+    pub fn word(self) -> &'static str {
+        Self::ALL.iter().find(|(_, beyond)| *beyond == self).map_or("", |(word, _)| word)
+    }
+}
+
 /// One choice of a variant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
@@ -564,6 +679,10 @@ pub enum AttributeKind {
     History(Expr),
     /// `exact`: the equation lacks nothing.
     Exact,
+    /// `pchip`, `natural` or `cubic`: how a table goes on between its points. `linear` is [`Linear`](Self::Linear).
+    Shape(Shape),
+    /// `beyond hold`: what a table is beyond its ends.
+    Beyond(Beyond),
 }
 
 /// A unit as written between brackets.

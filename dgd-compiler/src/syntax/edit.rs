@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::ast::{Ast, Choice, Item, ItemKind, Name, PartArgument};
+use super::ast::{Ast, Choice, Item, ItemKind, Name, PartArgument, Points};
 use crate::source::Span;
 
 /// A new value for a declaration.
@@ -81,6 +81,9 @@ fn collect(
             ItemKind::Import { path, path_span } => {
                 edits.extend(import(path).map(|path| over(*path_span, format!("\"{path}\""))));
             }
+            ItemKind::Table { points: Points::File { path, path_span, .. }, .. } => {
+                edits.extend(import(path).map(|path| over(*path_span, format!("\"{path}\""))));
+            }
             ItemKind::Variant { choices, .. } => {
                 for Choice { items, .. } in choices {
                     collect(items, values, import, edits);
@@ -90,6 +93,7 @@ fn collect(
             | ItemKind::For { .. }
             | ItemKind::Let { .. }
             | ItemKind::Function { .. }
+            | ItemKind::Table { .. }
             | ItemKind::Output { .. }
             | ItemKind::Equation { .. }
             | ItemKind::Modes { .. }

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::ast::{Ast, ItemKind};
+use super::ast::{Ast, ItemKind, Points};
 use super::parse::{Hole, parse_with_holes};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use super::{table_files, visit};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::source::{Source, SourceId, Sources, Span};
 
-/// How the name of an imported file must end. Nothing else is read, so that a model cannot show what
+/// How the name of an imported file must end, but for those of tables. Nothing else is read, so that a model cannot show what
 /// is not its own.
 const ENDING: &str = ".dgd";
 
@@ -45,6 +46,7 @@ pub fn load(
     }
     let mut next = 0;
     while next < loading.asts.len() {
+        loading.read_tables(next);
         let imports = imports_of(&loading.asts[next]);
         let importer = loading.asts[next].source;
         let found = imports.iter().filter_map(|import| loading.follow(importer, import)).collect();
@@ -110,6 +112,51 @@ impl Loading<'_, '_> {
         Some(id)
     }
 
+    /// Reads the files that tables of a tree name.
+    fn read_tables(&mut self, k: usize) {
+        let importer = self.asts[k].source;
+        let mut items = std::mem::take(&mut self.asts[k].items);
+        visit::items_mut(&mut items, &mut |item| {
+            let Some(Points::File { path, path_span, .. }) = table_files::file_of(&mut item.kind)
+            else {
+                return;
+            };
+            let (path, span) = (path.clone(), *path_span);
+            let points = self.table_file(importer, &path, span).and_then(|file| {
+                table_files::points(&item.kind, file, self.sources, self.diagnostics)
+            });
+            if let Some(Points::File { rows, .. }) = table_files::file_of(&mut item.kind) {
+                *rows = Some(points);
+            }
+        });
+        self.asts[k].items = items;
+    }
+
+    /// The file that a table names, which is read unless it is known.
+    fn table_file(
+        &mut self,
+        importer: SourceId,
+        path: &str,
+        span: Span,
+    ) -> Result<SourceId, Reported> {
+        let name = beside(self.sources, importer, path);
+        if let Some(&id) = self.known.get(&name) {
+            return Ok(id);
+        }
+        let refused = |message: String| Diagnostic::new(Code::E208, span, message);
+        if !table_files::ENDINGS.iter().any(|ending| name.ends_with(ending)) {
+            let message =
+                format!("cannot read `{path}`: its name does not end in `.csv` or `.csv.gz`");
+            return Err(self.diagnostics.error(refused(message)));
+        }
+        let text = (self.read)(&name).map_err(|reason| {
+            self.diagnostics.error(refused(format!("cannot read `{name}`: {reason}")))
+        })?;
+        let id = self.sources.add(Source { name: name.clone(), text });
+        self.known.insert(name, id);
+        Ok(id)
+    }
+
     fn parse(&mut self, id: SourceId) -> Ast {
         let (ast, holes) = parse_with_holes(id, self.sources, self.diagnostics);
         self.holes.extend(holes);
@@ -150,11 +197,12 @@ fn verify_library(ast: &mut Ast, diagnostics: &mut Diagnostics) {
                 | ItemKind::Unit { .. }
                 | ItemKind::Let { .. }
                 | ItemKind::Function { .. }
+                | ItemKind::Table { .. }
         );
         if !is_allowed {
             diagnostics.error(
                 Diagnostic::new(Code::E208, item.span, "this cannot stand in a library").help(
-                    "a library has constants, units, `let`s and functions; a model file begins with `model NAME`",
+                    "a library has constants, units, `let`s, functions and tables; a model file begins with `model NAME`",
                 ),
             );
         }

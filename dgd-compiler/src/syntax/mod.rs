@@ -10,6 +10,7 @@ mod parse;
 pub mod places;
 pub mod print;
 pub(crate) mod rename;
+pub mod table_files;
 pub mod visit;
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use super::ast::{
     Argument, Ast, Attribute, AttributeKind, Choice, Clause, ClauseKind, Condition, EffectHeader,
-    Expr, ExprKind, Header, Item, ItemKind, LocalLet, Name, PartArgument, Range, Reaction, Reset,
-    Slot, StartMode, Target, Transition, Unit,
+    Expr, ExprKind, Header, Item, ItemKind, LocalLet, Name, PartArgument, Point, Points, Range,
+    Reaction, Reset, Slot, StartMode, Target, Transition, Unit,
 };
 use crate::source::{SourceId, Span};
 
@@ -89,6 +89,8 @@ fn placeless_attribute(attribute: &Attribute) -> Attribute {
         AttributeKind::Hold => AttributeKind::Hold,
         AttributeKind::Linear => AttributeKind::Linear,
         AttributeKind::Exact => AttributeKind::Exact,
+        AttributeKind::Shape(shape) => AttributeKind::Shape(*shape),
+        AttributeKind::Beyond(beyond) => AttributeKind::Beyond(*beyond),
     };
     Attribute { span: Span::default(), kind }
 }
@@ -151,13 +153,7 @@ fn placeless_item(item: &Item) -> Item {
         },
         ItemKind::Function { name, arguments, lets, body } => ItemKind::Function {
             name: placeless_name(name),
-            arguments: arguments
-                .iter()
-                .map(|a| Argument {
-                    name: placeless_name(&a.name),
-                    unit: placeless_unit(a.unit.as_ref()),
-                })
-                .collect(),
+            arguments: placeless_arguments(arguments),
             lets: lets
                 .iter()
                 .map(|local| LocalLet {
@@ -167,6 +163,13 @@ fn placeless_item(item: &Item) -> Item {
                 })
                 .collect(),
             body: placeless(body),
+        },
+        ItemKind::Table { name, arguments, unit, points, attributes: all } => ItemKind::Table {
+            name: placeless_name(name),
+            arguments: placeless_arguments(arguments),
+            unit: placeless_unit(unit.as_ref()),
+            points: placeless_points(points),
+            attributes: attributes(all),
         },
         ItemKind::Output { name, unit, value, attributes: all } => ItemKind::Output {
             name: placeless_name(name),
@@ -217,6 +220,28 @@ fn placeless_item(item: &Item) -> Item {
         }
     };
     Item { span: Span::default(), doc: item.doc.clone(), kind }
+}
+
+fn placeless_arguments(arguments: &[Argument]) -> Vec<Argument> {
+    let placeless = |a: &Argument| Argument {
+        name: placeless_name(&a.name),
+        unit: placeless_unit(a.unit.as_ref()),
+    };
+    arguments.iter().map(placeless).collect()
+}
+
+fn placeless_points(points: &Points) -> Points {
+    let all = |numbers: &[Expr]| numbers.iter().map(placeless).collect();
+    match points {
+        Points::Written(points) => {
+            let point = |p: &Point| Point { span: Span::default(), numbers: all(&p.numbers) };
+            Points::Written(points.iter().map(point).collect())
+        }
+        Points::Columns(columns) => Points::Columns([all(&columns[0]), all(&columns[1])]),
+        Points::File { path, .. } => {
+            Points::File { path: path.clone(), path_span: Span::default(), rows: None }
+        }
+    }
 }
 
 fn placeless_range(range: &Range) -> Range {

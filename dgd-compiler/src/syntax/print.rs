@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use super::ast::{
     Argument, Ast, Attribute, AttributeKind, Bound, Choice, Clause, ClauseKind, Comparison,
     Condition, EffectHeader, Expr, ExprKind, Factor, Item, ItemKind, LocalLet, Name, PartArgument,
-    Range, Reaction, Reset, Sign, Slot, SlotKind, StartMode, Target, Transition, Unit,
+    Points, Range, Reaction, Reset, Sign, Slot, SlotKind, StartMode, Target, Transition, Unit,
 };
 use super::parse::lexical::RESERVED;
 
@@ -395,12 +395,8 @@ impl Printer {
                 self.declaration("output", name, unit.as_ref(), value.as_ref(), attributes);
             }
             ItemKind::Function { name, arguments, lets, body } => {
-                let argument = |argument: &Argument| {
-                    format!("{}{}", argument.name.text, brackets(argument.unit.as_ref()))
-                };
-                let arguments: Vec<String> = arguments.iter().map(argument).collect();
                 let body = print_expression(body);
-                let head = format!("function {}({}) =", name.text, arguments.join(", "));
+                let head = format!("function {}({}) =", name.text, print_arguments(arguments));
                 if lets.is_empty() {
                     self.line(&format!("{head} {body}"));
                     return;
@@ -413,6 +409,12 @@ impl Printer {
                 self.line(&body);
                 self.depth -= 1;
                 self.line("}");
+            }
+            ItemKind::Table { name, arguments, unit, points, attributes } => {
+                let head = format!("table {}({})", name.text, print_arguments(arguments));
+                let unit = brackets(unit.as_ref());
+                let (points, attributes) = (print_points(points), print_attributes(attributes));
+                self.line(&format!("{head}{unit} {points}{attributes}"));
             }
             ItemKind::Equation { label, left, right, attributes } => {
                 let (left, right) = (print_expression(left), print_expression(right));
@@ -522,6 +524,30 @@ impl Printer {
     }
 }
 
+fn print_arguments(arguments: &[Argument]) -> String {
+    let argument =
+        |argument: &Argument| format!("{}{}", argument.name.text, brackets(argument.unit.as_ref()));
+    arguments.iter().map(argument).collect::<Vec<_>>().join(", ")
+}
+
+/// What a table says, from its `=` or `at` on.
+fn print_points(points: &Points) -> String {
+    let list = |numbers: &[Expr]| {
+        let numbers: Vec<String> = numbers.iter().map(print_expression).collect();
+        format!("({})", numbers.join(", "))
+    };
+    match points {
+        Points::Written(points) => {
+            let points: Vec<String> = points.iter().map(|point| list(&point.numbers)).collect();
+            format!("= {}", points.join(", "))
+        }
+        Points::Columns([abscissae, ordinates]) => {
+            format!("at {} = {}", list(abscissae), list(ordinates))
+        }
+        Points::File { path, .. } => format!("from \"{path}\""),
+    }
+}
+
 /// Attributes with a blank in front, as they stand behind a declaration or an equation.
 fn print_attributes(attributes: &[Attribute]) -> String {
     let words: Vec<String> = attributes.iter().map(|a| print_attribute(&a.kind)).collect();
@@ -588,5 +614,7 @@ fn print_attribute(kind: &AttributeKind) -> String {
         AttributeKind::Noise(std) => format!("noise {}", print_expression(std)),
         AttributeKind::History(value) => format!("history {}", print_expression(value)),
         AttributeKind::Exact => "exact".to_owned(),
+        AttributeKind::Shape(shape) => shape.word().to_owned(),
+        AttributeKind::Beyond(beyond) => format!("beyond {}", beyond.word()),
     }
 }

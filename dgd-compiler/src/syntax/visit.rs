@@ -29,7 +29,7 @@ pub enum Role<'a> {
     Declaration,
     /// The start value of an unknown, or the condition of a mode to start in.
     Start,
-    /// The value of a `let`.
+    /// The value of a `let`, or a number of a table.
     Let(&'a Name),
     /// The body of a function, or one of its `let`s, with what these may be called by names of its own.
     Body(&'a Name, &'a [Argument]),
@@ -118,6 +118,17 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             }
             visit(Part::Expr(Role::Body(name, &locals), body));
         }
+        ItemKind::Table { name, arguments, unit, points, attributes: all } => {
+            visit(Part::Declares(Namespace::Value, name));
+            for argument in arguments.iter_mut() {
+                visit(Part::Unit(&mut argument.unit));
+            }
+            visit(Part::Unit(unit));
+            for number in points.expressions_mut() {
+                visit(Part::Expr(Role::Let(name), number));
+            }
+            attributes(all, visit);
+        }
         ItemKind::Output { name, unit, value, attributes: all } => {
             visit(Part::Declares(Namespace::Output, name));
             visit(Part::Unit(unit));
@@ -182,7 +193,9 @@ fn attributes(all: &mut [Attribute], visit: &mut dyn FnMut(Part<'_>)) {
             | AttributeKind::Fixed
             | AttributeKind::Hold
             | AttributeKind::Linear
-            | AttributeKind::Exact => Vec::new(),
+            | AttributeKind::Exact
+            | AttributeKind::Shape(_)
+            | AttributeKind::Beyond(_) => Vec::new(),
         };
         for expr in expressions {
             visit(Part::Expr(Role::Declaration, expr));

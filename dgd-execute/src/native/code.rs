@@ -10,6 +10,7 @@ use std::mem::{offset_of, transmute};
 use std::sync::{Mutex, PoisonError};
 
 use cranelift_jit::JITModule;
+use dgd_compiler::expr::curve::Curve;
 use dgd_runtime::Point;
 
 use super::plan::{ARGUMENTS, MOST_RESULTS, Plan};
@@ -141,6 +142,17 @@ pub(super) unsafe extern "C" fn call_one(x: f64, value: *const ()) -> f64 {
     // SAFETY: the caller's.
     let value = unsafe { transmute::<*const (), fn(f64) -> f64>(value) };
     value(x)
+}
+
+/// What machine code calls for the curve of a table.
+///
+/// # Safety
+///
+/// `curve` is the address of a [`Curve`] that is never freed.
+pub(super) unsafe extern "C" fn call_curve(x: f64, curve: *const ()) -> f64 {
+    // SAFETY: the caller's.
+    let curve = unsafe { &*curve.cast::<Curve>() };
+    curve.value(x)
 }
 
 /// What machine code calls for a function of two arguments.

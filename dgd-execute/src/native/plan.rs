@@ -166,7 +166,7 @@ fn kinds(
                 }
                 Kind::Number
             }
-            Operation::Negate(a) => {
+            Operation::Negate(a) | Operation::Curve(_, a) => {
                 number(&kinds, a)?;
                 Kind::Number
             }

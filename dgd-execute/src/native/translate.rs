@@ -18,7 +18,7 @@ use dgd_compiler::expr::graph::Comparison;
 use dgd_compiler::expr::intrinsics::{Definition, Instruction, IntrinsicId};
 use dgd_compiler::program::{Argument, Loop, Operation, ValueId};
 
-use super::code::{Frame, call_one, call_two};
+use super::code::{Frame, call_curve, call_one, call_two};
 use super::plan::{Kind, Piece, Plan, distance, is_immediate, position};
 
 /// Addresses and distances; the compiler is only made for machines on which they have 64 bits.
@@ -216,6 +216,12 @@ impl Translation<'_, '_> {
             Operation::Call2(function, a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
                 self.call_two(function, a, b)
+            }
+            Operation::Curve(curve, a) => {
+                let a = self.operand(a);
+                // Curves are kept for as long as the process lives.
+                let curve = (&raw const curve.get().curve).cast();
+                self.call(0, call_curve as *const (), curve, &[a])
             }
             Operation::Compare(comparison, a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));

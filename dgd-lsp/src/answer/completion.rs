@@ -14,7 +14,7 @@ use lsp_types::{CompletionItem, CompletionItemKind, CompletionParams};
 use super::Context;
 
 /// Words that begin an item, and attributes that end one.
-const KEYWORDS: [&str; 22] = [
+const KEYWORDS: [&str; 23] = [
     "model",
     "effect",
     "import",
@@ -28,6 +28,7 @@ const KEYWORDS: [&str; 22] = [
     "size",
     "let",
     "function",
+    "table",
     "equation",
     "output",
     "variant",
@@ -42,7 +43,7 @@ const KEYWORDS: [&str; 22] = [
 const CLAUSES: [&str; 5] = ["kind", "form", "null", "replace", "add"];
 /// Words that begin a line within a `modes` block and behind a `when`.
 const IN_BLOCKS: [&str; 2] = ["start", "reset"];
-const ATTRIBUTES: [&str; 10] = [
+const ATTRIBUTES: [&str; 16] = [
     "in",
     "log",
     "fixed",
@@ -53,6 +54,12 @@ const ATTRIBUTES: [&str; 10] = [
     "noise",
     "history",
     "exact",
+    "pchip",
+    "natural",
+    "cubic",
+    "beyond refuse",
+    "beyond hold",
+    "beyond extend",
 ];
 
 /// What belongs at a place of a line.

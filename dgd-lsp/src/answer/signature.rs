@@ -59,7 +59,11 @@ fn arguments_of(name: &str, context: &Context<'_>) -> Option<(Vec<String>, Strin
     let mut found = None;
     for ast in &analysis.asts {
         visit::items(&ast.items, &mut |item| {
-            let ItemKind::Function { name: own, arguments, .. } = &item.kind else { return };
+            let (ItemKind::Function { name: own, arguments, .. }
+            | ItemKind::Table { name: own, arguments, .. }) = &item.kind
+            else {
+                return;
+            };
             if own.text == name && found.is_none() {
                 let shown = arguments.iter().map(|argument| match &argument.unit {
                     Some(unit) => format!("{} [{}]", argument.name.text, unit.text),

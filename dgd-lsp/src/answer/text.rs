@@ -46,7 +46,9 @@ fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<Docu
             ItemKind::Unknown { name, .. }
             | ItemKind::Array { name, .. }
             | ItemKind::Let { name, .. } => (name, lsp_types::SymbolKind::VARIABLE),
-            ItemKind::Function { name, .. } => (name, lsp_types::SymbolKind::FUNCTION),
+            ItemKind::Function { name, .. } | ItemKind::Table { name, .. } => {
+                (name, lsp_types::SymbolKind::FUNCTION)
+            }
             ItemKind::Output { name, .. } => (name, lsp_types::SymbolKind::FIELD),
             ItemKind::Equation { label, .. } => (label, lsp_types::SymbolKind::EVENT),
             ItemKind::Part { name, .. } => (name, lsp_types::SymbolKind::MODULE),

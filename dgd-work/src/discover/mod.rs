@@ -12,6 +12,7 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions};
 use dgd_compiler::source::Source;
 use dgd_compiler::syntax::ast::{Item, ItemKind};
+use dgd_compiler::syntax::table_files;
 use dgd_data::files::Files;
 use dgd_data::files::journal::RunJournal;
 use dgd_data::{FileSystem, InMemory, Reading};
@@ -165,7 +166,9 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
     }
     let is_model =
         |source: &&Source| Path::new(&source.name).extension().is_some_and(|e| e == "dgd");
-    let texts = compilation.sources.iter().filter(is_model);
+    let of_tables = table_files::files(&compiled.asts);
+    let of_tables = of_tables.into_iter().map(|id| compilation.sources.get(id));
+    let texts = compilation.sources.iter().filter(is_model).chain(of_tables);
     let texts = texts.fold(InMemory::default(), |files, source| {
         files.with(&source.name, source.text.as_bytes())
     });

@@ -5,15 +5,17 @@
 (unit) @type
 
 ["model" "effect" "import" "constant" "parameter" "input" "state" "unknown" "held" "unit" "size" "let" "output"
- "function" "equation" "variant" "modes" "for" "part" "when" "every" "saturate" "start" "reset"
+ "function" "table" "equation" "variant" "modes" "for" "part" "when" "every" "saturate" "start" "reset"
  "kind" "form" "null" "replace" "add" "on" "by" "to"] @keyword
 ["if" "then" "else"] @conditional
 ["and" "or" "not" "rises" "above" "falls" "below"] @keyword.operator
-["log" "fixed" "hold" "linear" "exact" "nominal" "noise" "history" "prior" "normal" "in"] @attribute
+["log" "fixed" "hold" "linear" "exact" "nominal" "noise" "history" "prior" "normal" "in" "at" "from"
+ "pchip" "natural" "cubic" "beyond" "refuse" "extend"] @attribute
 ["+" "-" "*" "/" "^" "=" "<" "<=" ">" ">=" "->" ".."] @operator
 
 (call function: (dotted) @function)
 (function name: (dotted) @function)
+(table name: (dotted) @function)
 (equation label: (dotted) @label)
 (model name: (name) @namespace)
 (part name: (name) @namespace)

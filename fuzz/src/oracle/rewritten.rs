@@ -195,7 +195,9 @@ fn rescaled(case: &Case) -> Option<Case> {
                 | AttributeKind::Fixed
                 | AttributeKind::Hold
                 | AttributeKind::Linear
-                | AttributeKind::Exact => {}
+                | AttributeKind::Exact
+                | AttributeKind::Shape(_)
+                | AttributeKind::Beyond(_) => {}
             }
         }
     }

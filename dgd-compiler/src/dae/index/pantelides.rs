@@ -298,6 +298,9 @@ impl Reduction<'_> {
                 {
                     return Err(Obstacle::Jump("floor"));
                 }
+                Node::Curve(curve, x) if curve.get().smooth < 1 && !is_constant(self.graph, x) => {
+                    return Err(Obstacle::Jump("table"));
+                }
                 // A count of what time passes: conditions on time compare their numbers.
                 node if !matches!(node, Node::Compare(..)) && reads_count(self.graph, node) => {
                     return Err(Obstacle::Jump("floor"));

@@ -10,9 +10,12 @@ use crate::expr::display::number;
 use crate::model::Model;
 use crate::parts;
 use crate::syntax::ast::{
-    self, Argument, Ast, Choice, Comparison, Crossing, Expr, ExprKind, Factor, Item, ItemKind,
-    Name, Sign,
+    self, Argument, Ast, Attribute, AttributeKind, Choice, Comparison, Crossing, Expr, ExprKind,
+    Factor, Item, ItemKind, Name, Points, Shape, Sign,
 };
+
+/// Of a table with more points the first and the last are shown.
+const MOST_POINTS: usize = 8;
 
 /// What stands on a line of its own.
 #[derive(Debug, Clone, PartialEq)]
@@ -226,15 +229,13 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
             push(Line::Equation { left, right, label: None });
         }
         ItemKind::Function { name, arguments, lets, body } => {
-            let arguments = arguments
-                .iter()
-                .map(|Argument { name, .. }| Formula::Symbol(Symbol::of(&name.text)));
-            let arguments = separated(arguments, Operator::Comma);
-            let left = Formula::Row(vec![
-                Formula::Symbol(Symbol::of(&name.text)),
-                Formula::Fenced(Fence::Arguments, Box::new(arguments)),
-            ]);
+            let left = called(name, arguments);
             push(Line::Equation { left, right: with_lets(body, lets), label: None });
+        }
+        ItemKind::Table { name, arguments, points, attributes, .. } => {
+            let (left, right) =
+                (called(name, arguments), through(arguments.len(), points, attributes));
+            push(Line::Equation { left, right, label: None });
         }
         ItemKind::Equation { label, left, right, .. } => {
             let (left, right) = (expression(left), expression(right));
@@ -326,6 +327,45 @@ fn occasion(conditions: &[ast::Condition]) -> Occasion {
         (expression(&condition.left), condition.crossing, expression(&condition.right))
     };
     Occasion::When(conditions.iter().map(one).collect())
+}
+
+/// A function or a table with its arguments, as its definition begins.
+fn called(name: &Name, arguments: &[Argument]) -> Formula {
+    let symbol = |name: &Name| Formula::Symbol(Symbol::of(&name.text));
+    let arguments = separated(arguments.iter().map(|a| symbol(&a.name)), Operator::Comma);
+    Formula::Row(vec![symbol(name), Formula::Fenced(Fence::Arguments, Box::new(arguments))])
+}
+
+/// The points of a table, or some of many, and how it goes through them.
+fn through(n_arguments: usize, points: &Points, attributes: &[Attribute]) -> Formula {
+    let shape = attributes.iter().find_map(|attribute| match attribute.kind {
+        AttributeKind::Linear => Some(Shape::Linear),
+        AttributeKind::Shape(shape) => Some(shape),
+        _ => None,
+    });
+    let default = if n_arguments == 1 { Shape::Pchip } else { Shape::Linear };
+    let words = match (shape.unwrap_or(default), n_arguments) {
+        (Shape::Linear, 1) => "lines through",
+        (Shape::Linear, _) => "bilinear through",
+        (Shape::Pchip, _) => "monotone cubics through",
+        (Shape::Natural | Shape::Cubic, _) => "a natural spline through",
+    };
+    let numbers: Vec<Vec<&Expr>> = match points {
+        Points::Written(points) | Points::File { rows: Some(Ok(points)), .. } => {
+            points.iter().map(|p| p.numbers.iter().collect()).collect()
+        }
+        Points::Columns([x, y]) => x.iter().zip(y).map(|(x, y)| vec![x, y]).collect(),
+        Points::File { .. } => Vec::new(),
+    };
+    let point = |numbers: &Vec<&Expr>| {
+        round(separated(numbers.iter().map(|number| expression(number)), Operator::Comma))
+    };
+    let mut shown: Vec<Formula> = numbers.iter().take(MOST_POINTS).map(point).collect();
+    if let Some(last) = numbers.last().filter(|_| numbers.len() > MOST_POINTS) {
+        shown.truncate(MOST_POINTS - 2);
+        shown.extend([Formula::Words("…"), point(last)]);
+    }
+    Formula::Row(vec![Formula::Words(words), separated(shown.into_iter(), Operator::Comma)])
 }
 
 /// The value of a function: the last line of its block, where the names in it stand for those above.

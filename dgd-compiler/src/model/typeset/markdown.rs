@@ -12,7 +12,8 @@ use crate::diagnostics::Diagnostics;
 use crate::model::Model;
 use crate::parts;
 use crate::syntax::ast::{
-    Ast, Attribute, AttributeKind, Expr, Item, ItemKind, Name, Range, Unit, UnknownKind,
+    Ast, Attribute, AttributeKind, Beyond, Expr, Item, ItemKind, Name, Points, Range, Unit,
+    UnknownKind,
 };
 
 /// Writes the page of a model that is in the file at `path`.
@@ -82,6 +83,7 @@ struct Declarations {
     parameters: Vec<Vec<String>>,
     constants: Vec<Vec<String>>,
     outputs: Vec<Vec<String>>,
+    curves: Vec<Vec<String>>,
     units: Vec<Vec<String>>,
 }
 
@@ -94,19 +96,21 @@ impl Default for Declarations {
             parameters: heads(&["", "name", "value", "unit", "bounds", ""]),
             constants: heads(&["", "name", "value", "unit", ""]),
             outputs: heads(&["", "name", "unit", "noise", ""]),
+            curves: heads(&["", "name", "argument", "unit", "points", "beyond", ""]),
             units: heads(&["name", "value", ""]),
         }
     }
 }
 
 impl Declarations {
-    fn tables(self) -> [(&'static str, Vec<Vec<String>>); 6] {
+    fn tables(self) -> [(&'static str, Vec<Vec<String>>); 7] {
         [
             ("Inputs", self.inputs),
             ("States and unknowns", self.unknowns),
             ("Outputs", self.outputs),
             ("Parameters", self.parameters),
             ("Constants", self.constants),
+            ("Tables", self.curves),
             ("Units", self.units),
         ]
     }
@@ -156,6 +160,25 @@ impl Declarations {
             ItemKind::Size { name, value } => {
                 let [symbol, name, unit] = first(name, &None);
                 self.constants.push(vec![symbol, name, math(value), unit, doc]);
+            }
+            ItemKind::Table { name, arguments, unit, points, attributes } => {
+                let [symbol, name, unit] = first(name, unit);
+                let arguments = arguments.iter().map(|a| {
+                    let unit = a.unit.as_ref().map_or("1", |unit| &unit.text);
+                    format!("`{}` in {}", a.name.text, cell(unit))
+                });
+                let arguments = arguments.collect::<Vec<_>>().join(", ");
+                let n = match points {
+                    Points::Written(points) => points.len(),
+                    Points::Columns([x, _]) => x.len(),
+                    Points::File { rows, .. } => rows.iter().flatten().flatten().count(),
+                };
+                let beyond = attributes.iter().find_map(|attribute| match attribute.kind {
+                    AttributeKind::Beyond(beyond) => Some(beyond),
+                    _ => None,
+                });
+                let beyond = beyond.unwrap_or(Beyond::Refuse).word().to_owned();
+                self.curves.push(vec![symbol, name, arguments, unit, n.to_string(), beyond, doc]);
             }
             ItemKind::Output { name, unit, attributes, .. } => {
                 let noise = attributes.iter().find_map(|attribute| match &attribute.kind {

@@ -10,11 +10,12 @@ use super::effect;
 use super::expression::{close, expression, optional_unit};
 use super::lexical::TokenKind;
 use super::part::{self, is_binding};
+use super::table::{self, table};
 use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, dotted, name, token, word};
 use crate::diagnostics::{Code, Diagnostic, Edit, Fix, suggestion};
 use crate::syntax::ast::{
-    Argument, Attribute, AttributeKind, Bound, Expr, ExprKind, ItemKind, LocalLet, Name, Unit,
-    UnknownKind,
+    Argument, Attribute, AttributeKind, Bound, Expr, ExprKind, ItemKind, LocalLet, Name, Shape,
+    Unit, UnknownKind,
 };
 use crate::units::parse_unit;
 
@@ -33,6 +34,7 @@ const SIMPLE: &[(&str, Rule)] = &[
     ("unit", unit),
     ("let", definition),
     ("function", function),
+    ("table", table),
     ("equation", equation),
     ("output", output),
     ("part", part::part),
@@ -246,10 +248,10 @@ pub(crate) fn last_value(input: Tokens<'_>) -> Parsed<'_, Expr> {
 }
 
 /// A name and the arguments between parentheses.
-fn signature(input: Tokens<'_>) -> Parsed<'_, (Name, Vec<Argument>)> {
+pub(super) fn signature(input: Tokens<'_>) -> Parsed<'_, (Name, Vec<Argument>)> {
     let argument = map((name, optional_unit), |(name, unit)| Argument { name, unit });
     let (open, name) = dotted(input)?;
-    let rest = token(TokenKind::Open, "`(` and the function's arguments")(open)?.0;
+    let rest = token(TokenKind::Open, "`(` and the arguments")(open)?.0;
     let comma = token(TokenKind::Comma, "`,`");
     let (rest, arguments) = separated_list1(comma, argument).parse(rest)?;
     if rest.first() == Some(TokenKind::Comma) {
@@ -321,10 +323,14 @@ const ATTRIBUTES: &[(&str, AttributeRule)] = &[
     ("noise", |input| map(expression, AttributeKind::Noise).parse(input)),
     ("history", |input| map(expression, AttributeKind::History).parse(input)),
     ("exact", |input| Ok((input, AttributeKind::Exact))),
+    ("pchip", |input| table::shape(Shape::Pchip, input)),
+    ("natural", |input| table::shape(Shape::Natural, input)),
+    ("cubic", |input| table::shape(Shape::Cubic, input)),
+    ("beyond", table::beyond),
 ];
 
 /// Attributes to the end of the item: the first without a comma, the others after one.
-fn attributes<'a>(
+pub(super) fn attributes<'a>(
     allowed: &[&str],
     what: &str,
     mut input: Tokens<'a>,
@@ -348,7 +354,8 @@ fn attributes<'a>(
     loop {
         let word = input.first_text();
         let (rest, attribute) = attribute(allowed, what, input)?;
-        let is_sampling = |word: &str| matches!(word, "hold" | "linear");
+        let is_sampling =
+            |word: &str| matches!(word, "hold" | "linear" | "pchip" | "natural" | "cubic");
         let same = |earlier: &&(&str, Attribute)| {
             earlier.0 == word || is_sampling(earlier.0) && is_sampling(word)
         };

@@ -12,6 +12,7 @@ pub(super) mod lexical;
 mod modes;
 mod notation;
 mod part;
+mod table;
 pub(super) mod tokens;
 mod unsound;
 

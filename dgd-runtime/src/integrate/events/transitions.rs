@@ -246,8 +246,28 @@ impl<S: Solved> Simulation<'_, S> {
         })
     }
 
+    /// Counts the knots that have been passed without an event, by the event functions as they are in `e`.
+    fn count_knots(&mut self) {
+        let discrete = &self.problem.system.signature().discrete;
+        for (position, automaton) in discrete.automata.iter().enumerate() {
+            if !(automaton.kind.counts() && automaton.kind.only_ends_steps()) {
+                continue;
+            }
+            let Hybrid { schedule, e, .. } = &mut self.discrete;
+            let before = schedule.z[position];
+            count_steps_of(discrete, position, e, &mut schedule.z);
+            let passed = schedule.z[position] - before;
+            for (k, (of, _)) in discrete.transitions().enumerate() {
+                if of == position {
+                    self.discrete.e[k] -= passed;
+                }
+            }
+        }
+    }
+
     /// Arms the transitions whose condition is false by the event functions as they are in `e`.
     pub(in crate::integrate) fn arm(&mut self) {
+        self.count_knots();
         let hybrid = &mut self.discrete;
         let transitions = self.problem.system.signature().discrete.transitions();
         for (k, (automaton, transition)) in transitions.enumerate() {
@@ -317,6 +337,9 @@ impl<S: Solved> Simulation<'_, S> {
             unreachable!("there are as many event functions as transitions")
         };
         let automaton = &discrete.automata[position];
+        if automaton.kind.ends_runs() {
+            return Err(IntegrateError::TableLeft { t: self.t, what: automaton.name.to_string() });
+        }
         if automaton.kind.only_ends_steps() || self.has_just_acted(position, k) {
             // Slopes have changed, values have not.
             self.discrete.pass_corner(k, self.t);

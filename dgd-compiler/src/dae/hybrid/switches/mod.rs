@@ -31,6 +31,7 @@ mod affected;
 mod nested;
 mod steps;
 mod surfaces;
+mod tables;
 mod unrolled;
 
 use std::cell::RefCell;
@@ -73,6 +74,12 @@ pub(in crate::dae) fn locate(dae: &mut Dae, model: &Model) {
     unrolled::unroll(dae, model);
     steps::locate(dae, model);
     nested::take_apart(dae, model);
+    make_events(dae, model);
+    tables::locate(dae, model);
+}
+
+/// Makes events of switches.
+fn make_events(dae: &mut Dae, model: &Model) {
     let mut surfaces = passed(dae, model);
     surfaces.retain(|surface| surface.passage > Passage::Smooth);
     if surfaces.is_empty() {

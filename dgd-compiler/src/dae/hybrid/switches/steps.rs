@@ -59,15 +59,15 @@ pub(super) fn locate(dae: &mut Dae, model: &Model) {
 }
 
 /// A rebuilding of all expressions.
-struct Replacing {
+pub(super) struct Replacing {
     /// For each step, its discrete number.
-    replacement: HashMap<ExprId, ExprId>,
-    angles: Vec<ExprId>,
+    pub(super) replacement: HashMap<ExprId, ExprId>,
+    pub(super) angles: Vec<ExprId>,
 }
 
 impl Replacing {
     /// Rebuilds everything, and `more`. Discrete numbers from `first` on move by `by`.
-    fn all(
+    pub(super) fn all(
         &self,
         dae: &mut Dae,
         first: usize,
@@ -123,6 +123,16 @@ fn automaton(dae: &mut Dae, model: &Model, x: ExprId, z: ExprId) -> Automaton {
     let one = dae.graph.constant(1.0);
     let above = dae.graph.subtract(x, z);
     let beyond = dae.graph.subtract(above, one);
+    of_two(AutomatonKind::Step, name, beyond, above)
+}
+
+/// An automaton of one mode that acts where one event function rises above zero or another falls below.
+pub(super) fn of_two(
+    kind: AutomatonKind,
+    name: String,
+    rising: ExprId,
+    falling: ExprId,
+) -> Automaton {
     let transition = |crossing, event| Transition {
         from: 0,
         to: 0,
@@ -131,11 +141,7 @@ fn automaton(dae: &mut Dae, model: &Model, x: ExprId, z: ExprId) -> Automaton {
         trigger: Trigger::Level,
         resets: Vec::new(),
     };
-    Automaton {
-        kind: AutomatonKind::Step,
-        name,
-        modes: vec![String::new()],
-        start: 0,
-        transitions: vec![transition(Crossing::Rises, beyond), transition(Crossing::Falls, above)],
-    }
+    let transitions =
+        vec![transition(Crossing::Rises, rising), transition(Crossing::Falls, falling)];
+    Automaton { kind, name, modes: vec![String::new()], start: 0, transitions }
 }

@@ -1,13 +1,15 @@
 //! Arrays of unknowns, loops over equations, and elements in expressions.
 
+pub(super) mod whole;
+
 use std::collections::BTreeMap;
 
+use self::whole::{AffineInteger, Extent, LoopIndex, extent, sizes_of, whole};
 use super::check_units::Dim;
 use super::define::{Definition, Entry, Scope};
 use super::expression::{Arguments, Lowering, Typed, unit_of};
 use super::item::{UnknownDeclaration, unit_read};
 use super::resolve::{Reading, Resolver};
-use super::whole::{AffineInteger, Extent, LoopIndex, extent, sizes_of, whole};
 use super::{Array, Declared, Family, OutputArray};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{Node, Symbol};

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::define::names_in;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::model::define::names_in;
 use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, Factor, Item, ItemKind, Name, Range, Sign};
 
@@ -12,34 +12,34 @@ const LARGEST: i64 = 10_000_000;
 
 /// The index of the loop that is open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct LoopIndex<'a> {
+pub(in crate::model) struct LoopIndex<'a> {
     /// What it is called.
-    pub(super) name: &'a str,
+    pub(in crate::model) name: &'a str,
     /// Its value at the first passage.
-    pub(super) first: i64,
+    pub(in crate::model) first: i64,
     /// How many passages there are.
-    pub(super) count: u32,
+    pub(in crate::model) count: u32,
 }
 
 /// A whole number that may move with the loop: `at` + `slope` k at passage k.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct AffineInteger {
-    pub(super) at: i64,
-    pub(super) slope: i64,
+pub(in crate::model) struct AffineInteger {
+    pub(in crate::model) at: i64,
+    pub(in crate::model) slope: i64,
 }
 
 /// First index and number of elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Extent {
-    pub(super) lower: i64,
-    pub(super) count: u32,
+pub(in crate::model) struct Extent {
+    pub(in crate::model) lower: i64,
+    pub(in crate::model) count: u32,
 }
 
 /// Sizes by name; those that failed carry the proof.
-pub(super) type Sizes<'a> = BTreeMap<&'a str, Result<i64, Reported>>;
+pub(in crate::model) type Sizes<'a> = BTreeMap<&'a str, Result<i64, Reported>>;
 
 /// The value of an expression of sizes and the loop's index.
-pub(super) fn whole(
+pub(in crate::model) fn whole(
     expr: &Expr,
     sizes: &Sizes<'_>,
     index: Option<LoopIndex<'_>>,
@@ -134,7 +134,7 @@ impl AffineInteger {
 }
 
 /// The indices of a range of whole numbers; none where it ends just before it begins.
-pub(super) fn extent(
+pub(in crate::model) fn extent(
     range: &Range,
     sizes: &Sizes<'_>,
     diagnostics: &mut Diagnostics,
@@ -156,7 +156,7 @@ pub(super) fn extent(
 }
 
 /// Works out the sizes, each after those that it is made of.
-pub(super) fn sizes_of<'a>(
+pub(in crate::model) fn sizes_of<'a>(
     items: &[&'a Item],
     settings: &BTreeMap<&str, &'a Expr>,
     diagnostics: &mut Diagnostics,

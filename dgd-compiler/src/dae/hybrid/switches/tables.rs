@@ -1,0 +1,110 @@
+//! Tables: events at the knots at which a row's slope jumps, and at their ends where a run ends there.
+//!
+//! All knots of a table, at one argument x, are one automaton. Its discrete number z counts those that have been
+//! passed, by the broken line s that is k at the k-th knot:
+//!
+//! ```text
+//!   s(x) − z − 1 rises above 0, s(x) − z falls below 0:    z = ⌊s(x)⌋
+//! ```
+//!
+//! What differs from row to row of a loop is computed row by row, without events.
+
+use std::collections::BTreeSet;
+
+use super::steps::{Replacing, of_two};
+use super::surfaces::moves;
+use crate::dae::{AutomatonKind, Dae};
+use crate::expr::curve::interpolate::position;
+use crate::expr::curve::{CurveId, TableCurve};
+use crate::expr::hash::HashMap;
+use crate::expr::{ExprId, Node, Symbol};
+use crate::model::Model;
+
+/// The argument of a table is beyond it where it is by this part of the table's width: a value that rests at an end is
+/// known to the tolerance only.
+const BEYOND: f64 = 1e-6;
+
+/// Curves that are read at an argument.
+type Read = (CurveId, ExprId);
+
+/// Makes automata of the knots and the ends of tables.
+pub(super) fn locate(dae: &mut Dae, model: &Model) {
+    let rows = dae.graph.listed(dae.rows());
+    let outputs = dae.graph.listed(dae.outputs.iter().map(|output| output.value));
+    let curves = |nodes: &[(ExprId, Node)]| -> Vec<Read> {
+        let read = nodes.iter().filter_map(|(_, node)| match node {
+            Node::Curve(curve, x) => Some((*curve, *x)),
+            _ => None,
+        });
+        read.collect()
+    };
+    let (of_rows, of_outputs) = (curves(&rows), curves(&outputs));
+    if of_rows.is_empty() && of_outputs.is_empty() {
+        return;
+    }
+    let mut moving = moves(dae, model, &rows);
+    moving.extend(moves(dae, model, &outputs));
+    let is_single = |(_, x): &Read| !moving[x].sweeps;
+    let bends =
+        |read: &Read| moving[&read.1].varies && is_single(read) && !read.0.get().kinks.is_empty();
+    let bending = of_rows.iter().copied().filter(bends);
+    let knots = distinct(bending, |curve| bits(&curve.kinks));
+    let limited = of_rows.into_iter().chain(of_outputs).filter(is_single);
+    let limits = distinct(limited.filter(|read| read.0.get().limit.is_some()), |curve| {
+        let text = curve.limit.iter().flat_map(|text| text.bytes().map(u64::from));
+        bits(&curve.ends).into_iter().chain(text).collect()
+    });
+    let before = dae.automata.len();
+    let arguments = knots.iter().chain(&limits).map(|(_, x)| *x);
+    let (replacement, angles) = (HashMap::default(), Vec::new());
+    let replacing = Replacing { replacement, angles };
+    let built = replacing.all(dae, before, knots.len() + limits.len(), arguments);
+    for (curve, x) in knots {
+        make_knots(dae, model, curve, built[&x]);
+    }
+    for (curve, x) in limits {
+        make_limit(dae, curve.get(), built[&x]);
+    }
+}
+
+fn bits(numbers: &[f64]) -> Vec<u64> {
+    numbers.iter().map(|x| x.to_bits()).collect()
+}
+
+/// Of those that are the same to an automaton, the first.
+fn distinct(all: impl Iterator<Item = Read>, what: impl Fn(&TableCurve) -> Vec<u64>) -> Vec<Read> {
+    let mut seen = BTreeSet::new();
+    all.filter(|(curve, x)| seen.insert((what(curve.get()), *x))).collect()
+}
+
+fn make_knots(dae: &mut Dae, model: &Model, curve: CurveId, x: ExprId) {
+    let TableCurve { kinks, ends, name, .. } = curve.get();
+    let table = name.split('[').next().unwrap_or_default();
+    let line = TableCurve {
+        name: format!("segment of {table}"),
+        curve: position(kinks, ends[1] - ends[0]),
+        smooth: 0,
+        kinks: Vec::new(),
+        ends: *ends,
+        limit: None,
+    };
+    let line = CurveId::of(line);
+    let z = u32::try_from(dae.automata.len()).unwrap_or(u32::MAX);
+    let name = format!("segment of {table}({})", super::written(dae, model, x));
+    let graph = &mut dae.graph;
+    let (z, one) = (graph.symbol(Symbol::Discrete(z)), graph.constant(1.0));
+    let at = graph.simplified(Node::Curve(line, x));
+    let above = graph.subtract(at, z);
+    let beyond = graph.subtract(above, one);
+    dae.automata.push(of_two(AutomatonKind::Knots, name, beyond, above));
+}
+
+fn make_limit(dae: &mut Dae, curve: &TableCurve, x: ExprId) {
+    let [low, high] = curve.ends;
+    let slack = BEYOND * (high - low);
+    let graph = &mut dae.graph;
+    let (low, high) = (graph.constant(low - slack), graph.constant(high + slack));
+    let (above, below) = (graph.subtract(x, high), graph.subtract(x, low));
+    let name = curve.limit.clone().unwrap_or_default();
+    dae.automata.push(of_two(AutomatonKind::Limit, name, above, below));
+}

@@ -1,0 +1,118 @@
+//! Curves of tables in the graph.
+//!
+//! A node is a few numbers that can be copied and compared, and a curve has many. So each curve is kept once for as
+//! long as the process lives, and a node has its number. Two compilations of one table share it; what an editor's
+//! session leaves behind is one copy of each state of a table that was compiled.
+
+pub mod interpolate;
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::hash::{Hash, Hasher};
+use std::sync::{Mutex, PoisonError};
+
+pub use dgd_signature::Curve;
+
+/// A curve, and what the compiler knows of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableCurve {
+    /// What listings call it.
+    pub name: String,
+    /// Its polynomials.
+    pub curve: Curve,
+    /// How many of its derivatives are continuous; −1 where it jumps itself.
+    pub smooth: i8,
+    /// Knots at which the slope of its table jumps, ascending.
+    pub kinks: Vec<f64>,
+    /// The first and the last point of its table.
+    pub ends: [f64; 2],
+    /// What is said where its argument leaves its table, if a run ends there.
+    pub limit: Option<String>,
+}
+
+/// A curve that is kept.
+#[derive(Clone, Copy)]
+pub struct CurveId {
+    number: u32,
+    curve: &'static TableCurve,
+}
+
+/// Kept curves, by their bits.
+static KEPT: Mutex<BTreeMap<Key, CurveId>> = Mutex::new(BTreeMap::new());
+
+/// Texts, and numbers by their bits.
+type Key = (String, Option<String>, Vec<u64>);
+
+impl CurveId {
+    /// Keeps a curve.
+    pub fn of(curve: TableCurve) -> Self {
+        let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+        let number = u32::try_from(kept.len()).unwrap_or(u32::MAX);
+        *kept.entry(key(&curve)).or_insert_with(|| {
+            let curve: &'static TableCurve = Box::leak(Box::new(curve));
+            Self { number, curve }
+        })
+    }
+
+    /// The curve.
+    pub fn get(self) -> &'static TableCurve {
+        self.curve
+    }
+
+    /// The value at x.
+    pub fn value(self, x: f64) -> f64 {
+        self.curve.curve.value(x)
+    }
+
+    /// Its derivative; none where that is zero everywhere.
+    pub fn derivative(self) -> Option<Self> {
+        let TableCurve { name, curve, smooth, ends, .. } = self.curve;
+        let curve = curve.derivative();
+        (!curve.is_zero()).then(|| {
+            let (name, smooth) = (format!("{name}'"), smooth.saturating_sub(1));
+            let (kinks, limit) = (Vec::new(), None);
+            Self::of(TableCurve { name, curve, smooth, kinks, ends: *ends, limit })
+        })
+    }
+
+    /// A number that only depends on what the curve is.
+    pub fn digest(self) -> u64 {
+        let (name, _, numbers) = key(self.curve);
+        let bytes = name.bytes().map(u64::from);
+        // FNV-1a over words.
+        bytes.chain(numbers).fold(0xcbf2_9ce4_8422_2325, |digest, word| {
+            (digest ^ word ^ (word >> 32)).wrapping_mul(0x0000_0100_0000_01b3)
+        })
+    }
+}
+
+fn key(curve: &TableCurve) -> Key {
+    let TableCurve { name, curve, smooth, kinks, ends, limit } = curve;
+    let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    let mut numbers = vec![u64::from(smooth.cast_unsigned()), curve.knots.len() as u64];
+    numbers.extend(bits(&curve.knots));
+    numbers.extend(curve.pieces.iter().flat_map(|piece| bits(piece)));
+    numbers.extend(bits(kinks));
+    numbers.extend(bits(ends));
+    (name.clone(), limit.clone(), numbers)
+}
+
+impl PartialEq for CurveId {
+    fn eq(&self, other: &Self) -> bool {
+        self.number == other.number
+    }
+}
+
+impl Eq for CurveId {}
+
+impl Hash for CurveId {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.number.hash(state);
+    }
+}
+
+impl fmt::Debug for CurveId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Curve({})", self.curve.name)
+    }
+}

@@ -1,0 +1,264 @@
+//! From points to curves.
+
+use super::super::define::Table;
+use super::super::expression::Lowering;
+use super::points::{Read, place_of};
+use super::{Term, known};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::curve::interpolate::through;
+use crate::expr::curve::{CurveId, TableCurve};
+use crate::expr::display::number;
+use crate::syntax::ast::{AttributeKind, Beyond, Shape};
+use crate::units::Unit;
+
+/// Slopes that differ by no more than rounding are the same.
+const SAME_SLOPE: f64 = 1e-12;
+
+impl<'a> Lowering<'a> {
+    /// The terms of a table of one argument.
+    pub(super) fn curve(
+        &self,
+        table: Table<'a>,
+        maker: &Maker<'_>,
+        points: &[Read],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Vec<Term>, Reported> {
+        let x: Vec<f64> = points.iter().map(|point| point.at[0]).collect();
+        verify_count(table, 0, &x, points, diagnostics)?;
+        let shape = shape_of(table).unwrap_or(Shape::Pchip);
+        let is_fitted = |point: &Read| self.number(point.value).is_none();
+        let fitted: Vec<usize> = (0..points.len()).filter(|k| is_fitted(&points[*k])).collect();
+        if let (Shape::Pchip, Some(first)) = (shape, fitted.first()) {
+            let name = self.first_unknown(points[*first].value, |_| true);
+            let message =
+                format!("`pchip` needs values that are known, and this one depends on {name}");
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E512, points[*first].span, message).help(format!(
+                    "a table of parameters is `linear` or `natural`: write one of them behind the points of `{}`",
+                    table.name.text
+                )),
+            ));
+        }
+        let mut terms = Vec::new();
+        let mut push = |first, ordinate| terms.push(Term { first, second: None, ordinate });
+        if fitted.len() < points.len() {
+            let y: Vec<f64> = points.iter().map(|point| known(self, point)).collect();
+            let whole = if fitted.is_empty() { Part::Whole } else { Part::Term };
+            push(maker.curve(0, shape, table.name.text.clone(), (&x, &y), whole), None);
+        }
+        for k in fitted {
+            let name = format!("{}[{}]", table.name.text, k + 1);
+            let unit = unit_vector(x.len(), k);
+            let curve = maker.curve(0, shape, name, (&x, &unit), Part::Term);
+            push(curve, Some(points[k].value));
+        }
+        Ok(terms)
+    }
+
+    /// The terms of a grid: one for each place of the shorter axis.
+    pub(super) fn grid(
+        &self,
+        table: Table<'a>,
+        maker: &Maker<'_>,
+        points: &[Read],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Vec<Term>, Reported> {
+        let axes = [0, 1].map(|axis| {
+            let mut places: Vec<f64> = points.iter().map(|point| point.at[axis]).collect();
+            places.sort_by(f64::total_cmp);
+            places.dedup();
+            places
+        });
+        for (axis, places) in axes.iter().enumerate() {
+            verify_count(table, axis, places, points, diagnostics)?;
+        }
+        let [x, y] = &axes;
+        self.verify_grid(table, maker, &axes, points, diagnostics)?;
+        let shape = match shape_of(table) {
+            Some(Shape::Pchip) => {
+                let message = format!("the grid `{}` is `linear` or `cubic`", table.name.text);
+                return Err(diagnostics.error(
+                    Diagnostic::new(Code::E512, table.name.span, message)
+                        .help("`pchip` goes through the points of one argument"),
+                ));
+            }
+            other => other.unwrap_or(Shape::Linear),
+        };
+        // Points are in the order of x, then of y.
+        let value = |i: usize, j: usize| known(self, &points[i * y.len() + j]);
+        let name = &table.name.text;
+        let mut terms = Vec::new();
+        let by_second = y.len() <= x.len();
+        for k in 0..if by_second { y.len() } else { x.len() } {
+            let along = |axis: usize, values: &[f64], name: String| {
+                maker.curve(axis, shape, name, (&axes[axis], values), Part::Term)
+            };
+            let base = |axis: usize| {
+                along(axis, &unit_vector(axes[axis].len(), k), format!("{name}[{}]", k + 1))
+            };
+            let (first, second) = if by_second {
+                let row: Vec<f64> = (0..x.len()).map(|i| value(i, k)).collect();
+                (along(0, &row, format!("{name}[, {}]", k + 1)), base(1))
+            } else {
+                let row: Vec<f64> = (0..y.len()).map(|j| value(k, j)).collect();
+                (base(0), along(1, &row, format!("{name}[{}, ]", k + 1)))
+            };
+            terms.push(Term { first, second: Some(second), ordinate: None });
+        }
+        Ok(terms)
+    }
+
+    /// Whether every place of the one axis has a point at every place of the other, whose value is known.
+    fn verify_grid(
+        &self,
+        table: Table<'a>,
+        maker: &Maker<'_>,
+        [x, y]: &[Vec<f64>; 2],
+        points: &[Read],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        if let Some(point) = points.iter().find(|point| self.number(point.value).is_none()) {
+            let name = self.first_unknown(point.value, |_| true);
+            let message = format!("values of a grid are known, and this one depends on {name}");
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E512, point.span, message)
+                    .help("values that are fitted stand in a table of one argument"),
+            ));
+        }
+        let mut rest = points;
+        for at in x {
+            for other in y {
+                match rest.split_first() {
+                    Some((point, behind)) if point.at == [*at, *other] => rest = behind,
+                    _ => {
+                        let place = place_of(table, maker.units, &[*at, *other]);
+                        let message =
+                            format!("the grid `{}` has no point at {place}", table.name.text);
+                        let beside = points.iter().find(|point| point.at[0] == *at);
+                        let span = beside.map_or(table.name.span, |point| point.span);
+                        return Err(diagnostics.error(
+                            Diagnostic::new(Code::E512, span, message)
+                                .here("a point beside it")
+                                .help("a grid has a point for each pair of its arguments"),
+                        ));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether there are points at two places at least.
+fn verify_count(
+    table: Table<'_>,
+    axis: usize,
+    places: &[f64],
+    points: &[Read],
+    diagnostics: &mut Diagnostics,
+) -> Result<(), Reported> {
+    if places.len() >= 2 {
+        return Ok(());
+    }
+    let span = points.first().map_or(table.name.span, |point| point.span);
+    let name = &table.arguments[axis].name.text;
+    let message = format!("the table `{}` has points at one `{name}` only", table.name.text);
+    Err(diagnostics.error(
+        Diagnostic::new(Code::E512, span, message)
+            .help("it needs two at least; what is the same everywhere is a `constant`"),
+    ))
+}
+
+fn unit_vector(n: usize, k: usize) -> Vec<f64> {
+    (0..n).map(|i| if i == k { 1.0 } else { 0.0 }).collect()
+}
+
+fn shape_of(table: Table<'_>) -> Option<Shape> {
+    table.attributes.iter().find_map(|attribute| match attribute.kind {
+        AttributeKind::Linear => Some(Shape::Linear),
+        AttributeKind::Shape(shape) => Some(shape),
+        _ => None,
+    })
+}
+
+/// A value in SI as it is in a unit.
+pub(super) fn in_unit(value: f64, unit: &Unit) -> String {
+    let text = plain(value, unit);
+    if unit.symbol == "1" { text } else { format!("{text} {}", unit.symbol) }
+}
+
+/// The same without the unit, and without what conversion has left in the last digits.
+fn plain(value: f64, unit: &Unit) -> String {
+    let own = (value - unit.offset) / unit.factor;
+    number(format!("{own:.12e}").parse().unwrap_or(own))
+}
+
+/// Whether a curve is all of its table, or others are added to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    Whole,
+    Term,
+}
+
+/// Makes the curves of one table.
+pub(super) struct Maker<'a> {
+    table: Table<'a>,
+    beyond: Beyond,
+    pub(super) units: &'a [Unit],
+}
+
+impl<'a> Maker<'a> {
+    pub(super) fn new(table: Table<'a>, units: &'a [Unit]) -> Self {
+        let beyond = table.attributes.iter().find_map(|attribute| match attribute.kind {
+            AttributeKind::Beyond(beyond) => Some(beyond),
+            _ => None,
+        });
+        Self { table, beyond: beyond.unwrap_or(Beyond::Refuse), units }
+    }
+
+    /// The curve through these points of an axis. Where others are added to it, every knot counts as one at which the
+    /// slope jumps.
+    fn curve(
+        &self,
+        axis: usize,
+        shape: Shape,
+        name: String,
+        (x, y): (&[f64], &[f64]),
+        part: Part,
+    ) -> CurveId {
+        let curve = through(shape, self.beyond, x, y);
+        let n = x.len();
+        let jumps = |k: usize| {
+            let may_jump = if k == 0 || k == n - 1 {
+                self.beyond == Beyond::Hold
+            } else {
+                shape == Shape::Linear
+            };
+            if part == Part::Term {
+                return may_jump;
+            }
+            let [_, c1, c2, c3] = curve.pieces[k];
+            let d = if k == 0 { 0.0 } else { x[k] - x[k - 1] };
+            let (left, right) = (c1 + d * (2.0 * c2 + d * 3.0 * c3), curve.pieces[k + 1][1]);
+            may_jump && (left - right).abs() > SAME_SLOPE * left.abs().max(right.abs())
+        };
+        let kinks: Vec<f64> = (0..n).filter(|k| jumps(*k)).map(|k| x[k]).collect();
+        let smooth = match shape {
+            _ if !kinks.is_empty() => 0,
+            Shape::Linear => 3,
+            Shape::Pchip => 1,
+            Shape::Natural | Shape::Cubic => 2,
+        };
+        let ends = [x[0], x[n - 1]];
+        let limit = (self.beyond == Beyond::Refuse).then(|| self.limit(axis, ends));
+        CurveId::of(TableCurve { name, curve, smooth, kinks, ends, limit })
+    }
+
+    /// What is said where the argument leaves the table.
+    fn limit(&self, axis: usize, [low, high]: [f64; 2]) -> String {
+        let unit = &self.units[axis];
+        let (low, high) = (plain(low, unit), in_unit(high, unit));
+        let (table, argument) = (&self.table.name.text, &self.table.arguments[axis].name.text);
+        format!("`{argument}` leaves the table `{table}`, which goes from {low} to {high}")
+    }
+}

@@ -1,0 +1,152 @@
+//! Tables: from points to curves, and calls of them.
+//!
+//! A curve is linear in its ordinates where its shape is, so that ordinates that are fitted need no curve of their own,
+//! and a grid none of two arguments:
+//!
+//! ```text
+//!   f(x)    = C(x) + Σ fⱼ Bⱼ(x)
+//!   f(x, y) = Σ Cⱼ(x) Bⱼ(y)
+//! ```
+//!
+//! C goes through the ordinates that are known beforehand and through zero at the others, Cⱼ through those of one row of
+//! the grid; Bⱼ is one at point j and zero at all others.
+
+mod curves;
+mod points;
+
+use super::check_units::Dim;
+use super::define::Table;
+use super::expression::{Lowering, Typed, unit_of};
+use super::resolve::Resolver;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::curve::{CurveId, TableCurve};
+use crate::expr::{ExprId, Node, Symbol};
+use crate::source::Span;
+use crate::units::{Dimension, Unit};
+use curves::Maker;
+use points::Read;
+
+/// A table whose points have been read: its value is the sum of these terms.
+#[derive(Debug, Clone)]
+pub(super) struct Resolved {
+    terms: Vec<Term>,
+    dimension: Dimension,
+}
+
+/// A product of curves, of the first argument and of the second, and of an ordinate.
+#[derive(Debug, Clone, Copy)]
+struct Term {
+    first: CurveId,
+    second: Option<CurveId>,
+    ordinate: Option<ExprId>,
+}
+
+impl<'a> Lowering<'a> {
+    /// The value of a table at its arguments, which stand at `spans`.
+    pub(super) fn look_up(
+        &mut self,
+        index: usize,
+        arguments: &[Typed],
+        spans: &[Span],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        let Resolved { terms, dimension } = self.table(index, diagnostics)?;
+        let curves = terms.first().into_iter().flat_map(|term| [Some(term.first), term.second]);
+        for ((curve, x), span) in curves.flatten().zip(arguments).zip(spans) {
+            self.verify_argument(curve.get(), self.scope.tables[index], x.id, *span, diagnostics)?;
+        }
+        let mut sum = None;
+        for Term { first, second, ordinate } in terms {
+            let mut term = self.graph.intern(Node::Curve(first, arguments[0].id));
+            if let Some(second) = second {
+                let other = self.graph.intern(Node::Curve(second, arguments[1].id));
+                term = self.graph.intern(Node::Multiply(term, other));
+            }
+            if let Some(ordinate) = ordinate {
+                term = self.graph.intern(Node::Multiply(ordinate, term));
+            }
+            sum = Some(match sum {
+                None => term,
+                Some(sum) => self.graph.intern(Node::Add(sum, term)),
+            });
+        }
+        let id = sum.unwrap_or_else(|| unreachable!("a table has a curve"));
+        Ok(Typed { id, dim: Dim::Of(dimension) })
+    }
+
+    /// Whether an argument can be known to lie within a table beyond which runs are refused: a number does or
+    /// does not, and what moves with the index of a loop cannot be watched.
+    fn verify_argument(
+        &self,
+        curve: &TableCurve,
+        table: Table<'a>,
+        x: ExprId,
+        span: Span,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        let Some(limit) = &curve.limit else { return Ok(()) };
+        let [low, high] = curve.ends;
+        let is_beyond = self.number(x).is_some_and(|x| x < low || x > high);
+        let sweeps = |symbol: &Symbol| matches!(symbol, Symbol::Swept(_) | Symbol::Counter);
+        let message = if is_beyond {
+            limit.clone()
+        } else if self.graph.symbols(x).iter().any(sweeps) {
+            format!("nothing watches whether an element leaves the table `{}`", table.name.text)
+        } else {
+            return Ok(());
+        };
+        let help =
+            "say what the table is there: `beyond hold` or `beyond extend` behind its points";
+        Err(diagnostics.error(
+            Diagnostic::new(Code::E513, span, message)
+                .label(table.name.span, "declared here")
+                .help(help),
+        ))
+    }
+
+    /// The curves of a table, which are made once.
+    fn table(&mut self, index: usize, diagnostics: &mut Diagnostics) -> Result<Resolved, Reported> {
+        if let Some(done) = self.tables.get(&index) {
+            return done.clone();
+        }
+        let table = self.scope.tables[index];
+        let done = self.resolve_table(table, diagnostics);
+        self.tables.insert(index, done.clone());
+        done
+    }
+
+    fn resolve_table(
+        &mut self,
+        table: Table<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Resolved, Reported> {
+        let units = table.arguments.iter().map(|argument| argument.unit.as_ref());
+        let units: Vec<Result<Unit, Reported>> =
+            units.chain([table.unit]).map(|unit| unit_of(unit, diagnostics)).collect();
+        let mut units: Vec<Unit> = units.into_iter().collect::<Result<_, _>>()?;
+        let of_values = units.pop().unwrap_or_else(Unit::one);
+        let points = self.points(table, &units, &of_values, diagnostics)?;
+        let maker = Maker::new(table, &units);
+        let terms = if units.len() == 1 {
+            self.curve(table, &maker, &points, diagnostics)?
+        } else {
+            self.grid(table, &maker, &points, diagnostics)?
+        };
+        Ok(Resolved { terms, dimension: of_values.dimension })
+    }
+}
+
+impl Resolver<'_> {
+    /// Reads the points of tables that nothing calls, for the mistakes in them.
+    pub(super) fn unused_tables(&mut self, diagnostics: &mut Diagnostics) {
+        for index in 0..self.lowering.scope.tables.len() {
+            // Mistakes are reported, and the curves are of no interest.
+            let _: Result<Resolved, Reported> = self.lowering.table(index, diagnostics);
+        }
+    }
+}
+
+/// The values of points that are known; zero of others.
+fn known(lowering: &Lowering<'_>, point: &Read) -> f64 {
+    lowering.number(point.value).unwrap_or(0.0)
+}

@@ -1,0 +1,170 @@
+//! What a table says: its points in SI, in order, and what is wrong with them.
+
+use super::super::define::Table;
+use super::super::expression::{Arguments, Lowering};
+use super::super::resolve::Reading;
+use super::curves::in_unit;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::{ExprId, Symbol};
+use crate::source::Span;
+use crate::syntax::ast::{Expr, Points};
+use crate::units::Unit;
+
+/// A point with its arguments in SI.
+pub(super) struct Read {
+    pub(super) at: Vec<f64>,
+    pub(super) value: ExprId,
+    pub(super) span: Span,
+}
+
+impl<'a> Lowering<'a> {
+    /// The points, by ascending arguments; each there once.
+    pub(super) fn points(
+        &mut self,
+        table: Table<'a>,
+        units: &[Unit],
+        of_values: &Unit,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Vec<Read>, Reported> {
+        let written = written(table, diagnostics)?;
+        let is_file = matches!(table.points, Points::File { .. });
+        let mut failed = None;
+        let mut points = Vec::with_capacity(written.len());
+        for (at, value, span) in written {
+            let at: Result<Vec<f64>, Reported> = at
+                .iter()
+                .zip(units)
+                .map(|(&x, unit)| self.abscissa(x, unit, diagnostics))
+                .collect();
+            match (at, self.ordinate(value, of_values, diagnostics)) {
+                (Ok(at), Ok(value)) => points.push(Read { at, value, span }),
+                (Err(reported), _) | (_, Err(reported)) => failed = Some(reported),
+            }
+            // A wrong unit in a header is wrong in every row.
+            if is_file && failed.is_some() {
+                break;
+            }
+        }
+        failed.map_or(Ok(()), Err)?;
+        let in_order = |a: &Read, b: &Read| {
+            a.at.iter()
+                .zip(&b.at)
+                .fold(std::cmp::Ordering::Equal, |order, (a, b)| order.then(a.total_cmp(b)))
+        };
+        points.sort_by(in_order);
+        let mut repeated = None;
+        for pair in points.windows(2).filter(|pair| pair[0].at == pair[1].at) {
+            let (first, second) = (pair[0].span.min(pair[1].span), pair[0].span.max(pair[1].span));
+            let place = place_of(table, units, &pair[0].at);
+            let message = format!("`{}` has two points at {place}", table.name.text);
+            repeated = Some(
+                diagnostics.error(
+                    Diagnostic::new(Code::E512, second, message)
+                        .label(first, "the other one")
+                        .help("leave one of them out; a table does not jump"),
+                ),
+            );
+        }
+        repeated.map_or(Ok(points), Err)
+    }
+
+    fn abscissa(
+        &mut self,
+        expr: &'a Expr,
+        unit: &Unit,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<f64, Reported> {
+        let typed = self.in_unit(expr, unit, Reading::Value, &Arguments::new(), diagnostics)?;
+        match self.number(typed.id) {
+            // Zero has no sign.
+            Some(value) if value.is_finite() => Ok(value + 0.0),
+            Some(value) => Err(diagnostics.error(not_finite(value, expr.span))),
+            None => {
+                let culprit = self.first_unknown(typed.id, |_| true);
+                let message = format!(
+                    "what a table is looked up by must be known before a run, but this depends on {culprit}"
+                );
+                Err(diagnostics.error(
+                    Diagnostic::new(Code::E504, expr.span, message)
+                        .help("use numbers and constants here"),
+                ))
+            }
+        }
+    }
+
+    fn ordinate(
+        &mut self,
+        expr: &'a Expr,
+        unit: &Unit,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<ExprId, Reported> {
+        let typed = self.in_unit(expr, unit, Reading::Value, &Arguments::new(), diagnostics)?;
+        let is_fixed =
+            |symbol: Symbol| matches!(symbol, Symbol::Constant(_) | Symbol::Parameter(_));
+        if !self.graph.symbols(typed.id).into_iter().all(is_fixed) {
+            let culprit = self.first_unknown(typed.id, |symbol| !is_fixed(symbol));
+            let message =
+                format!("a table is the same at all times, but this depends on {culprit}");
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E504, expr.span, message)
+                    .help("values of a table are made of numbers, constants and parameters"),
+            ));
+        }
+        match self.number(typed.id) {
+            Some(value) if !value.is_finite() => {
+                Err(diagnostics.error(not_finite(value, expr.span)))
+            }
+            _ => Ok(typed.id),
+        }
+    }
+
+    /// What an expression depends on, of the symbols that matter.
+    pub(super) fn first_unknown(&self, id: ExprId, matters: impl Fn(Symbol) -> bool) -> String {
+        let mut symbols = self.graph.symbols(id).into_iter().filter(|symbol| matters(*symbol));
+        let found = symbols.find_map(|symbol| self.scope.quoted_name(symbol));
+        found.unwrap_or_else(|| "a constant that is in error".to_owned())
+    }
+}
+
+/// Arguments, value and place of each point.
+type Written<'a> = (Vec<&'a Expr>, &'a Expr, Span);
+
+fn written<'a>(
+    table: Table<'a>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Written<'a>>, Reported> {
+    let points = match table.points {
+        Points::Columns([x, y]) => {
+            return Ok(x.iter().zip(y).map(|(x, y)| (vec![x], y, y.span)).collect());
+        }
+        Points::Written(points) | Points::File { rows: Some(Ok(points)), .. } => points,
+        Points::File { rows: Some(Err(reported)), .. } => return Err(*reported),
+        Points::File { path, path_span, rows: None } => {
+            let message = format!("`{path}` is not read here");
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E208, *path_span, message)
+                    .help("a table of an effect has its points written out"),
+            ));
+        }
+    };
+    let of_point = |numbers: &'a [Expr]| numbers.split_last();
+    let all = points.iter().filter_map(|point| {
+        let (value, at) = of_point(&point.numbers)?;
+        Some((at.iter().collect(), value, point.span))
+    });
+    Ok(all.collect())
+}
+
+/// `q = 1200 lpm, w = 40 %`
+pub(super) fn place_of(table: Table<'_>, units: &[Unit], at: &[f64]) -> String {
+    let named = table.arguments.iter().zip(units).zip(at);
+    let one = |((argument, unit), x): ((&crate::syntax::ast::Argument, &Unit), &f64)| {
+        format!("{} = {}", argument.name.text, in_unit(*x, unit))
+    };
+    named.map(one).collect::<Vec<_>>().join(", ")
+}
+
+fn not_finite(value: f64, span: Span) -> Diagnostic {
+    let message = format!("this comes to {value}, which is no finite number");
+    Diagnostic::new(Code::E504, span, message)
+}

@@ -1,0 +1,158 @@
+//! `table head(q [lpm]) [m] = (0, 305), (1200, 301), …  pchip, beyond refuse`
+
+use nom::Parser;
+use nom::combinator::cut;
+
+use super::expression::{close, expression, optional_unit};
+use super::item::{attributes, signature};
+use super::lexical::TokenKind;
+use super::tokens::{Parsed, Tokens, token};
+use crate::diagnostics::{Code, Diagnostic, suggestion};
+use crate::source::Span;
+use crate::syntax::ast::{
+    Argument, AttributeKind, Beyond, Expr, ItemKind, Name, Point, Points, Shape,
+};
+
+/// A table of more arguments is a mistake.
+const MOST_ARGUMENTS: usize = 2;
+
+/// Reads a table after its keyword.
+pub(super) fn table(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, (name, arguments)) = cut(signature).parse(input)?;
+    if let Some(more) = arguments.get(MOST_ARGUMENTS) {
+        let message =
+            format!("a table has one argument or two, and `{}` is another", more.name.text);
+        return rest.wrong(
+            Diagnostic::new(Code::E105, more.name.span, message).help("make it of several tables"),
+        );
+    }
+    let (rest, unit) = cut(optional_unit).parse(rest)?;
+    let (rest, points) = points(&name, &arguments, rest)?;
+    let (rest, attributes) =
+        attributes(&["linear", "pchip", "natural", "cubic", "beyond"], "a table", rest)?;
+    Ok((rest, ItemKind::Table { name, arguments, unit, points, attributes }))
+}
+
+/// `from "eta.csv"`
+fn of_file(input: Tokens<'_>) -> Parsed<'_, Points> {
+    let (rest, path_span) =
+        cut(token(TokenKind::Text, "a path such as \"eta.csv\"")).parse(input)?;
+    let quoted = input.first_text();
+    let path = quoted[1..quoted.len() - 1].to_owned();
+    Ok((rest, Points::File { path, path_span, rows: None }))
+}
+
+/// `= (0, 305), (1200, 301)`, `at (0, 1200) = (305, 301)` or `from "eta.csv"`.
+fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<'a, Points> {
+    if input.starts_with_word("from") {
+        return of_file(input.behind_first());
+    }
+    if input.starts_with_word("at") {
+        if let Some(second) = arguments.get(1) {
+            let message = "`at` is for tables of one argument";
+            return input.wrong(
+                Diagnostic::new(Code::E105, input.span(), message)
+                    .label(second.name.span, "this is another")
+                    .help(format!("write its points: {}", example(arguments))),
+            );
+        }
+        let (rest, abscissae) = list(input.behind_first())?;
+        let rest =
+            cut(token(TokenKind::Equal, "`=` and the values between parentheses")).parse(rest)?.0;
+        let values = rest.span();
+        let (rest, ordinates) = list(rest)?;
+        if ordinates.len() != abscissae.len() {
+            let message = format!(
+                "`{}` has {} abscissae and {} values",
+                name.text,
+                abscissae.len(),
+                ordinates.len()
+            );
+            return rest.wrong(Diagnostic::new(Code::E105, values, message));
+        }
+        return Ok((rest, Points::Columns([abscissae, ordinates])));
+    }
+    if input.first() != Some(TokenKind::Equal) {
+        return input.wrong(
+            Diagnostic::new(Code::E111, input.span(), "a table needs its points")
+                .help(format!("write them behind it: {}", example(arguments))),
+        );
+    }
+    let mut rest = input.behind_first();
+    let mut points = Vec::new();
+    loop {
+        if rest.first() != Some(TokenKind::Open) {
+            return rest.wrong(
+                Diagnostic::new(Code::E105, rest.span(), "expected a point of the table")
+                    .help(format!("a point stands between parentheses: {}", example(arguments))),
+            );
+        }
+        let begin = rest;
+        let (behind, numbers) = list(rest)?;
+        let span = begin.span_to(&behind);
+        if numbers.len() != arguments.len() + 1 {
+            let found = numbers.len();
+            let noun = if found == 1 { "number" } else { "numbers" };
+            return begin.wrong(
+                Diagnostic::new(Code::E105, span, format!("this point has {found} {noun}"))
+                    .help(format!("write each so: {}", example(arguments))),
+            );
+        }
+        points.push(Point { span, numbers });
+        rest = behind;
+        let goes_on =
+            rest.first() == Some(TokenKind::Comma) && rest.second() != Some(TokenKind::Name);
+        if !goes_on {
+            return Ok((rest, Points::Written(points)));
+        }
+        rest = rest.behind_first();
+    }
+}
+
+/// `= (q, value), (q, value)`
+fn example(arguments: &[Argument]) -> String {
+    let names: Vec<&str> = arguments.iter().map(|a| a.name.text.as_str()).collect();
+    let point = format!("({}, value)", names.join(", "));
+    format!("`= {point}, {point}`")
+}
+
+/// Expressions between parentheses, one at least.
+fn list(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
+    let open = input.span();
+    let mut rest = cut(token(TokenKind::Open, "`(` and numbers")).parse(input)?.0;
+    let mut all = Vec::new();
+    loop {
+        let (behind, expr) = cut(expression).parse(rest)?;
+        all.push(expr);
+        if behind.first() != Some(TokenKind::Comma) {
+            let rest = close(open, behind)?.0;
+            return Ok((rest, all));
+        }
+        rest = behind.behind_first();
+    }
+}
+
+/// `pchip` or `natural`.
+pub(super) fn shape(shape: Shape, input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
+    Ok((input, AttributeKind::Shape(shape)))
+}
+
+/// `refuse`, `hold` or `extend`, behind `beyond`.
+pub(super) fn beyond(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
+    let word = input.first_text();
+    let found = Beyond::ALL.iter().find(|(known, _)| *known == word);
+    if let Some((_, beyond)) = found.filter(|_| input.first() == Some(TokenKind::Name)) {
+        return Ok((input.behind_first(), AttributeKind::Beyond(*beyond)));
+    }
+    let near = suggestion(word, Beyond::ALL.iter().map(|(word, _)| *word));
+    let help = near.map_or_else(
+        || {
+            "a table is refused beyond its ends, holds their values, or extends with their slopes"
+                .to_owned()
+        },
+        |near| format!("did you mean `{near}`?"),
+    );
+    let span: Span = input.span();
+    let message = "expected `refuse`, `hold` or `extend`";
+    input.wrong(Diagnostic::new(Code::E105, span, message).help(help))
+}

@@ -1,0 +1,199 @@
+//! Points of tables from files: `table eta(q [lpm]) [1] from "eta.csv"`.
+//!
+//! A file has a header line, `q [lpm],eta [1]`, with a column for each argument and one for the table, in any order;
+//! others are left alone. Lines that begin with `#` are remarks. A number keeps its place, so that a mistake is shown
+//! with its row.
+
+use std::collections::BTreeSet;
+
+use super::ast::{Argument, Ast, Expr, ExprKind, ItemKind, Name, Point, Points, Unit};
+use super::visit;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::source::{SourceId, Sources, Span};
+
+/// How the names of such files end.
+pub(super) const ENDINGS: [&str; 2] = [".csv", ".csv.gz"];
+
+/// A cell: its text without blanks and quotes around it, and its place.
+#[derive(Debug, Clone, Copy)]
+struct Cell<'a> {
+    text: &'a str,
+    span: Span,
+}
+
+/// The points that a file has for a table.
+pub(super) fn points(
+    item: &ItemKind,
+    file: SourceId,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Point>, Reported> {
+    let ItemKind::Table { name, arguments, .. } = item else {
+        unreachable!("only tables have points")
+    };
+    let text = sources.get(file).text.as_str();
+    let mut rows = rows(text, file);
+    let Some((header, place)) = rows.next() else {
+        let span = Span { source: file, start: 0, end: 0 };
+        return Err(diagnostics.error(
+            Diagnostic::new(Code::E609, span, "there is no header")
+                .help(header_of(name, arguments)),
+        ));
+    };
+    let columns = columns(name, arguments, &header, place, diagnostics)?;
+    let mut points = Vec::new();
+    let mut failed = None;
+    for (cells, span) in rows {
+        match point(&cells, span, header.len(), &columns, diagnostics) {
+            Ok(point) => points.push(point),
+            Err(reported) => failed = Some(reported),
+        }
+    }
+    failed.map_or(Ok(()), Err)?;
+    if points.is_empty() {
+        let message = "the file has a header and no rows";
+        return Err(diagnostics.error(Diagnostic::new(Code::E612, place, message)));
+    }
+    Ok(points)
+}
+
+/// Position and unit of each number of a point.
+fn columns(
+    name: &Name,
+    arguments: &[Argument],
+    header: &[Cell<'_>],
+    place: Span,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<(usize, Unit)>, Reported> {
+    let mut found = Vec::new();
+    for wanted in arguments.iter().map(|a| &a.name).chain([name]) {
+        let mut matching = header.iter().enumerate().filter(|(_, cell)| {
+            cell.text.split('[').next().is_some_and(|own| own.trim() == wanted.text)
+        });
+        let Some((position, cell)) = matching.next() else {
+            let names = header.iter().filter_map(|cell| cell.text.split('[').next());
+            let near = suggestion(&wanted.text, names.map(str::trim));
+            let help = near.map_or_else(
+                || header_of(name, arguments),
+                |near| format!("did you mean `{near}`? {}", header_of(name, arguments)),
+            );
+            let message = format!("there is no column `{}`", wanted.text);
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E512, place, message)
+                    .label(wanted.span, "the table needs it")
+                    .help(help),
+            ));
+        };
+        if let Some((_, again)) = matching.next() {
+            let message = format!("two columns are called `{}`", wanted.text);
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E609, again.span, message).label(cell.span, "first here"),
+            ));
+        }
+        found.push((position, unit_of(cell, diagnostics)?));
+    }
+    Ok(found)
+}
+
+/// The unit between the brackets of a header.
+fn unit_of(cell: &Cell<'_>, diagnostics: &mut Diagnostics) -> Result<Unit, Reported> {
+    let inside = cell.text.split_once('[').and_then(|(_, rest)| rest.strip_suffix(']'));
+    let Some(inside) = inside else {
+        let message = format!("`{}` says no unit", cell.text);
+        return Err(diagnostics.error(
+            Diagnostic::new(Code::E609, cell.span, message)
+                .help("write it between brackets behind the name, `[1]` for plain numbers"),
+        ));
+    };
+    Ok(Unit::new(cell.span, inside.trim()))
+}
+
+/// What the header has to be.
+fn header_of(name: &Name, arguments: &[Argument]) -> String {
+    let names = arguments.iter().map(|argument| &argument.name).chain([name]);
+    let columns: Vec<String> = names.map(|name| format!("{} [unit]", name.text)).collect();
+    format!("the header is `{}`", columns.join(","))
+}
+
+fn point(
+    cells: &[Cell<'_>],
+    span: Span,
+    expected: usize,
+    columns: &[(usize, Unit)],
+    diagnostics: &mut Diagnostics,
+) -> Result<Point, Reported> {
+    if cells.len() != expected {
+        let message = format!("this row has {} cells and the header {expected}", cells.len());
+        return Err(diagnostics.error(Diagnostic::new(Code::E610, span, message)));
+    }
+    let mut numbers = Vec::with_capacity(columns.len());
+    for (position, unit) in columns {
+        let Cell { text, span } = cells[*position];
+        let Some(value) = text.parse::<f64>().ok().filter(|value| value.is_finite()) else {
+            let message = if text.is_empty() {
+                "a table has no gaps, and this cell is empty".to_owned()
+            } else {
+                format!("`{text}` is not a number")
+            };
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E607, span, message)
+                    .help("decimals are separated by points; leave out rows without values"),
+            ));
+        };
+        let (text, unit) = (text.to_owned(), Some(unit.clone()));
+        numbers.push(Expr { span, kind: ExprKind::Number { value, text, unit } });
+    }
+    Ok(Point { span, numbers })
+}
+
+/// The lines with something in them that are no remarks, cut at commas.
+fn rows(text: &str, source: SourceId) -> impl Iterator<Item = (Vec<Cell<'_>>, Span)> {
+    let mut start = 0;
+    text.split_inclusive('\n').filter_map(move |line| {
+        let begin = start;
+        start += line.len();
+        let line = line.trim_end();
+        let is_remark = line.is_empty() || line.starts_with('#');
+        (!is_remark).then(|| {
+            let span = place(source, begin, begin + line.len());
+            let mut at = begin;
+            let cells = line.split(',').map(|cell| {
+                let own = at;
+                at += cell.len() + 1;
+                let blank = |c: char| c.is_whitespace() || c == '"' || c == '\u{feff}';
+                let text = cell.trim_matches(blank);
+                let first = own + (cell.len() - cell.trim_start_matches(blank).len());
+                Cell { text, span: place(source, first, first + text.len()) }
+            });
+            (cells.collect(), span)
+        })
+    })
+}
+
+fn place(source: SourceId, start: usize, end: usize) -> Span {
+    let at = |byte: usize| u32::try_from(byte).unwrap_or(u32::MAX);
+    Span { source, start: at(start), end: at(end) }
+}
+
+/// The files that tables of these trees were read from.
+pub fn files(asts: &[Ast]) -> BTreeSet<SourceId> {
+    let mut files = BTreeSet::new();
+    for ast in asts {
+        visit::items(&ast.items, &mut |item| {
+            if let ItemKind::Table { points: Points::File { rows: Some(Ok(rows)), .. }, .. } =
+                &item.kind
+            {
+                files.extend(rows.first().map(|row| row.span.source));
+            }
+        });
+    }
+    files
+}
+
+/// The points of a table that stand in a file.
+pub(super) fn file_of(item: &mut ItemKind) -> Option<&mut Points> {
+    match item {
+        ItemKind::Table { points: points @ Points::File { .. }, .. } => Some(points),
+        _ => None,
+    }
+}
