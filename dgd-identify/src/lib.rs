@@ -14,7 +14,7 @@
 //! | `recording` | an experiment; its simulation and what its samples add to the normal equations |
 //! | `variables` | from θ to variables of the order of 1, with bounds |
 //! | `noise`, `loss` | σ of each output, given or from the residuals; what an error adds |
-//! | `minimise` | Levenberg–Marquardt with bounds, and the simplex method |
+//! | `minimise` | a trust region within bounds, and the simplex method |
 //! | `output_error` | fits that simulate |
 //! | `regression` | equations and outputs in which all else is known: least squares, recursive too |
 //! | `inversion` | what an equation lacks, where all that it reads was measured |
@@ -46,17 +46,16 @@ pub use intervals::information::{Information, information};
 pub use intervals::profile::{End, Profile, THRESHOLD, profile, profiles};
 pub use intervals::spread::{Part, Spread, SpreadAt, spread};
 pub use loss::{Loss, LossAt};
-pub use minimise::levenberg_marquardt::{
+pub use minimise::nelder_mead::{Simplex, SimplexRule, nelder_mead};
+pub use minimise::trust_region::{
     Minimum, NormalEquations, Region, StoppingRule, Termination, minimise, minimise_watched,
 };
-pub use minimise::nelder_mead::{Simplex, SimplexRule, nelder_mead};
 pub use noise::{Noise, too_few_for_noise};
 pub use output_error::beginning::{NoiseCorrelation, counts_from};
-pub use output_error::fit::Fit;
+pub use output_error::fit::{Criteria, Fit};
 pub use output_error::linearised::{Departure, Nonlinear, nonlinear, operating_points};
-pub use output_error::multi_start::{
-    LocalMinimum, MultiStart, PointEnd, fit_from, starting_points,
-};
+pub use output_error::multi_start::points::{DrawnFrom, StartingPoints, starting_points};
+pub use output_error::multi_start::{LocalMinimum, MultiStart, PointEnd, fit_from, fit_from_drawn};
 pub use output_error::stepping::Stepping;
 pub use output_error::{Evaluation, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_starts};
 pub use progress::{Of, Progress, Unwatched, Watch};

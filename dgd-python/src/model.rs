@@ -179,6 +179,7 @@ impl Model {
         request.evaluations = own.evaluations;
         request.search.loss = options::loss(py, &own.loss)?;
         request.search.starts = own.starts.max(1);
+        request.search.spread = options::spread(py, &own.spread)?;
         request.intervals.profile = own.profile;
         request.intervals.bootstrap = own.bootstrap;
         request.intervals.information = own.information;

@@ -2,7 +2,7 @@
 
 use dgd_data::Rename;
 use dgd_execute::Engine;
-use dgd_identify::Loss;
+use dgd_identify::{DrawnFrom, Loss};
 use dgd_runtime::{PerSample, Steps};
 use dgd_work::{Choices, Estimator, NoiseFrom, Solve, Sought, Start, Tracker};
 use pyo3::prelude::*;
@@ -80,6 +80,7 @@ pub(crate) struct FitOptions {
     pub evaluations: Option<usize>,
     pub loss: String,
     pub starts: u32,
+    pub spread: String,
     pub profile: Vec<String>,
     pub bootstrap: usize,
     pub information: bool,
@@ -202,6 +203,10 @@ impl SoughtOptions {
 pub(crate) fn noise_from(py: Python<'_>, word: &str) -> PyResult<NoiseFrom> {
     let all = [("estimated", NoiseFrom::Estimated), ("declared", NoiseFrom::Declared)];
     one_of(py, "noise", word, &all)
+}
+
+pub(crate) fn spread(py: Python<'_>, word: &str) -> PyResult<DrawnFrom> {
+    one_of(py, "spread", word, &[("values", DrawnFrom::Values), ("bounds", DrawnFrom::Bounds)])
 }
 
 pub(crate) fn loss(py: Python<'_>, word: &str) -> PyResult<Loss> {

@@ -668,3 +668,35 @@ fn what_cannot_be_fitted_is_said() {
     let few = refused(OutputErrorProblem { noise, recordings: &short, ..problem });
     assert_eq!(few, EstimateError::TooFewSamples { samples: 1, free: 3 });
 }
+
+#[test]
+fn criteria_count_what_is_estimated() {
+    let system = system(HEATER);
+    let p = declared(&system);
+    let recordings = [heated(3, TRUTH[2], SIGMA)];
+    let problem = OutputErrorProblem::new(&system, &p, &recordings);
+    let estimated = fit(&problem).expect("a fit");
+    let known = fit(&OutputErrorProblem { noise: known(), ..problem.clone() }).expect("a fit");
+    let n = 400.0_f64;
+    // gain, tau and x(0); two levels of noise where they are estimated.
+    for (found, k) in [(&estimated, 5.0), (&known, 3.0)] {
+        let deviance: f64 = (0..2)
+            .map(|i| {
+                let misfit = found.misfits[0][i];
+                let variance = found.noise[i].expect("fitted").powi(2);
+                let each = (std::f64::consts::TAU * variance).ln();
+                misfit.samples as f64 * each + misfit.squares / variance
+            })
+            .sum();
+        let criteria = found.criteria.expect("squares and no priors");
+        close(criteria.aic, deviance + 2.0 * k, 1e-8 * deviance.abs());
+        close(criteria.bic, deviance + k * n.ln(), 1e-8 * deviance.abs());
+        let more = 2.0 * k * (k + 1.0) / (n - k - 1.0);
+        close(criteria.aicc.expect("400 samples"), criteria.aic + more, 1e-8 * deviance.abs());
+    }
+    let priors = vec![Prior { parameter: 0, mean: 0.5, std: 0.1 }];
+    let held = fit(&OutputErrorProblem { priors, ..problem.clone() }).expect("a fit");
+    assert_eq!(held.criteria, None);
+    let robust = OutputErrorProblem { loss: dgd_identify::Loss::Huber, ..problem };
+    assert_eq!(fit(&robust).expect("a fit").criteria, None);
+}

@@ -393,7 +393,7 @@ fn a_linear_model_has_a_parabola_for_a_profile() {
         for (end, expected) in [(low, value - half), (high, value + half)] {
             assert!((end.expect("closed") - expected).abs() < 2e-3 * half);
         }
-        assert!(profile.values.windows(2).all(|pair| pair[0] < pair[1]));
+        assert!(profile.values.windows(2).all(|pair| pair[0] < pair[1]), "{profile:?}");
         assert!(profile.values.len() > 8 && profile.values.len() < 30, "{}", profile.values.len());
     }
 }

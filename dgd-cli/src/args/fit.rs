@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use dgd_identify::Loss;
+use dgd_identify::{DrawnFrom, Loss};
 use dgd_work::{FitRequest, LinearizeAt};
 
 use super::single::place;
@@ -132,6 +132,19 @@ pub(crate) struct SearchArgs {
     /// Of `--starts N`, run the fit from point K alone, counted from 0: a share of the work for another machine
     #[arg(long, value_name = "K", value_parser = whole::<u32>, allow_negative_numbers = true)]
     pub start_point: Option<u32>,
+    /// What the starting points are drawn from
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = SpreadOf::Values)]
+    pub spread: SpreadOf,
+}
+
+/// What starting points are drawn from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SpreadOf {
+    /// Around the model's values: from a tenth of each to ten times of it, within its bounds; two standard deviations
+    /// around the mean of a prior
+    Values,
+    /// All that lies between the bounds; a parameter without both of them, or with a prior, as with `values`
+    Bounds,
 }
 
 /// Loss functions of a residual, in standard deviations.
@@ -220,6 +233,10 @@ impl FitArgs {
         request.search.loss = self.search.loss.request();
         request.search.starts = self.search.starts;
         request.search.start_point = self.search.start_point;
+        request.search.spread = match self.search.spread {
+            SpreadOf::Values => DrawnFrom::Values,
+            SpreadOf::Bounds => DrawnFrom::Bounds,
+        };
         request.intervals.profile.clone_from(&self.intervals.profile);
         request.intervals.bootstrap = self.intervals.bootstrap;
         request.intervals.bootstrap_from = self.intervals.bootstrap_from;

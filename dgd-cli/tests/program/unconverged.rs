@@ -153,10 +153,41 @@ fn of_several_starting_points_those_on_plains_are_not_the_best() {
     let folder = decays(&[("= 1e-4", "= 100")]);
     let found = fit(&folder, &["--starts", "24"]).done().json();
     assert_eq!(found["converged"], true);
-    assert!(found["multi_start"]["without_minimum"].as_u64() > Some(0), "{found}");
+    let several = &found["multi_start"];
+    assert!(several["without_minimum"].as_u64() > Some(0), "{found}");
+    // What 3 of N says is of those that reached a minimum, without the model's own start, which was not drawn.
+    let ends = several["ends"].as_array().expect("a list");
+    assert_eq!(ends.len(), 24);
+    let reached = ends.iter().skip(1).filter(|end| end["minimum"].is_u64()).count();
+    let volume = several["found_volume"].as_f64().expect("enough did");
+    assert!((volume - 3.0 / reached as f64).abs() < 1e-12, "{volume} of {reached}");
+    for end in ends.iter().filter(|end| end["minimum"] == 0) {
+        assert!(end["deviance_above"].as_f64().expect("a fit") < 0.1, "{end}");
+    }
     for (name, rate) in ["k1", "k2", "k3"].iter().zip(RATES) {
         let value = found["parameters"][name]["value"].as_f64().expect("a number");
         assert!((value / rate - 1.0).abs() < 0.1, "{name} = {value}");
+    }
+}
+
+#[test]
+fn starts_are_drawn_between_bounds_where_that_is_asked_for() {
+    // By values a rate starts a decade around 1e-4 1/s; by bounds anywhere from 1e-8 to 1e4, where it may have decayed
+    // before the second sample, and ends at its bound.
+    let folder = decays(&[]);
+    let minima = |spread: &str| {
+        let found = fit(&folder, &["--starts", "12", "--spread", spread]).done().json();
+        assert_eq!(found["multi_start"]["spread"], spread);
+        found["multi_start"]["minima"].as_array().expect("a list").len()
+    };
+    assert_eq!(minima("values"), 1);
+    assert!(minima("bounds") > 1);
+    fit(&folder, &["--spread", "bounds"]).refused(2, &["`--spread`", "add `--starts N`"]);
+    let run = fit(&folder, &["--starts", "12", "--spread", "bounds", "-o", "out"]).done();
+    assert_eq!(run.json()["converged"], true);
+    let page = fs::read_to_string(folder.path().join("out/report.html")).expect("a page");
+    for part in ["Starting points", "another minimum", "minimum 2", "at 95 %"] {
+        assert!(page.contains(part), "{part}");
     }
 }
 
@@ -169,4 +200,28 @@ fn what_is_at_a_bound_takes_no_degree_of_freedom_of_the_noise() {
     // Noise that is estimated is what the fit leaves.
     let chi = found["reduced_chi_square"].as_f64().expect("a number");
     assert!((chi - 1.0).abs() < 1e-5, "{chi}");
+}
+
+#[test]
+fn a_bad_fit_is_told_before_all_else() {
+    // What looks like noise is 0.01 sin(…): 0.0072 on the average, and 0.001 is declared.
+    let folder = decays(&[("noise 0.01", "noise 0.001")]);
+    let args = ["fit", "decays.dgd", "--data", "run.csv", "--fix", "x1,x2,x3", "--set", "k1=0.1"];
+    let fit = |more: &[&str]| dgd_in(folder.path(), &[&args[..], more].concat()).done().out;
+    let bad = fit(&["--noise", "declared", "-o", "out"]);
+    assert!(
+        bad.starts_with("The fit is bad: the residuals are 7.2 times the declared noise.\n"),
+        "{bad}"
+    );
+    let page = fs::read_to_string(folder.path().join("out/report.html")).expect("a page");
+    for part in [
+        "Converged, but the residuals are 7.2 times",
+        "the noise is larger than was declared",
+        "AICc ",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    // Noise that is estimated is what the fit leaves.
+    let good = fit(&[]);
+    assert!(good.starts_with("estimate "), "{good}");
 }

@@ -6,7 +6,7 @@ use dgd_identify::journal::{Kept, kept};
 use dgd_identify::keep_by_fields;
 use dgd_identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, NoiseCorrelation, OutputErrorProblem,
-    Recording, Starts, StoppingRule, Termination, counts_from, evaluate, fit, fit_starts,
+    Recording, Starts, StoppingRule, counts_from, evaluate, fit, fit_starts,
 };
 use dgd_runtime::{Observations, Signature, System};
 
@@ -264,17 +264,7 @@ fn fitted(
     }
     let free = moments.held(problem);
     let held = |p: &[f64], recordings: &[Recording]| {
-        let problem = OutputErrorProblem { p, recordings, free: free.clone(), ..problem.clone() };
-        let found = fit(&problem)?;
-        let is_untried = found.iterations == 0 && found.termination == Termination::EvaluationLimit;
-        if !is_untried {
-            return Ok(found);
-        }
-        let evaluations = UNTIL_A_STEP * problem.stopping.evaluations;
-        fit(&OutputErrorProblem {
-            stopping: StoppingRule { evaluations, ..problem.stopping },
-            ..problem
-        })
+        fit(&OutputErrorProblem { p, recordings, free: free.clone(), ..problem.clone() })
     };
     let mut best = held(&p, problem.recordings)?;
     for _ in 0..MOST_ROUNDS {
@@ -367,7 +357,8 @@ fn problem<'a>(
 ) -> OutputErrorProblem<'a> {
     let known = |noise: &Option<SensorNoise>| noise.map(|noise| Noise::Known(noise.total()));
     let noise = data.noise.iter().map(known).collect();
-    let stopping = StoppingRule { evaluations, ..StoppingRule::default() };
+    let until_a_step = UNTIL_A_STEP * evaluations;
+    let stopping = StoppingRule { evaluations, until_a_step, ..StoppingRule::default() };
     let options = data.options;
     let problem = OutputErrorProblem::new(structure.system.as_model(), p, recordings);
     OutputErrorProblem { noise, stopping, options, threads: 1, ..problem }

@@ -135,7 +135,8 @@ impl Way<'_> {
                 h *= (STEP / growth).max(0.1);
                 continue;
             }
-            if place.deviance >= THRESHOLD {
+            // Five steps of a linear model end at the threshold but for rounding.
+            if place.root() >= (1.0 - CLOSE) * threshold {
                 return self.crossing(arm, place);
             }
             h *= if growth > 0.0 { (STEP / growth).clamp(0.5, 3.0) } else { 3.0 };

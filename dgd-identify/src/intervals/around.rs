@@ -6,13 +6,17 @@ use dgd_runtime::model::Model;
 use crate::error::{EstimateError, TrialFailed};
 use crate::journal::{Digest, Journal, Kept, kept_success};
 use crate::loss::Loss;
-use crate::minimise::levenberg_marquardt::{Minimum, Region, StoppingRule, minimise_watched};
+use crate::minimise::trust_region::{Minimum, Region, StoppingRule, minimise_watched};
 use crate::output_error::fit::Fit;
 use crate::output_error::weighing::{Weighted, simulate_all, weigh};
 use crate::output_error::{OutputErrorProblem, Prior};
 use crate::progress::Watch;
 use crate::recording::Recording;
 use crate::variables::{Variable, Variables};
+
+/// A rise of Σ ρ is known well enough to this, in units of what is left per degree of freedom: its threshold of 95 %
+/// is 3.8.
+const KNOWN: f64 = 1e-3;
 
 /// What is solved again around a fit.
 ///
@@ -61,13 +65,19 @@ impl<'a> Around<'a> {
             recordings: problem.recordings,
             priors: problem.priors.clone(),
             loss: problem.loss,
-            options: fit.stepping.applied(problem.options),
+            options: fit.simulated(&problem.options),
             variables,
             z,
             bounds,
             sigma: fit.noise.clone(),
             // Away from a minimum outputs may well be flat.
-            rule: StoppingRule { reduction, evaluations, flat: 0.0, ..problem.stopping },
+            rule: StoppingRule {
+                reduction,
+                evaluations,
+                flat: 0.0,
+                accuracy: problem.stopping.accuracy.max(KNOWN / freedom),
+                ..problem.stopping
+            },
             watch: problem.watch,
             journal: problem.keeping.journal,
             of: problem.keeping.digest(|digest| {

@@ -23,7 +23,7 @@ use dgd_runtime::parallel::in_parallel_by_model;
 use crate::error::{EstimateError, TrialFailed};
 use crate::intervals::around::Around;
 use crate::journal::Digest;
-use crate::minimise::levenberg_marquardt::Termination;
+use crate::minimise::trust_region::Termination;
 use crate::output_error::OutputErrorProblem;
 use crate::output_error::fit::Fit;
 use crate::output_error::weighing::effective_priors;

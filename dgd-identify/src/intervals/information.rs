@@ -68,7 +68,7 @@ pub fn information(
     n_kinds: usize,
 ) -> Result<Vec<Information>, EstimateError> {
     assert_eq!(kinds.len(), problem.recordings.len(), "kinds for each recording");
-    let options = fit.stepping.applied(problem.options);
+    let options = fit.simulated(&problem.options);
     let directions = &problem.system.signature().directions;
     let n = fit.estimates.len();
     let determined: Vec<usize> = (0..n).filter(|i| fit.covariance(*i, *i).is_some()).collect();

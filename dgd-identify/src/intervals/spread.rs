@@ -89,7 +89,7 @@ impl Fit {
         &self,
         problem: &OutputErrorProblem<'_>,
     ) -> Result<Option<Spread>, EstimateError> {
-        let options = self.stepping.applied(problem.options);
+        let options = self.simulated(&problem.options);
         let at = SpreadAt { p: &self.p, estimates: &self.estimates, sigma: &self.noise };
         spread(&OutputErrorProblem { options, ..problem.clone() }, at)
     }

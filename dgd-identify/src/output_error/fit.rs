@@ -1,8 +1,11 @@
 //! What a fit found.
 
+use dgd_runtime::Options;
+
 use crate::error::TrialFailed;
 use crate::loss::Loss;
-use crate::minimise::levenberg_marquardt::{Minimum, Termination};
+use crate::minimise::trust_region::{Minimum, Termination};
+use crate::noise::Noise;
 use crate::output_error::stepping::Stepping;
 use crate::output_error::weighing::{Weighted, curvature_and_influence, effective_priors, misfits};
 use crate::output_error::{OutputErrorProblem, Starts};
@@ -50,13 +53,49 @@ pub struct Fit {
     pub last_failure: Option<TrialFailed>,
     /// How its simulations stepped.
     pub stepping: Stepping,
+    /// With which options: tolerances are tighter than those of the problem where the search had stalled with them.
+    pub options: Options,
     /// Why the fit ended.
     pub termination: Termination,
+    /// Information criteria; `None` under a loss that is not squares, whose value is no likelihood, and with priors,
+    /// which hold parameters by a part.
+    pub criteria: Option<Criteria>,
     uncertainty: Uncertainty,
     slopes: Vec<f64>,
 }
 
+/// What a model's fit is worth beside that of another model to the same samples: the less the better.
+///
+/// With D the deviance, n samples, and k estimates that are not at a bound, estimated levels of noise among them:
+///
+/// Akaike, IEEE TAC 19 (1974) 716; Hurvich, Tsai, Biometrika 76 (1989) 297; Schwarz, Ann. Stat. 6 (1978) 461.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Criteria {
+    /// D + 2 k.
+    pub aic: f64,
+    /// The same for few samples: D + 2 k n/(n − k − 1); `None` where these are no more than k + 1.
+    pub aicc: Option<f64>,
+    /// D + k ln n.
+    pub bic: f64,
+}
+
+impl Criteria {
+    fn new(deviance: f64, samples: usize, estimates: usize) -> Self {
+        let (n, k) = (samples as f64, estimates as f64);
+        Self {
+            aic: deviance + 2.0 * k,
+            aicc: (n > k + 1.0).then(|| deviance + 2.0 * k * n / (n - k - 1.0)),
+            bic: deviance + k * n.ln(),
+        }
+    }
+}
+
 impl Fit {
+    /// How its simulations were made, watched as with these options.
+    pub(crate) fn simulated(&self, options: &Options) -> Options {
+        Options { watched: options.watched, ..self.options }
+    }
+
     /// What changes of an estimate are compared with, SI: of a parameter with `log` its value, of all others the
     /// size of what they stand for. Above zero.
     pub(crate) fn size(&self, i: usize) -> f64 {
@@ -186,6 +225,11 @@ pub(crate) fn finish(
         robust.map(|sums| sums.light).sum()
     };
     let free = held.iter().filter(|held| !**held).count();
+    let deviance = logarithms + at.normal.cost;
+    let levels = problem.noise.iter().filter(|noise| **noise == Some(Noise::Estimated)).count();
+    let priors = effective_priors(problem, variables);
+    let has_criteria = problem.loss == Loss::Squares && priors == 0;
+    let criteria = has_criteria.then(|| Criteria::new(deviance, samples, free + levels));
     Fit {
         p: variables.parameters(problem.p, z),
         starts: (0..problem.recordings.len())
@@ -198,14 +242,16 @@ pub(crate) fn finish(
         samples,
         light_samples: (0..sigma.len()).map(light).collect(),
         samples_without_sensitivity: fitted().map(|(sums, _)| sums.without_sensitivity).sum(),
-        degrees_of_freedom: (samples + effective_priors(problem, variables)).saturating_sub(free),
-        deviance: logarithms + at.normal.cost,
+        degrees_of_freedom: (samples + priors).saturating_sub(free),
+        deviance,
+        criteria,
         misfits: misfits(&at.sums),
         iterations: total.iterations,
         evaluations: total.evaluations,
         failures: total.failures,
         last_failure: total.last_failure,
         stepping,
+        options: Options { watched: None, ..problem.options },
         termination: total.termination.unwrap_or(Termination::EvaluationLimit),
         noise: sigma,
         uncertainty,

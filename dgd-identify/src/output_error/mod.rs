@@ -27,10 +27,10 @@ use dgd_runtime::{Direction, Observations, Options};
 use crate::error::{EstimateError, TrialFailed, WrongLength, verify_lengths};
 use crate::journal::{Digest, Keeping, kept_success};
 use crate::loss::{self, Loss};
-use crate::minimise::levenberg_marquardt::{Region, StoppingRule, Termination, minimise_watched};
+use crate::minimise::trust_region::{Region, StoppingRule, Termination, minimise_watched};
 use crate::noise::{self, Noise};
 use crate::output_error::fit::{Fit, Total, finish, unseen};
-use crate::output_error::stepping::Stepping;
+use crate::output_error::stepping::Accuracy;
 use crate::output_error::weighing::{
     Weighted, effective_priors, misfits, output_names, simulate_all, weigh,
 };
@@ -106,6 +106,13 @@ impl<'a> OutputErrorProblem<'a> {
         OutputErrorProblem { options, ..self.clone() }
     }
 
+    /// The same with the tolerances that a fit of it ended with.
+    #[must_use]
+    pub fn as_fitted(&self, fit: &Fit) -> Self {
+        let Options { rtol, atol, .. } = fit.options;
+        OutputErrorProblem { options: Options { rtol, atol, ..self.options }, ..self.clone() }
+    }
+
     /// A problem in which all directions are free and the noise of all outputs is estimated.
     pub fn new(system: &'a dyn Model, p: &'a [f64], recordings: &'a [Recording]) -> Self {
         let signature = system.signature();
@@ -156,21 +163,22 @@ pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
         digest.of(&"simulations of a fit").of(&problem.p).of(&problem.free).of(&problem.recordings)
     });
     let mut total = Total::default();
-    let mut stepping = Stepping::first(problem, &variables, &z)?;
-    loop {
-        let options = stepping.applied(problem.options);
-        let stepped = OutputErrorProblem { options, ..problem.clone() };
-        let ended = estimate_by_loss(&stepped, &variables, z, data, of, &mut total)?;
-        // From a plain no other steps lead.
-        let ends = matches!(total.termination, Some(Termination::Stopped | Termination::Flat));
-        let next =
-            if ends { None } else { stepping.next(&problem.unwatched(), &variables, &ended.z)? };
-        let Some(next) = next else {
-            let Ended { z, at, sigma } = ended;
-            return Ok(finish(&stepped, &variables, &z, &at, sigma, stepping, total));
+    let mut accuracy = Accuracy::first(problem, &variables, &z)?;
+    let mut last: Option<(Accuracy, Ended)> = None;
+    let (accuracy, Ended { z, at, sigma }) = loop {
+        let stepped = OutputErrorProblem { options: accuracy.applied(), ..problem.clone() };
+        let ended = match estimate_by_loss(&stepped, &variables, z, data, of, &mut total) {
+            Ok(ended) => ended,
+            // What was found less accurately is kept.
+            Err(error) => break last.ok_or(error)?,
         };
-        (stepping, z) = (next, ended.z);
-    }
+        let next = accuracy.next(&problem.unwatched(), &variables, &ended.z, total.termination)?;
+        let Some(next) = next else { break (accuracy, ended) };
+        z = ended.z.clone();
+        last = Some((std::mem::replace(&mut accuracy, next), ended));
+    };
+    let stepped = OutputErrorProblem { options: accuracy.applied(), ..problem.clone() };
+    Ok(finish(&stepped, &variables, &z, &at, sigma, accuracy.stepping, total))
 }
 
 /// Where an estimation ended.
@@ -248,7 +256,12 @@ fn estimate(
     for round in 1.. {
         let left = problem.stopping.evaluations.saturating_sub(total.evaluations);
         let flat = unseen(problem.options.rtol).max(problem.stopping.flat);
-        let rule = StoppingRule { reduction, evaluations: left, flat, ..problem.stopping };
+        let until_a_step = match total.iterations {
+            0 => problem.stopping.until_a_step.saturating_sub(total.evaluations),
+            _ => 0,
+        };
+        let rule =
+            StoppingRule { reduction, evaluations: left, until_a_step, flat, ..problem.stopping };
         let region = Region { bounds: &bounds, reach: &reach, leading: variables.n_shared };
         let mut done = total.evaluations;
         let minimum = minimise_watched(z, at, region, &rule, problem.watch, |z| {

@@ -3,7 +3,8 @@
 //! With equal steps per sample, cost and gradient of every trial belong to the same steps. Their number
 //! and the method are chosen once, where the fit starts, and kept for all trials. Where the fit has
 //! ended, the errors are measured over all recordings; if they are above the tolerance, the fit goes on
-//! from there with more steps.
+//! from there with more steps. Where no step of a search helps although the slope says that one should, it goes on
+//! with tighter tolerances: what it compares always has one accuracy.
 
 use std::num::NonZeroU32;
 
@@ -13,12 +14,79 @@ use dgd_runtime::model::{ModelProblem, choose_per_sample, measure, per_sample_of
 use dgd_runtime::{IntegrateError, Options, PerSample, PerSampleChoice, Problem, Steps};
 
 use crate::error::{EstimateError, TrialFailed, TrialFailure};
+use crate::minimise::trust_region::Termination;
 use crate::output_error::OutputErrorProblem;
 use crate::recording::Recording;
 use crate::variables::Variables;
 
 /// More steps per sample than these are no better than adaptive steps.
 const MOST: u32 = 8;
+
+/// By how much tolerances are tightened where a search stalls.
+const TIGHTER: f64 = 0.01;
+
+/// And how often.
+const MOST_TIGHTENED: u32 = 2;
+
+/// No relative tolerance is set below this: rounding is not far.
+const LEAST_RTOL: f64 = 1e-12;
+
+/// How the simulations of a fit step, and how exactly: the same in all that are compared.
+#[derive(Clone, Copy)]
+pub(crate) struct Accuracy {
+    pub stepping: Stepping,
+    options: Options,
+    tightened: u32,
+}
+
+impl Accuracy {
+    /// Of a fit that starts at z.
+    pub(crate) fn first(
+        problem: &OutputErrorProblem<'_>,
+        variables: &Variables,
+        z: &[f64],
+    ) -> Result<Self, EstimateError> {
+        let stepping = Stepping::first(problem, variables, z)?;
+        Ok(Self { stepping, options: problem.options, tightened: 0 })
+    }
+
+    /// The options of its simulations.
+    pub(crate) fn applied(&self) -> Options {
+        self.stepping.applied(self.options)
+    }
+
+    /// With which to go on from z, where a search with this has ended: with more steps where their errors are too
+    /// large, with tighter tolerances where it stalled.
+    pub(crate) fn next(
+        &self,
+        problem: &OutputErrorProblem<'_>,
+        variables: &Variables,
+        z: &[f64],
+        ended: Option<Termination>,
+    ) -> Result<Option<Self>, EstimateError> {
+        // From a plain no other steps lead.
+        if matches!(ended, Some(Termination::Stopped | Termination::Flat)) {
+            return Ok(None);
+        }
+        let with = |options| OutputErrorProblem { options, ..problem.clone() };
+        if let Some(stepping) = self.stepping.next(&with(self.options), variables, z)? {
+            return Ok(Some(Self { stepping, ..*self }));
+        }
+        let Options { rtol, atol, .. } = self.options;
+        let options = Options { rtol: TIGHTER * rtol, atol: TIGHTER * atol, ..self.options };
+        let is_last = self.tightened >= MOST_TIGHTENED || options.rtol < LEAST_RTOL;
+        if ended != Some(Termination::Stalled) || is_last {
+            return Ok(None);
+        }
+        let stepping = match self.stepping {
+            Stepping::Adaptive => Some(Stepping::Adaptive),
+            Stepping::Exact => None,
+            Stepping::PerSample(_) => self.stepping.next(&with(options), variables, z)?,
+        };
+        let tightened = self.tightened + 1;
+        Ok(stepping.map(|stepping| Self { stepping, options, tightened }))
+    }
+}
 
 /// How the simulations of a fit step.
 #[derive(Debug, Clone, Copy)]

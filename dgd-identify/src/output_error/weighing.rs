@@ -5,7 +5,7 @@ use dgd_runtime::parallel::in_parallel_by_model;
 use nalgebra::DMatrix;
 
 use crate::error::{TrialFailed, TrialFailure};
-use crate::minimise::levenberg_marquardt::NormalEquations;
+use crate::minimise::trust_region::NormalEquations;
 use crate::output_error::OutputErrorProblem;
 use crate::recording::{Misfit, Sums, SumsOf, simulated_sums};
 use crate::variables::Variables;
@@ -61,6 +61,7 @@ pub(crate) fn weigh(
             let Some(sigma) = sigma else { continue };
             let weight = 1.0 / (sigma * sigma);
             normal.cost += weight * sums.loss();
+            normal.is_whole &= sums.without_sensitivity == 0;
             for (i, gradient) in sums.gradient.iter().enumerate() {
                 normal.gradient[variables.position(r, i)] += weight * gradient;
             }

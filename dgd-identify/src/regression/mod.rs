@@ -36,8 +36,8 @@ mod separable;
 mod structure;
 mod trace;
 
-use crate::minimise::levenberg_marquardt::StoppingRule;
 use crate::minimise::nelder_mead::SimplexRule;
+use crate::minimise::trust_region::StoppingRule;
 use crate::noise::Noise;
 use crate::output_error::Prior;
 use crate::progress::{Unwatched, Watch};
@@ -75,7 +75,7 @@ pub enum RegressionMethod {
     /// Linear least squares within the parameters' bounds. All parameters must enter linearly.
     Bounded,
     /// Variable projection: linear parameters by least squares, for each trial of the others, which
-    /// Levenberg's and Marquardt's method moves; all within their bounds.
+    /// a trust region method moves; all within their bounds.
     VariableProjection,
     /// The same, the others moved by the simplex method of Nelder and Mead.
     NelderMead,

@@ -18,10 +18,10 @@
 use dgd_runtime::Direction;
 use nalgebra::DVector;
 
-use crate::minimise::levenberg_marquardt::{
+use crate::minimise::nelder_mead::nelder_mead;
+use crate::minimise::trust_region::{
     NormalEquations, Region, Termination, is_flat, minimise_watched,
 };
-use crate::minimise::nelder_mead::nelder_mead;
 use crate::progress::{Of, Progress};
 use crate::regression::RegressionMethod;
 use crate::regression::error::RegressionError;
@@ -256,8 +256,8 @@ impl<'a> Outer<'a> {
         self.variables.parameters(p, z)
     }
 
-    /// Levenberg's and Marquardt's method on the projected problem. Where no step, however small, helps any
-    /// more, it begins anew: its scales remember the steepest place that it came by.
+    /// Gauss and Newton's steps within a trust region on the projected problem. Where no step, however small, helps any
+    /// more, it begins anew: its scales remember steep places that it came by.
     fn search(
         &self,
         rows: &mut Rows<'_>,
@@ -267,7 +267,10 @@ impl<'a> Outer<'a> {
         bounds: &[(f64, f64)],
     ) -> Result<Searched, RegressionError> {
         let mut rule = self.prepared.problem.stopping;
-        let reach = self.variables.reach();
+        // Linear parameters are solved for: where the others go further than their sizes in one step, a linear model
+        // says nothing.
+        let own = self.variables.reach().into_iter().zip(&z);
+        let reach: Vec<f64> = own.map(|(reach, z)| reach.min(z.abs().max(1.0))).collect();
         let region = Region { bounds, reach: &reach, leading: reach.len() };
         let mut near = p.to_vec();
         let mut at = self.project(rows, inner, &mut near, &z)?;
@@ -334,6 +337,7 @@ impl<'a> Outer<'a> {
             cost: zeta.norm_squared() + triangle.remainder(),
             gradient: -(j.transpose() * zeta),
             information: j.transpose() * j,
+            is_whole: true,
         })
     }
 }

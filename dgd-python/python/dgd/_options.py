@@ -79,6 +79,7 @@ _CALLS: dict[str, Any] = {
     "evaluations": None,
     "loss": "squares",
     "starts": 1,
+    "spread": "values",
     "profile": [],
     "bootstrap": 0,
     "information": False,

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use dgd_identify::{
-    EstimateError, Fit, LocalMinimum, Loss, MultiStart, OutputErrorProblem, PointEnd, THRESHOLD,
-    Termination, fit_from, starting_points,
+    DrawnFrom, EstimateError, Fit, LocalMinimum, Loss, MultiStart, OutputErrorProblem, PointEnd,
+    THRESHOLD, Termination, fit_from_drawn, fit_from_point, starting_points,
 };
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
@@ -40,6 +40,12 @@ impl SearchRequest {
                 self.starts
             )));
         }
+        if self.spread != DrawnFrom::Values && self.starts < 2 {
+            return Err(WorkError::Usage(
+                "`--spread` says what starting points are drawn from, and there is one: add `--starts N`"
+                    .to_owned(),
+            ));
+        }
         if estimator.simulates() {
             return Ok(());
         }
@@ -60,26 +66,72 @@ impl SearchRequest {
         self,
         problem: &OutputErrorProblem<'_>,
         seed: u64,
-    ) -> Result<MultiStart, EstimateError> {
+    ) -> Result<Searched, EstimateError> {
         let mut random = Pcg64::new(u128::from(seed), STREAM);
-        let points = starting_points(problem, self.starts as usize, || random.next_u64());
-        match self.start_point {
-            None => fit_from(problem, &points),
-            Some(k) => fit_from(problem, &points[k as usize..=k as usize]),
-        }
+        let count = self.starts as usize;
+        let points = starting_points(problem, count, self.spread, || random.next_u64());
+        let all = match self.start_point {
+            None => fit_from_drawn(problem, &points),
+            Some(k) => fit_from_point(problem, &points, k as usize),
+        }?;
+        Ok(Searched { all, spread: self.spread })
     }
+}
+
+/// Fits from all points.
+pub(crate) struct Searched {
+    pub all: MultiStart,
+    spread: DrawnFrom,
 }
 
 /// What became of all points.
 pub(crate) struct Minima {
-    all: MultiStart,
+    searched: Searched,
     minima: Vec<LocalMinimum>,
 }
 
 impl Minima {
     /// `None` where there was one point.
-    pub(crate) fn of(all: MultiStart) -> Option<Self> {
-        (all.ends.len() > 1).then(|| Self { minima: all.minima(), all })
+    pub(crate) fn of(searched: Searched) -> Option<Self> {
+        let minima = searched.all.minima();
+        (searched.all.ends.len() > 1).then_some(Self { minima, searched })
+    }
+
+    fn all(&self) -> &MultiStart {
+        &self.searched.all
+    }
+
+    /// How the fit from a point ended, in a word or two, for programs.
+    fn end(end: &PointEnd) -> &'static str {
+        match end {
+            PointEnd::Fitted(fit) => fit.termination.name(),
+            PointEnd::Failed(_) => "failed",
+            PointEnd::LeftOut => "left out",
+        }
+    }
+
+    /// What became of each point.
+    fn points_to_json(&self) -> Value {
+        let least = self.all().fit.deviance;
+        let entry = |(k, end): (usize, &PointEnd)| {
+            let fit = self.all().fit_of(k);
+            let minimum = self.minima.iter().position(|minimum| minimum.points.contains(&k));
+            json!({
+                "end": Self::end(end),
+                "deviance_above": fit.map(|fit| fit.deviance - least),
+                "minimum": minimum,
+            })
+        };
+        Value::Array(self.all().ends.iter().enumerate().map(entry).collect())
+    }
+
+    /// What the fits say of minima that they did not find.
+    fn found_volume_text(&self) -> Option<String> {
+        let volume = significant(100.0 * self.all().found_volume()?, 2);
+        Some(format!(
+            "a minimum that is reached from more than {volume} % of the volume the points were drawn from would have been \
+             found, at 95 %"
+        ))
     }
 
     /// Points whose fits Ctrl-C has left out, or stopped.
@@ -89,12 +141,12 @@ impl Minima {
             PointEnd::Fitted(fit) => fit.termination == Termination::Stopped,
             PointEnd::Failed(_) => false,
         };
-        self.all.ends.iter().filter(is_unfinished).count()
+        self.all().ends.iter().filter(is_unfinished).count()
     }
 
     /// Points whose fit failed, and why the first of them failed.
     fn failed(&self) -> (usize, Option<&EstimateError>) {
-        let mut errors = self.all.ends.iter().filter_map(|end| match end {
+        let mut errors = self.all().ends.iter().filter_map(|end| match end {
             PointEnd::Failed(error) => Some(error),
             PointEnd::Fitted(_) | PointEnd::LeftOut => None,
         });
@@ -110,12 +162,12 @@ impl Minima {
             }
             PointEnd::Failed(_) | PointEnd::LeftOut => false,
         };
-        self.all.ends.iter().filter(is_lost).count()
+        self.all().ends.iter().filter(is_lost).count()
     }
 
     /// Adds what Ctrl-C kept it from.
     pub(crate) fn push_left_out(&self, left_out: &mut LeftOut) {
-        let (unfinished, all) = (self.unfinished(), self.all.ends.len());
+        let (unfinished, all) = (self.unfinished(), self.all().ends.len());
         if unfinished > 0 {
             left_out
                 .push(format!("{unfinished} of {all} starting points were not fitted to the end"));
@@ -125,7 +177,7 @@ impl Minima {
     /// `multi_start` of `result.json`.
     pub(crate) fn to_json(&self, outcome: &dyn Estimated) -> Value {
         let minimum = |minimum: &LocalMinimum| {
-            let fit = self.all.fit_of(minimum.points[0]);
+            let fit = self.all().fit_of(minimum.points[0]);
             let estimates = fit.map_or(&[][..], |fit| &fit.estimates);
             let entry = |(i, estimate): (usize, &dgd_identify::Estimate)| {
                 let unit = outcome.unit(i);
@@ -140,8 +192,15 @@ impl Minima {
             })
         };
         json!({
-            "points": self.all.ends.len(),
-            "best": self.all.best,
+            "points": self.all().ends.len(),
+            "spread": match self.searched.spread {
+                DrawnFrom::Values => "values",
+                DrawnFrom::Bounds => "bounds",
+            },
+            "ends": self.points_to_json(),
+            "found_volume": self.all().found_volume(),
+            "failed_draws": self.all().failed_draws,
+            "best": self.all().best,
             "minima": self.minima.iter().map(minimum).collect::<Vec<_>>(),
             "failed": self.failed().0,
             "without_minimum": self.lost(),
@@ -151,7 +210,7 @@ impl Minima {
 
     /// A line for each minimum, and for what became of the other points.
     pub(crate) fn push_text(&self, text: &mut String, outcome: &dyn Estimated) {
-        let all = self.all.ends.len();
+        let all = self.all().ends.len();
         // Writing to a string does not fail.
         let mut minima = self.minima.iter();
         if let Some(best) = minima.next() {
@@ -159,7 +218,7 @@ impl Minima {
             let _ = writeln!(text, "{led} of {all} starting points led to this minimum");
         }
         for minimum in minima.by_ref().take(MOST_MINIMA) {
-            let Some(fit) = self.all.fit_of(minimum.points[0]) else { continue };
+            let Some(fit) = self.all().fit_of(minimum.points[0]) else { continue };
             let above = significant(minimum.above, 3);
             let how = match minimum.above {
                 above if above < AS_GOOD => "as good".to_owned(),
@@ -182,11 +241,21 @@ impl Minima {
         if lost > 0 {
             let _ = writeln!(text, "{lost} of {all} did not converge");
         }
+        let draws = self.all().failed_draws;
+        if draws > 0 {
+            let _ = writeln!(
+                text,
+                "{draws} points could not be simulated, and others were drawn near them instead"
+            );
+        }
+        if let Some(words) = self.found_volume_text() {
+            let _ = writeln!(text, "{words}");
+        }
     }
 
     /// The estimates of another minimum that are furthest from the best.
     fn places(&self, other: &Fit, outcome: &dyn Estimated) -> String {
-        let best = &self.all.fit.estimates;
+        let best = &self.all().fit.estimates;
         let distance = |i: usize| {
             let size = best[i].std.unwrap_or(best[i].value.abs()).max(f64::MIN_POSITIVE);
             (other.estimates[i].value - best[i].value).abs() / size

@@ -7,6 +7,7 @@ use dgd_runtime::System;
 use super::multi_start::Minima;
 use super::page::traces::traces;
 use super::refit::options_of_refit;
+use super::report::bad_fit::why_bad;
 use super::report::information::Origins;
 use super::report::intervals::Intervals;
 use super::report::left_out::LeftOut;
@@ -32,27 +33,32 @@ pub(super) fn run(
         found.map_err(|error| task.failed(error, &request.data))
     };
     let found = fitted(&problem)?;
-    let (problem, found) =
-        match options_of_refit(&problem.options, &request.solve, &found, &task.train, task.session)
-        {
-            None => (problem, found),
-            Some(options) => {
-                let problem = OutputErrorProblem { options, ..problem };
-                let found = fitted(&problem)?;
-                (problem, found)
-            }
-        };
-    let (mut fit, minima) = (found.fit.clone(), Minima::of(found));
+    let (problem, found) = match options_of_refit(
+        &problem.options,
+        &request.solve,
+        &found.all,
+        &task.train,
+        task.session,
+    ) {
+        None => (problem, found),
+        Some(options) => {
+            let problem = OutputErrorProblem { options, ..problem };
+            let found = fitted(&problem)?;
+            (problem, found)
+        }
+    };
+    let (mut fit, minima) = (found.all.fit.clone(), Minima::of(found));
     let is_converged = fit.termination.is_converged();
     // What the result needs of the best so far, whoever stopped the search.
-    let result = problem.unwatched();
+    let result = problem.unwatched().as_fitted(&fit);
     let train = task.evaluated(&result, &fit, &request.data)?;
     let mut left_out = LeftOut::of(fit.termination, || task.unconverged(&fit, &request.data));
     if let Some(minima) = &minima {
         minima.push_left_out(&mut left_out);
     }
-    let valid =
-        task.tested_unless_stopped(request, &mut left_out, || task.tested(&problem, &fit, request));
+    let valid = task.tested_unless_stopped(request, &mut left_out, || {
+        task.tested(&problem.as_fitted(&fit), &fit, request)
+    });
     let valid = match valid {
         // The result so far is kept.
         Err(error) if !is_converged => {
@@ -120,9 +126,12 @@ pub(super) fn run(
         ],
         |i, e| fit.weight(i, e),
     );
+    let json = outcome.to_json();
+    let bad = why_bad(&json).filter(|_| is_converged);
+    let headline = bad.map_or_else(String::new, |words| format!("The fit is bad: {words}.\n\n"));
     Ok(Found {
-        json: outcome.to_json(),
-        text: outcome.to_text(),
+        text: headline + &outcome.to_text(),
+        json,
         figures,
         estimates: fit.estimates.clone(),
         traces,

@@ -381,6 +381,7 @@ impl<'s> Task<'s> {
         let reason = match fit.termination {
             Termination::Blocked => self.blocked(fit, paths),
             Termination::Flat => flat(&fit.estimates),
+            Termination::Stalled => stalled(fit),
             _ => format!("no minimum was reached in {} simulations", fit.evaluations),
         };
         format!("{reason}{}", self.few.as_reason())
@@ -409,6 +410,22 @@ impl<'s> Task<'s> {
             reached.join(", ")
         )
     }
+}
+
+/// The search ended where no step helps although the slope says that one should.
+fn stalled(fit: &Fit) -> String {
+    if fit.samples_without_sensitivity > 0 {
+        return format!(
+            "the search stalled: no step makes the residuals smaller, and {} of {} samples have no defined sensitivities, so \
+             that their part in the slope is not known; several starts (`--starts`) may lead further",
+            fit.samples_without_sensitivity, fit.samples
+        );
+    }
+    format!(
+        "the search stalled: no step makes the residuals smaller, although their slope says that one should, even at \
+         `--rtol {}`; where outputs have kinks, several starts (`--starts`) may lead further",
+        short(fit.options.rtol, 2)
+    )
 }
 
 /// The search ended on a plain among bounds.

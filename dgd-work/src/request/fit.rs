@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use dgd_identify::Loss;
+use dgd_identify::{DrawnFrom, Loss};
 
 use super::{Choices, Keep, LinearizeAt, Solve, Sought};
 use crate::error::WorkError;
@@ -86,11 +86,18 @@ pub struct SearchRequest {
     pub starts: u32,
     /// Of these points the fit from one alone, by its number from 0: a share of the work, which has the same numbers.
     pub start_point: Option<u32>,
+    /// What they are drawn from.
+    pub spread: DrawnFrom,
 }
 
 impl Default for SearchRequest {
     fn default() -> Self {
-        SearchRequest { loss: Loss::Squares, starts: 1, start_point: None }
+        SearchRequest {
+            loss: Loss::Squares,
+            starts: 1,
+            spread: DrawnFrom::Values,
+            start_point: None,
+        }
     }
 }
 

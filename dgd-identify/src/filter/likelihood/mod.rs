@@ -15,7 +15,7 @@ use super::error::FilterError;
 use super::estimator::Innovated;
 use super::problem::{FilterProblem, Sample, Tuning, Walk, usual_tuning};
 use crate::error::{EstimateError, TrialFailed, TrialFailure, WrongLength};
-use crate::minimise::levenberg_marquardt::NormalEquations;
+use crate::minimise::trust_region::NormalEquations;
 use crate::noise;
 use crate::output_error::Prior;
 use crate::recording::Recording;

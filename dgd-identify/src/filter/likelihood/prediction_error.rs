@@ -32,7 +32,7 @@ use super::{Failed, Search, counting_rows};
 use crate::error::{EstimateError, verify_lengths};
 use crate::filter::estimator::{Filter, Row};
 use crate::filter::problem::{FilterProblem, Tuning, Walk, states_of};
-use crate::minimise::levenberg_marquardt::{
+use crate::minimise::trust_region::{
     Minimum, NormalEquations, Region, StoppingRule, Termination, minimise_watched,
 };
 use crate::output_error::{NEGLIGIBLE_REDUCTION, Prior, Starts};
@@ -44,6 +44,9 @@ use crate::variables::Bound;
 /// Eigenvalues of the information below this part of the largest are not told from zero: differences are
 /// known to some thousandth, and enter in squares.
 const UNSEEN: f64 = 1e-9;
+
+/// A deviance whose derivatives are differences is known to this: its threshold of 95 % is 3.8.
+const KNOWN: f64 = 1e-4;
 
 /// Where a level of noise comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -236,7 +239,8 @@ pub(in crate::filter) fn minimised(
     let first = evaluate(&z)?;
     // A cost that is found on the way is less than the first.
     let reduction = stopping.reduction.max(NEGLIGIBLE_REDUCTION / first.normal.cost);
-    let rule = StoppingRule { reduction, ..*stopping };
+    let accuracy = stopping.accuracy.max(KNOWN / first.normal.cost);
+    let rule = StoppingRule { reduction, accuracy, ..*stopping };
     let reach = search.reach();
     let region = Region { bounds, reach: &reach, leading: search.variables.n_shared };
     Ok(minimise_watched(z, first, region, &rule, problem.watch, evaluate))

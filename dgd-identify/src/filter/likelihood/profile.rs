@@ -8,7 +8,7 @@ use super::{Failed, Search};
 use crate::error::EstimateError;
 use crate::intervals::along::{HeldMinimum, Way, one_by_one};
 use crate::intervals::profile::{FAR, FAR_LOGARITHM, Profile};
-use crate::minimise::levenberg_marquardt::StoppingRule;
+use crate::minimise::trust_region::StoppingRule;
 use crate::output_error::NEGLIGIBLE_REDUCTION;
 use crate::variables::Scale;
 

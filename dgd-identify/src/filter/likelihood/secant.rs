@@ -15,7 +15,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::minimise::levenberg_marquardt::NormalEquations;
+use crate::minimise::trust_region::NormalEquations;
 
 /// Gradients whose difference is less along the step than this part of their lengths say nothing.
 const NO_CURVATURE: f64 = 1e-8;
@@ -78,7 +78,8 @@ mod tests {
         for z in points {
             let gradient = curvature() * DVector::from_column_slice(&z);
             let information = information.clone();
-            hessian = secant.hessian(&z, &NormalEquations { cost: 0.0, gradient, information });
+            let normal = NormalEquations { gradient, information, ..NormalEquations::zeros(2) };
+            hessian = secant.hessian(&z, &normal);
         }
         hessian
     }

@@ -169,6 +169,7 @@ class Model(Pointwise):
         params: Values = None,
         start: Start = None,
         starts: int = 1,
+        spread: str = "values",
         noise: str = "estimated",
         loss: str = "squares",
         estimator: str = "output-error",
@@ -186,7 +187,8 @@ class Model(Pointwise):
         ``data`` and ``valid`` are lists of recordings, dictionaries of them by name, or one of them; what a recording
         can be is said at :meth:`simulate`. ``free`` and ``fix`` name parameters that are estimated, or not; ``outputs``
         those that are compared. ``params`` and ``start`` are first guesses. ``starts`` fits from so many starting points
-        and keeps the best. ``noise`` is ``"estimated"`` or ``"declared"``, ``loss`` ``"squares"``, ``"huber"``,
+        and keeps the best; ``spread`` draws them around the ``"values"`` or from all that lies between the ``"bounds"``.
+        ``noise`` is ``"estimated"`` or ``"declared"``, ``loss`` ``"squares"``, ``"huber"``,
         ``"cauchy"`` or ``"tukey"``, ``estimator`` one of ``dgd fit --estimator``. ``profile`` names estimates whose
         intervals are found by profile likelihood, ``bootstrap`` is a number of refits to resampled residuals.
         ``progress`` is ``True``, ``False``, or a function that is called with what is counted, how many are done, how
@@ -201,6 +203,7 @@ class Model(Pointwise):
             fix=names(fix),
             outputs=names(outputs),
             starts=starts,
+            spread=spread,
             noise=noise,
             loss=loss,
             estimator=estimator,
@@ -218,7 +221,7 @@ class Model(Pointwise):
             found = self._native.fit(arguments(train), arguments(held_out), options, shown.call)
 
         def profiled(model: Model, wanted: list[str]) -> Fit:
-            more = {**options, "set": [], "profile": wanted, "starts": 1, "bootstrap": 0}
+            more = {**options, "set": [], "profile": wanted, "starts": 1, "spread": "values", "bootstrap": 0}
             again = model._native.fit(arguments(train), arguments(held_out), more, None)
             return model._fit(again, profiled)
 

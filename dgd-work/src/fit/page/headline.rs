@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use super::diagnosis::Diagnosis;
 use super::parameters::doubtful;
+use crate::fit::report::bad_fit::{exceeds_noise, why_bad};
 use crate::fit::report::outcome::CORRELATED;
 use crate::output::page::told;
 use crate::output::table::significant;
@@ -30,6 +31,8 @@ pub(super) fn headline(json: &Value, signature: &Signature, diagnosis: &Diagnosi
     let coloured: Vec<usize> = all().filter(|i| diagnosis.is_coloured(*i)).collect();
     let (sentence, tone) = if json["converged"] != true {
         ("Not converged: do not use these values".to_owned(), Tone::Doubt)
+    } else if let Some(words) = why_bad(json) {
+        (format!("Converged, but {words}"), Tone::Doubt)
     } else if !dependent.is_empty() {
         let outputs = names(&dependent);
         (format!("Converged, but the model misses something in {outputs}"), Tone::Doubt)
@@ -42,6 +45,7 @@ pub(super) fn headline(json: &Value, signature: &Signature, diagnosis: &Diagnosi
         ("Converged, and the residuals look like noise".to_owned(), Tone::Good)
     };
     let mut doubts: Vec<String> = strings(&json["left_out"]);
+    doubts.extend(larger(json));
     for i in dependent {
         let inputs = diagnosis.depends_on(i);
         let inputs = quoted(inputs.into_iter().map(|k| &*signature.inputs[k].name));
@@ -69,6 +73,16 @@ pub(super) fn headline(json: &Value, signature: &Signature, diagnosis: &Diagnosi
     }
 }
 
+/// Residuals larger than the declared noise, in a sentence.
+fn larger(json: &Value) -> Option<String> {
+    let chi = json["reduced_chi_square"].as_f64().filter(|_| exceeds_noise(json))?;
+    Some(format!(
+        "The residuals are larger than the declared noise (reduced χ² = {}): the model misses something, or the noise is \
+         larger than was declared, and the standard deviations below are too small.",
+        significant(chi, 3)
+    ))
+}
+
 /// Outputs that the fit predicts worse than it fits them.
 fn worse(json: &Value) -> Option<String> {
     let outputs = json["outputs"].as_object()?;
@@ -94,6 +108,12 @@ fn end(json: &Value) -> String {
     push("samples", "samples:");
     push("iterations", "steps:");
     push("evaluations", "simulations or evaluations:");
+    for (key, name) in [("aicc", "AICc"), ("bic", "BIC")] {
+        if let Some(value) = json[key].as_f64() {
+            // Differences of a few units count, however large it is.
+            parts.push(format!("{name} {value:.1}"));
+        }
+    }
     if let Some(how) = json["termination"].as_str() {
         parts.push(format!("ended by {how}"));
     }

@@ -9,6 +9,7 @@ mod diagnosis;
 mod headline;
 mod parameters;
 mod residuals;
+mod starts;
 pub(crate) mod traces;
 
 use dgd_page::{Cell, Link, Markup, Page, Table};
@@ -34,6 +35,7 @@ pub(super) fn write(fitted: &Fitted) -> String {
     page.push_header(&kind, &headline.sentence, headline.tone, &more);
     page.push_section("Parameters", &[parameters::table(json), parameters::starts(json)]);
     page.push_section("Correlation of the estimates", &[parameters::correlation(json)]);
+    starts::push(&mut page, json);
     for trace in &fitted.traces {
         push_recording(&mut page, signature, trace);
     }

@@ -1,5 +1,6 @@
 //! What a fit says: its estimates and errors, how far they can be trusted, and what it did not come to.
 
+pub(crate) mod bad_fit;
 pub(crate) mod few_samples;
 pub(crate) mod information;
 pub(crate) mod intervals;

@@ -206,3 +206,81 @@ fn what_has_no_influence_yet_but_rounding_stays_near_the_start() {
         assert!((x - truth).abs() < 1e-8, "{:?}", found.x);
     }
 }
+
+/// Brown's and Dennis' problem, of large residuals (Moré, Garbow, Hillstrom, ACM TOMS 7 (1981) 17, number 16).
+fn brown_dennis(x: &[f64]) -> Vec<(f64, [f64; 4])> {
+    let row = |i: i32| {
+        let t = f64::from(i) / 5.0;
+        let (a, b) = (x[0] + t * x[1] - t.exp(), x[2] + t.sin() * x[3] - t.cos());
+        (a * a + b * b, [2.0 * a, 2.0 * a * t, 2.0 * b, 2.0 * b * t.sin()])
+    };
+    (1..=20).map(row).collect()
+}
+
+#[test]
+fn large_residuals_do_not_slow_it_down() {
+    let found = solve([25.0, 5.0, -5.0, -1.0], &[ANYWHERE; 4], brown_dennis);
+    assert!(found.termination.is_converged(), "{:?}", found.termination);
+    // The collection's value; Gauss and Newton's steps alone take some two hundred evaluations to it.
+    assert!((found.at.cost - 85_822.2).abs() < 0.05, "{}", found.at.cost);
+    assert!(found.evaluations < 40, "{}", found.evaluations);
+}
+
+#[test]
+fn a_failed_trial_quarters_the_radius() {
+    let tried = std::cell::RefCell::new(Vec::new());
+    let rule = StoppingRule { evaluations: 3, ..StoppingRule::default() };
+    let at = normal(&rosenbrock(&[-1.2, 1.0]));
+    let found = minimise(vec![-1.2, 1.0], at.clone(), &[ANYWHERE; 2], &rule, |x| {
+        tried.borrow_mut().push(x.to_vec());
+        Err::<NormalEquations, ()>(())
+    });
+    assert_eq!((found.termination, found.failures), (Termination::EvaluationLimit, 3));
+    let length = |x: &Vec<f64>| {
+        let scaled = |i: usize| at.information[(i, i)] * (x[i] - [-1.2, 1.0][i]).powi(2);
+        (scaled(0) + scaled(1)).sqrt()
+    };
+    let lengths: Vec<f64> = tried.borrow().iter().map(length).collect();
+    for pair in lengths.windows(2) {
+        // Within a tenth, as lengths are.
+        assert!((pair[1] / pair[0] / 0.25 - 1.0).abs() <= 0.15, "{lengths:?}");
+    }
+}
+
+#[test]
+fn evaluations_go_on_until_the_first_step() {
+    let edge = 19.0;
+    let evaluate =
+        |x: &[f64]| if x[0] < edge { Err(()) } else { logarithm(0.0)(x).map_err(|_| ()) };
+    let at = logarithm(0.0)(&[20.0]).expect("defined");
+    let rule = StoppingRule { evaluations: 2, ..StoppingRule::default() };
+    let short = minimise(vec![20.0], at.clone(), &[ANYWHERE], &rule, evaluate);
+    assert_eq!((short.iterations, short.evaluations), (0, 2));
+    let rule = StoppingRule { until_a_step: 20, ..rule };
+    let long = minimise(vec![20.0], at, &[ANYWHERE], &rule, evaluate);
+    assert!(long.iterations > 0 && long.evaluations <= 20, "{long:?}");
+}
+
+#[test]
+fn no_step_that_helps_is_a_stall_and_no_minimum() {
+    // The gradient points upwards.
+    let evaluate = |x: &[f64]| Ok::<_, ()>(normal(&[(1.0 + x[0] * x[0], [-1.0])]));
+    let at = evaluate(&[1.0]).expect("defined");
+    let rule = StoppingRule::default();
+    let found = minimise(vec![1.0], at, &[ANYWHERE], &rule, evaluate);
+    assert_eq!(found.termination, Termination::Stalled);
+    assert!(!found.termination.is_converged());
+    // Nor is one whose sum has jumps that are larger than what steps promise.
+    let coarse = |x: &[f64]| {
+        let mut at = normal(&[(1.0, [0.0]), (x[0], [1.0])]);
+        at.cost = (at.cost * 1e3 + 0.5).ceil() / 1e3;
+        Ok::<_, ()>(at)
+    };
+    let at = coarse(&[0.02]).expect("defined");
+    let found = minimise(vec![0.02], at.clone(), &[ANYWHERE], &rule, coarse);
+    assert_eq!(found.termination, Termination::Stalled, "{found:?}");
+    // Where it is said how exactly it is known, that is the minimum.
+    let rule = StoppingRule { accuracy: 1e-3, ..rule };
+    let found = minimise(vec![0.02], at, &[ANYWHERE], &rule, coarse);
+    assert_eq!(found.termination, Termination::Reduction, "{found:?}");
+}

@@ -1,31 +1,22 @@
 //! Fits from several starting points, and the minima that they end in.
 //!
-//! A fit finds the minimum in whose valley it starts. Points are drawn by a Latin hypercube: with n of
-//! them, each parameter has one in each n-th of its range,
-//!
-//! | parameter | range |
-//! |---|---|
-//! | with a prior | two standard deviations to both sides |
-//! | with bounds on both sides of zero, or at zero | between its bounds, or its size where it has none |
-//! | any other | from a tenth of its value to ten times of it, evenly in the logarithm, within its bounds |
-//!
-//! and the first point is the problem's own.
-//!
-//! Source: McKay, Beckman, Conover, A comparison of three methods for selecting values of input variables,
-//! Technometrics 21 (1979) 239.
+//! A fit finds the minimum in whose valley it starts; [`points`] draws where. What N fits from points drawn at random say
+//! of minima that none of them found: one whose valley has the part v of the volume they were drawn from is missed by
+//! all with a probability of (1 − v)ᴺ, which is below 5 % from v = 3/N on.
+
+pub(crate) mod points;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use dgd_runtime::for_identify::parameter_size;
+use dgd_runtime::Watched;
 use dgd_runtime::parallel::in_parallel_by_model;
-use dgd_runtime::{Direction, Watched};
 
 use crate::error::EstimateError;
-use crate::minimise::levenberg_marquardt::Termination;
+use crate::minimise::trust_region::Termination;
 use crate::output_error::fit::Fit;
+use crate::output_error::multi_start::points::StartingPoints;
 use crate::output_error::{OutputErrorProblem, Starts, fit};
 use crate::progress::{Of, Progress, Watch};
-use crate::random::Uniform;
 
 /// Fits whose deviances differ by less may have ended in one minimum.
 const SAME_DEVIANCE: f64 = 0.1;
@@ -33,12 +24,6 @@ const SAME_DEVIANCE: f64 = 0.1;
 /// And in no estimate differ by more standard deviations: in one valley, a deviance that is 0.1 higher is
 /// 0.32 of one away.
 const SAME_PLACE: f64 = 1.0;
-
-/// How far a parameter may be from its value, as a factor.
-const FACTOR: f64 = 10.0;
-
-/// How far it may be from the mean of its prior, in standard deviations.
-const OF_PRIOR: f64 = 2.0;
 
 /// What became of a starting point.
 #[derive(Debug, Clone)]
@@ -60,7 +45,12 @@ pub struct MultiStart {
     pub fit: Fit,
     /// What became of each point.
     pub ends: Vec<PointEnd>,
+    /// Draws that could not be simulated, and were replaced.
+    pub failed_draws: usize,
 }
+
+/// −ln 0.05: of so many draws on average none misses 95 %.
+const SURE: f64 = 3.0;
 
 /// A minimum, and the points from which it is found.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,6 +68,15 @@ impl MultiStart {
             PointEnd::Fitted(fit) => Some(fit),
             PointEnd::Failed(_) | PointEnd::LeftOut => None,
         }
+    }
+
+    /// The least part of the volume that points were drawn from, for which a minimum whose valley is as large would have
+    /// been found with a probability of 95 %: 3/N, N being the points that reached a minimum, without the first, which
+    /// was not drawn. `None` where that is everything.
+    pub fn found_volume(&self) -> Option<f64> {
+        let reached = |k: &usize| self.fit_of(*k).is_some_and(|fit| fit.termination.is_converged());
+        let drawn = (1..self.ends.len()).filter(reached).count();
+        (drawn as f64 > SURE).then(|| SURE / drawn as f64)
     }
 
     /// The minima that were reached, the best first.
@@ -132,6 +131,41 @@ pub fn fit_from(
     points: &[Starts],
 ) -> Result<MultiStart, EstimateError> {
     assert!(!points.is_empty(), "a fit starts somewhere");
+    fit_each(problem, points.len(), |_, k| Some((points[k].clone(), 0)))
+}
+
+/// The same from points that are drawn, each drawn again where it cannot be simulated.
+///
+/// # Errors
+///
+/// As [`fit_from`].
+pub fn fit_from_drawn(
+    problem: &OutputErrorProblem<'_>,
+    points: &StartingPoints,
+) -> Result<MultiStart, EstimateError> {
+    fit_each(problem, points.len(), |problem, k| points.simulated(problem, k))
+}
+
+/// The same from one of the points alone.
+///
+/// # Errors
+///
+/// As [`fit_from`].
+pub fn fit_from_point(
+    problem: &OutputErrorProblem<'_>,
+    points: &StartingPoints,
+    k: usize,
+) -> Result<MultiStart, EstimateError> {
+    fit_each(problem, 1, |problem, _| points.simulated(problem, k))
+}
+
+/// Fits from so many points; `point` gives each, and how many draws it took, in the thread that fits from it, or nothing
+/// where it was stopped.
+fn fit_each(
+    problem: &OutputErrorProblem<'_>,
+    count: usize,
+    point: impl Fn(&OutputErrorProblem<'_>, usize) -> Option<(Starts, usize)> + Sync,
+) -> Result<MultiStart, EstimateError> {
     // All but the system, of which each thread has one.
     let OutputErrorProblem { system, p, ref free, recordings, ref noise, ref priors, .. } =
         *problem;
@@ -139,18 +173,14 @@ pub fn fit_from(
     let (threads, keeping) = (problem.threads, problem.keeping);
     let (done, watch, silent) = (AtomicUsize::new(0), problem.watch, Silent(problem.watch));
     // A fit uses no more threads than it has recordings.
-    let within = threads.div_ceil(points.len()).max(1);
-    let ends = in_parallel_by_model(system, points.len(), threads, |system, k| {
+    let within = threads.div_ceil(count).max(1);
+    let ended = in_parallel_by_model(system, count, threads, |system, k| {
         if k > 0 && watch.is_stopped() {
-            return PointEnd::LeftOut;
+            return (PointEnd::LeftOut, 0);
         }
-        let mut p = p.to_vec();
-        for &(i, value) in &points[k] {
-            p[i] = value;
-        }
-        let from_point = OutputErrorProblem {
+        let of_thread = OutputErrorProblem {
             system,
-            p: &p,
+            p,
             free: free.clone(),
             recordings,
             noise: noise.clone(),
@@ -163,15 +193,22 @@ pub fn fit_from(
             watch: &silent,
             keeping,
         };
-        let end = match fit(&from_point) {
+        let Some((drawn, failed)) = point(&of_thread, k) else { return (PointEnd::LeftOut, 0) };
+        let mut p = p.to_vec();
+        for &(i, value) in &drawn {
+            p[i] = value;
+        }
+        let end = match fit(&OutputErrorProblem { p: &p, ..of_thread }) {
             Ok(fit) => PointEnd::Fitted(Box::new(fit)),
             Err(error) if k > 0 && error.is_stopped() => PointEnd::LeftOut,
             Err(error) => PointEnd::Failed(error),
         };
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-        watch.advanced(Progress { what: "starts", done, of: Of::Exactly(points.len()) });
-        end
+        watch.advanced(Progress { what: "starts", done, of: Of::Exactly(count) });
+        (end, failed)
     });
+    let failed_draws = ended.iter().map(|(_, failed)| failed).sum();
+    let ends: Vec<PointEnd> = ended.into_iter().map(|(end, _)| end).collect();
     let fitted = ends.iter().enumerate().filter_map(|(k, end)| match end {
         PointEnd::Fitted(fit) => Some((k, fit.as_ref())),
         PointEnd::Failed(_) | PointEnd::LeftOut => None,
@@ -183,7 +220,7 @@ pub fn fit_from(
         is_blocked(a).cmp(&is_blocked(b)).then(a.deviance.total_cmp(&b.deviance))
     });
     if let Some((best, fit)) = best {
-        return Ok(MultiStart { best, fit: fit.clone(), ends });
+        return Ok(MultiStart { best, fit: fit.clone(), ends, failed_draws });
     }
     let first = ends.into_iter().find_map(|end| match end {
         PointEnd::Failed(error) => Some(error),
@@ -205,83 +242,5 @@ impl Watch for Silent<'_> {
 
     fn watched(&self) -> Option<&'static Watched> {
         self.0.watched()
-    }
-}
-
-/// So many points to start from, that of the problem first.
-///
-/// `random` gives uniform 64-bit numbers.
-pub fn starting_points(
-    problem: &OutputErrorProblem<'_>,
-    count: usize,
-    random: impl FnMut() -> u64,
-) -> Vec<Starts> {
-    let mut uniform = Uniform(random);
-    let drawn = count.saturating_sub(1);
-    let mut points = vec![Starts::new(); drawn];
-    let directions = problem.system.signature().directions.iter().zip(&problem.free);
-    for (direction, is_free) in directions {
-        let (&Direction::Parameter(i), true) = (direction, is_free) else { continue };
-        let range = Range::of(problem, i);
-        let mut strata: Vec<usize> = (0..drawn).collect();
-        for k in (1..drawn).rev() {
-            strata.swap(k, uniform.below(k + 1));
-        }
-        for (point, stratum) in points.iter_mut().zip(strata) {
-            let place = (stratum as f64 + uniform.next()) / drawn as f64;
-            point.push((i, range.at(place)));
-        }
-    }
-    points.insert(0, Starts::new());
-    points
-}
-
-/// Where a parameter may start, SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Range {
-    from: f64,
-    until: f64,
-    /// Whether it is even in the logarithm.
-    by_factors: bool,
-}
-
-impl Range {
-    fn of(problem: &OutputErrorProblem<'_>, i: usize) -> Self {
-        let parameter = &problem.system.signature().parameters[i];
-        let (lower, upper) = (parameter.lower, parameter.upper);
-        let value = problem.p[i].clamp(lower, upper);
-        let within = |from: f64, until: f64, by_factors| Self {
-            from: from.clamp(lower, upper),
-            until: until.clamp(lower, upper),
-            by_factors,
-        };
-        if let Some(prior) = problem.priors.iter().find(|prior| prior.parameter == i) {
-            let half = OF_PRIOR * prior.std;
-            if parameter.log && prior.mean > 0.0 {
-                let factor = 1.0 + half / prior.mean;
-                return within(prior.mean / factor, prior.mean * factor, true);
-            }
-            return within(prior.mean - half, prior.mean + half, false);
-        }
-        let has_both_signs = lower < 0.0 && upper > 0.0 && (upper - lower).is_finite();
-        if has_both_signs || value == 0.0 {
-            let size = parameter_size(&problem.system, i);
-            let or_size = |bound: f64, size: f64| if bound.is_finite() { bound } else { size };
-            return within(or_size(lower, -size), or_size(upper, size), false);
-        }
-        let range = within(value / FACTOR, value * FACTOR, true);
-        // A bound at zero, or beyond, has no logarithm.
-        Self { by_factors: range.from * range.until > 0.0, ..range }
-    }
-
-    /// The value at a place between 0 and 1.
-    fn at(&self, place: f64) -> f64 {
-        let Self { from, until, by_factors } = *self;
-        let value = if by_factors {
-            from * (until / from).powf(place)
-        } else {
-            from + (until - from) * place
-        };
-        value.clamp(from.min(until), from.max(until))
     }
 }

@@ -1,0 +1,141 @@
+//! Where fits from several starting points ended: a waterfall, and the minima beside each other.
+
+use dgd_page::{Link, Markup, Page, Table};
+use dgd_plot::{Figure, Meaning, Panel, Series, Style, Text};
+use serde_json::Value;
+
+use crate::output::page::{name, number, told, unit};
+
+/// So many minima have a column; `result.json` has all.
+const MOST_MINIMA: usize = 6;
+
+/// The section, where there were several points.
+pub(super) fn push(page: &mut Page, json: &Value) {
+    let several = &json["multi_start"];
+    let Some(ends) = several["ends"].as_array() else { return };
+    let note = "Each point is a fit, the best first. Those on one step have reached one minimum; steps above the first are \
+                other minima. Fits that did not converge stand where they ended.";
+    let chart = page.chart(&waterfall(ends), Link::Alone, &Markup::text(note));
+    let words = sentence(several).map(|words| Markup::prose(&words).caption());
+    page.push_section("Starting points", &[words.unwrap_or_default(), chart, minima(several)]);
+}
+
+/// Deviances over that of the best, ascending, on a scale that shows 0 and thousands.
+fn waterfall(ends: &[Value]) -> Figure {
+    let mut fits: Vec<(f64, Kind)> = ends
+        .iter()
+        .filter_map(|end| {
+            let kind = match end["minimum"].as_u64() {
+                Some(0) => Kind::Best,
+                Some(_) => Kind::Other,
+                None => Kind::Lost,
+            };
+            Some((end["deviance_above"].as_f64()?, kind))
+        })
+        .collect();
+    fits.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let series = [
+        (Kind::Best, "the best minimum", Meaning::Variant(0)),
+        (Kind::Other, "another minimum", Meaning::Variant(1)),
+        (Kind::Lost, "not converged", Meaning::Variant(2)),
+    ]
+    .into_iter()
+    .filter_map(|(kind, words, meaning)| {
+        let own = fits.iter().enumerate().filter(|(_, (_, own))| *own == kind);
+        let (x, y): (Vec<f64>, Vec<f64>) = own
+            .map(|(rank, (above, _))| ((rank + 1) as f64, (1.0 + above.max(0.0)).log10()))
+            .unzip();
+        let series = Series::new(Text::plain(words), Style::Marks, x, y);
+        (!series.x.is_empty()).then_some(Series { meaning, ..series })
+    });
+    let panel = Panel {
+        y_label: Text::plain("log10(1 + deviance above the best)"),
+        series: series.collect(),
+        ..Panel::default()
+    };
+    Figure::new(Text::plain("Fits, the best first"), vec![panel])
+}
+
+/// Where a fit ended.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Best,
+    Other,
+    Lost,
+}
+
+/// What so many fits say of minima that none of them found.
+fn sentence(several: &Value) -> Option<String> {
+    let count = |key: &str| several[key].as_u64().unwrap_or(0);
+    let volume = several["found_volume"].as_f64()?;
+    let draws = match count("failed_draws") {
+        0 => String::new(),
+        n => format!(" {n} draws could not be simulated, and were drawn again nearby."),
+    };
+    Some(format!(
+        "{} starting points, {} of them without a minimum. A minimum that is reached from more than {} % of the volume \
+         the points were drawn from would have been found, at 95 %.{draws}",
+        count("points"),
+        count("failed") + count("without_minimum") + count("left_out"),
+        told(100.0 * volume)
+    ))
+}
+
+/// The estimates at each minimum.
+fn minima(several: &Value) -> Markup {
+    let all = several["minima"].as_array().map_or(&[][..], Vec::as_slice);
+    let shown = &all[..all.len().min(MOST_MINIMA)];
+    let Some(first) = shown.first() else { return Markup::default() };
+    let mut table = Table::new("The minima beside each other", &["", "unit"]);
+    let heads = (1..=shown.len()).map(|k| Markup::text(&format!("minimum {k}")));
+    table.head.extend(heads);
+    let row = |words: &str, value: &dyn Fn(&Value) -> Option<f64>| {
+        let mut row = vec![dgd_page::Cell::text(Markup::text(words)), unit("")];
+        row.extend(shown.iter().map(|minimum| number(value(minimum), 5)));
+        row
+    };
+    let points = |minimum: &Value| Some(minimum["points"].as_array()?.len() as f64);
+    table.rows.push(row("starting points", &points));
+    table.rows.push(row("deviance above the best", &|minimum| minimum["deviance_above"].as_f64()));
+    for (called, entry) in first["estimates"].as_object().into_iter().flatten() {
+        let mut row = vec![name(called), unit(entry["unit"].as_str().unwrap_or_default())];
+        let value = |minimum: &Value| minimum["estimates"][called.as_str()]["value"].as_f64();
+        row.extend(shown.iter().map(|minimum| number(value(minimum), 5)));
+        table.rows.push(row);
+    }
+    table.to_markup()
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn a_waterfall_has_a_step_for_each_minimum_in_order() {
+        let end = |above: Option<f64>, minimum: Option<u64>| json!({ "end": "reduction", "deviance_above": above, "minimum": minimum });
+        let ends = [
+            end(Some(99.0), Some(1)),
+            end(Some(0.0), Some(0)),
+            end(None, None),
+            end(Some(999.0), None),
+            end(Some(1e-9), Some(0)),
+        ];
+        let figure = waterfall(&ends);
+        let [best, other, lost] = figure.panels[0].series.as_slice() else { panic!("three kinds") };
+        assert_eq!((best.x.as_slice(), other.x.as_slice()), (&[1.0, 2.0][..], &[3.0][..]));
+        assert!(best.y[1] < 1e-9 && (other.y[0] - 2.0).abs() < 1e-12);
+        assert_eq!((lost.x.as_slice(), lost.y.as_slice()), (&[4.0][..], &[3.0][..]));
+    }
+
+    #[test]
+    fn the_sentence_says_what_was_drawn_and_lost() {
+        let several = json!({ "points": 50, "failed": 1, "without_minimum": 2, "left_out": 0, "failed_draws": 4, "found_volume": 3.0 / 46.0 });
+        let words = sentence(&several).expect("46 of 49 led somewhere");
+        assert!(words.starts_with("50 starting points, 3 of them without a minimum."), "{words}");
+        assert!(words.contains("more than 6.522 % of the volume"), "{words}");
+        assert!(words.ends_with("4 draws could not be simulated, and were drawn again nearby."));
+        assert_eq!(sentence(&json!({ "found_volume": null })), None);
+    }
+}
