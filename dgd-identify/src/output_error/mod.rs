@@ -51,6 +51,9 @@ pub(crate) const NEGLIGIBLE_REDUCTION: f64 = 1e-6;
 /// The same where the cost is exact: 1e-9 of a standard deviation.
 const EXACT_REDUCTION: f64 = 1e-18;
 
+/// A few units in the last place.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// Start values by position of the unknown, SI.
 pub type Starts = Vec<(usize, f64)>;
 
@@ -245,7 +248,8 @@ fn estimate(
     let reach = variables.reach();
     let freedom = (data - variables.len()).max(1) as f64;
     // Without unknowns nothing is integrated, and the cost is exact to rounding.
-    let reduction = if problem.system.signature().unknowns.is_empty() {
+    let is_exact = problem.system.signature().unknowns.is_empty();
+    let reduction = if is_exact {
         EXACT_REDUCTION
     } else {
         problem.stopping.reduction.max(problem.negligible_reduction / freedom)
@@ -260,8 +264,15 @@ fn estimate(
             0 => problem.stopping.until_a_step.saturating_sub(total.evaluations),
             _ => 0,
         };
-        let rule =
-            StoppingRule { reduction, evaluations: left, until_a_step, flat, ..problem.stopping };
+        let accuracy = if is_exact { rounding(problem, &sigma) } else { 0.0 };
+        let rule = StoppingRule {
+            reduction,
+            evaluations: left,
+            until_a_step,
+            flat,
+            accuracy: problem.stopping.accuracy.max(accuracy),
+            ..problem.stopping
+        };
         let region = Region { bounds: &bounds, reach: &reach, leading: variables.n_shared };
         let mut done = total.evaluations;
         let minimum = minimise_watched(z, at, region, &rule, problem.watch, |z| {
@@ -417,6 +428,18 @@ fn samples(problem: &OutputErrorProblem<'_>) -> usize {
     let of_recording =
         |recording: &Recording| outputs().map(|i| recording.counted(i).count()).sum::<usize>();
     problem.recordings.iter().map(of_recording).sum()
+}
+
+/// To what part of itself a sum of squares is known where its errors are exact to rounding: that of a reading beside
+/// errors of the size σ.
+fn rounding(problem: &OutputErrorProblem<'_>, sigma: &[Option<f64>]) -> f64 {
+    let of_output = |(i, sigma): (usize, &Option<f64>)| {
+        let readings = problem.recordings.iter().flat_map(|recording| recording.counted(i));
+        let (n, squares) = readings.fold((0.0, 0.0), |(n, sum), (_, y)| (n + 1.0, sum + y * y));
+        sigma.filter(|_| n > 0.0).map(|sigma| f64::sqrt(squares / n) / sigma)
+    };
+    let largest = sigma.iter().enumerate().filter_map(of_output).fold(1.0, f64::max);
+    ROUNDING * largest
 }
 
 fn least_noise(problem: &OutputErrorProblem<'_>) -> Vec<f64> {

@@ -4,7 +4,7 @@ use dgd_page::{Link, Markup, Page, Table};
 use dgd_plot::{Figure, Meaning, Panel, Series, Style, Text};
 use serde_json::Value;
 
-use crate::output::page::{name, number, told, unit};
+use crate::output::page::{count, name, number, told, unit};
 
 /// So many minima have a column; `result.json` has all.
 const MOST_MINIMA: usize = 6;
@@ -94,8 +94,10 @@ fn minima(several: &Value) -> Markup {
         row.extend(shown.iter().map(|minimum| number(value(minimum), 5)));
         row
     };
-    let points = |minimum: &Value| Some(minimum["points"].as_array()?.len() as f64);
-    table.rows.push(row("starting points", &points));
+    let points = |minimum: &Value| count(minimum["points"].as_array().map_or(0, Vec::len));
+    let mut led = vec![dgd_page::Cell::text(Markup::text("starting points")), unit("")];
+    led.extend(shown.iter().map(points));
+    table.rows.push(led);
     table.rows.push(row("deviance above the best", &|minimum| minimum["deviance_above"].as_f64()));
     for (called, entry) in first["estimates"].as_object().into_iter().flatten() {
         let mut row = vec![name(called), unit(entry["unit"].as_str().unwrap_or_default())];
