@@ -55,7 +55,9 @@ pub use output_error::beginning::{NoiseCorrelation, counts_from};
 pub use output_error::fit::{Criteria, Fit};
 pub use output_error::linearised::{Departure, Nonlinear, nonlinear, operating_points};
 pub use output_error::multi_start::points::{DrawnFrom, StartingPoints, starting_points};
-pub use output_error::multi_start::{LocalMinimum, MultiStart, PointEnd, fit_from, fit_from_drawn};
+pub use output_error::multi_start::{
+    LocalMinimum, MultiStart, PointEnd, fit_from, fit_from_drawn, fit_from_point,
+};
 pub use output_error::stepping::Stepping;
 pub use output_error::{Evaluation, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_starts};
 pub use progress::{Of, Progress, Unwatched, Watch};

@@ -170,14 +170,14 @@ pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
     let mut last: Option<(Accuracy, Ended)> = None;
     let (accuracy, Ended { z, at, sigma }) = loop {
         let stepped = OutputErrorProblem { options: accuracy.applied(), ..problem.clone() };
-        let ended = match estimate_by_loss(&stepped, &variables, z, data, of, &mut total) {
+        let ended = match estimate_by_loss(&stepped, &variables, z.clone(), data, of, &mut total) {
             Ok(ended) => ended,
             // What was found less accurately is kept.
             Err(error) => break last.ok_or(error)?,
         };
         let next = accuracy.next(&problem.unwatched(), &variables, &ended.z, total.termination)?;
         let Some(next) = next else { break (accuracy, ended) };
-        z = ended.z.clone();
+        z.clone_from(&ended.z);
         last = Some((std::mem::replace(&mut accuracy, next), ended));
     };
     let stepped = OutputErrorProblem { options: accuracy.applied(), ..problem.clone() };

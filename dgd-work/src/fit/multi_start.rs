@@ -94,7 +94,7 @@ impl Minima {
     /// `None` where there was one point.
     pub(crate) fn of(searched: Searched) -> Option<Self> {
         let minima = searched.all.minima();
-        (searched.all.ends.len() > 1).then_some(Self { minima, searched })
+        (searched.all.ends.len() > 1).then_some(Self { searched, minima })
     }
 
     fn all(&self) -> &MultiStart {
