@@ -27,7 +27,7 @@ impl Files {
     pub(crate) fn read(&self, path: &str) -> Result<String, String> {
         match self.open.get(path) {
             Some(text) => Ok(text.clone()),
-            None if path.ends_with(".gz") => {
+            None if Path::new(path).extension().is_some_and(|end| end == "gz") => {
                 let file = fs::File::open(path).map_err(|error| error.to_string())?;
                 let mut text = String::new();
                 let read = MultiGzDecoder::new(file).read_to_string(&mut text);

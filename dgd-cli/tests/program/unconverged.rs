@@ -182,7 +182,8 @@ fn starts_are_drawn_between_bounds_where_that_is_asked_for() {
     };
     assert_eq!(minima("values"), 1);
     assert!(minima("bounds") > 1);
-    fit(&folder, &["--spread", "bounds"]).refused(2, &["`--spread`", "add `--starts N`"]);
+    let one = ["fit", "decays.dgd", "--data", "run.csv", "--spread", "bounds"];
+    dgd_in(folder.path(), &one).refused(2, &["`--spread`", "add `--starts N`"]);
     let run = fit(&folder, &["--starts", "12", "--spread", "bounds", "-o", "out"]).done();
     assert_eq!(run.json()["converged"], true);
     let page = fs::read_to_string(folder.path().join("out/report.html")).expect("a page");

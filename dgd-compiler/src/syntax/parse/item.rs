@@ -323,9 +323,9 @@ const ATTRIBUTES: &[(&str, AttributeRule)] = &[
     ("noise", |input| map(expression, AttributeKind::Noise).parse(input)),
     ("history", |input| map(expression, AttributeKind::History).parse(input)),
     ("exact", |input| Ok((input, AttributeKind::Exact))),
-    ("pchip", |input| table::shape(Shape::Pchip, input)),
-    ("natural", |input| table::shape(Shape::Natural, input)),
-    ("cubic", |input| table::shape(Shape::Cubic, input)),
+    ("pchip", |input| Ok((input, AttributeKind::Shape(Shape::Pchip)))),
+    ("natural", |input| Ok((input, AttributeKind::Shape(Shape::Natural)))),
+    ("cubic", |input| Ok((input, AttributeKind::Shape(Shape::Cubic)))),
     ("beyond", table::beyond),
 ];
 

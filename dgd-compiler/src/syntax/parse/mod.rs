@@ -153,7 +153,9 @@ impl<'a, 'd> Reader<'a, 'd> {
                 }
                 TokenKind::CloseBrace => {
                     let message = "no block is open for this `}`";
-                    self.error(Diagnostic::new(Code::E115, self.span(*first), message));
+                    let span = self.span(*first);
+                    self.error(Diagnostic::new(Code::E115, span, message));
+                    self.take_out(&mut items, span);
                     tokens = rest;
                 }
                 _ => {

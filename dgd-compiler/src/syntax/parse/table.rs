@@ -9,9 +9,7 @@ use super::lexical::TokenKind;
 use super::tokens::{Parsed, Tokens, token};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
 use crate::source::Span;
-use crate::syntax::ast::{
-    Argument, AttributeKind, Beyond, Expr, ItemKind, Name, Point, Points, Shape,
-};
+use crate::syntax::ast::{Argument, AttributeKind, Beyond, Expr, ItemKind, Name, Point, Points};
 
 /// A table of more arguments is a mistake.
 const MOST_ARGUMENTS: usize = 2;
@@ -130,11 +128,6 @@ fn list(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
         }
         rest = behind.behind_first();
     }
-}
-
-/// `pchip` or `natural`.
-pub(super) fn shape(shape: Shape, input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
-    Ok((input, AttributeKind::Shape(shape)))
 }
 
 /// `refuse`, `hold` or `extend`, behind `beyond`.

@@ -54,6 +54,22 @@ impl Reader<'_, '_> {
         self.holes.push((Hole { span: item.span, names, hides_all: false }, None));
     }
 
+    /// Takes items that are indented deeper than a `}` which closes nothing for what stood in its block.
+    pub(super) fn take_out(&mut self, items: &mut Vec<Item>, brace: Span) {
+        let column = |span: Span| {
+            let before = &self.text[..span.start as usize];
+            before.len() - before.rfind('\n').map_or(0, |line| line + 1)
+        };
+        let own = column(brace);
+        let mut inside = Vec::new();
+        while let Some(item) = items.pop_if(|item| column(item.span) > own) {
+            inside.push(item);
+        }
+        for mut item in inside {
+            self.hole_of(&mut item);
+        }
+    }
+
     /// The names behind keywords and those that are bound; where the item does not begin with a keyword, or cannot
     /// be read, all words before what it says of them.
     fn names_declared(&self, statement: &[Token]) -> Vec<String> {
