@@ -34,7 +34,7 @@ pub fn inputs(
     declared: &[Declared<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Vec<f64>>, Reported> {
-    inputs_with(table, declared, Gaps::Refused, diagnostics)
+    inputs_with(table, declared, &[], Gaps::Refused, diagnostics)
 }
 
 /// What becomes of an input that has no value in some row.
@@ -46,7 +46,7 @@ pub enum Gaps {
     Kept,
 }
 
-/// [`inputs`], which may have gaps.
+/// [`inputs`], which may have gaps. A column that is `known` by its name is not taken for a misspelt input.
 ///
 /// # Errors
 ///
@@ -54,6 +54,7 @@ pub enum Gaps {
 pub fn inputs_with(
     table: &Table,
     declared: &[Declared<'_>],
+    known: &[&str],
     gaps: Gaps,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Vec<f64>>, Reported> {
@@ -61,7 +62,7 @@ pub fn inputs_with(
     let mut reported = Ok(());
     for input in declared {
         let Some(column) = table.column(input.name) else {
-            reported = Err(diagnostics.error(no_column(table, input)));
+            reported = Err(diagnostics.error(no_column(table, input, known)));
             continue;
         };
         match converted(column, input) {
@@ -180,13 +181,13 @@ fn shortened(name: &str) -> Cow<'_, str> {
     }
 }
 
-fn no_column(table: &Table, input: &Declared<'_>) -> Diagnostic {
+fn no_column(table: &Table, input: &Declared<'_>, known: &[&str]) -> Diagnostic {
     let message = format!("there is no column for the input `{}`", input.name);
     let mut diagnostic = Diagnostic::new(Code::E603, table.header, message);
     if let Some(place) = input.place {
         diagnostic = diagnostic.label(place, "declared here");
     }
-    let names = table.columns.iter().map(|column| column.name.as_str());
+    let names = unknown(table, known).into_iter().map(|column| column.name.as_str());
     diagnostic.help(match suggestion(input.name, names) {
         Some(name) => format!("is the column `{name}` meant to be `{}`?", input.name),
         None => format!("add a column `{} [{}]`", input.name, input.unit.symbol),

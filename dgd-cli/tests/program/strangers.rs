@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::support::{dgd_in, folder_with, piped};
+use crate::support::{dgd, dgd_in, folder_with, piped};
 
 const TANK: &str = "\
 model tank
@@ -168,4 +168,14 @@ fn an_empty_file_is_said_to_be_empty() {
     dgd_in(folder.path(), &["simulate", "t.dgd", "--data", "empty"]).refused(1, &["it is empty"]);
     dgd_in(folder.path(), &["track", "t.dgd", "--data", "empty"]).refused(1, &["it is empty"]);
     assert!(fs::read(folder.path().join("empty")).is_ok_and(|bytes| bytes.is_empty()));
+}
+
+#[test]
+fn a_column_that_the_model_knows_is_not_taken_for_a_misspelt_one() {
+    // `q_ssp`, which is there for an output, is as near to `w_ssp`.
+    let rows = "time [s],w_sp [%],q_boost [lpm],q_tf [lpm],q_ssp [lpm]\n0,50,1850,290,2140\n";
+    let folder = folder_with(&[("run.csv", rows.as_bytes())]);
+    let data = folder.path().join("run.csv").display().to_string();
+    dgd(&["simulate", "models/mud_circulation.dgd", "--data", &data])
+        .refused(1, &["E603", "is the column `w_sp` meant to be `w_ssp`?"]);
 }

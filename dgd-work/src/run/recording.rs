@@ -128,7 +128,8 @@ impl Recording {
             Clock::Rows => Ok((0..table.len()).map(|row| row as f64).collect()),
             Clock::Time => table.recording(diagnostics).map(<[f64]>::to_vec),
         };
-        let input_columns = select::inputs_with(table, &known.inputs(), gaps, diagnostics);
+        let input_columns =
+            select::inputs_with(table, &known.inputs(), &known.names(), gaps, diagnostics);
         let output_columns = select::measured(table, &known.outputs(), diagnostics);
         let (times, inputs, outputs) = (times.ok()?, input_columns.ok()?, output_columns.ok()?);
         if let Some(note) = &table.time_note {
