@@ -64,6 +64,11 @@ pub(super) fn opened(text: &str, unit_of: &dyn Fn(&str) -> Option<String>) -> St
     if before.is_empty() && behind.is_empty() {
         return symbol;
     }
+    // A plain number changes no product, unless more is divided by beside it.
+    let ends = behind.is_empty() || behind.starts_with(['/', ')']);
+    if let Some(before) = before.strip_suffix('/').filter(|_| symbol == "1" && ends) {
+        return format!("{before}{}", opened(behind, unit_of));
+    }
     // kg/m*s in a product is one unit: (kg/m*s)/h.
     let is_simple = symbol.chars().all(char::is_alphanumeric);
     let symbol = if is_simple { symbol } else { format!("({symbol})") };
@@ -99,6 +104,7 @@ mod tests {
             "t" => Some("°C".to_owned()),
             "f" => Some("degF".to_owned()),
             "k" => Some("kg/m*s".to_owned()),
+            "x" => Some("1".to_owned()),
             _ => None,
         };
         for (text, expected) in [
@@ -109,6 +115,11 @@ mod tests {
             ("unit(p)/h", "bar/h"),
             ("1/unit(k)", "1/(kg/m*s)"),
             ("unit(p)*unit( t )", "bar*K"),
+            ("1/unit(x)", "1"),
+            ("unit(p)/unit(x)", "bar"),
+            ("unit(p)/unit(x)/s", "bar/s"),
+            ("unit(p)/unit(x)*s", "bar/1*s"),
+            ("unit(x)/unit(p)", "1/bar"),
             ("unit(p", "unit(p"),
         ] {
             assert_eq!(opened(text, &units), expected);
