@@ -5,8 +5,10 @@ use std::io::{Cursor, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
+use dgd_compiler::syntax::imports::verify_import;
+
 use crate::columns::Columns;
-use crate::open::{Entry, FileSystem, verify_import};
+use crate::open::{Entry, FileSystem};
 
 /// Files that exist only here, by their paths, which are compared after `.` and `..` were resolved.
 #[derive(Debug, Clone, Default)]

@@ -6,6 +6,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use dgd_compiler::syntax::imports::verify_import;
 use flate2::bufread::MultiGzDecoder;
 
 use crate::columns::Columns;
@@ -153,16 +154,6 @@ pub fn read_import(files: &dyn FileSystem, path: &Path) -> Result<String, String
     // A text that was read once may stand for its file.
     let is_packed = file.fill_buf().map_err(|error| error.to_string())?.starts_with(&PACKED);
     if is_packed { text_of(MultiGzDecoder::new(file)) } else { text_of(file) }
-}
-
-/// Whether a file has the name of a model, library or effect, or of a table; otherwise why it is not read.
-pub(crate) fn verify_import(path: &Path) -> Result<(), String> {
-    let name = path.file_name().map(|name| name.to_string_lossy());
-    let is_named = |ending: &&str| name.as_ref().is_some_and(|name| name.ends_with(ending));
-    if [".dgd", ".csv", ".csv.gz"].iter().any(is_named) {
-        return Ok(());
-    }
-    Err("only regular files called `*.dgd`, `*.csv` or `*.csv.gz` are read".to_owned())
 }
 
 /// Opens a regular file with such a name that links to one, if to anything.

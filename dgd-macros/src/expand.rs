@@ -9,6 +9,7 @@ use dgd_compiler::model::{ModelOptions, Setting};
 use dgd_compiler::pipeline::{Directions, compile};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::Name;
+use dgd_compiler::syntax::imports::verify_import;
 use dgd_compiler::syntax::parse_setting;
 use flate2::read::MultiGzDecoder;
 use proc_macro2::TokenStream;
@@ -99,12 +100,7 @@ fn size(
 fn read(folder: &Path, path: &str) -> Result<String, String> {
     let path = folder.join(path);
     let target = path.canonicalize().map_err(|error| error.to_string())?;
-    let name = target.file_name().map(|name| name.to_string_lossy());
-    let is_named = |ending: &&str| name.as_ref().is_some_and(|name| name.ends_with(ending));
-    if !([".dgd", ".csv", ".csv.gz"].iter().any(is_named) && target.is_file()) {
-        let message = "only regular files called `*.dgd`, `*.csv` or `*.csv.gz` are read";
-        return Err(message.to_owned());
-    }
+    verify_import(if target.is_file() { &target } else { Path::new("") })?;
     if target.extension().is_some_and(|ending| ending == "gz") {
         let mut text = String::new();
         let file = std::fs::File::open(target).map_err(|error| error.to_string())?;

@@ -1,6 +1,7 @@
 //! Following imports: from a model's file to the trees of all files that it needs.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use super::ast::{Ast, ItemKind, Points};
 use super::parse::{Hole, parse_with_holes};
@@ -11,6 +12,20 @@ use crate::source::{Source, SourceId, Sources, Span};
 /// How the name of an imported file must end, but for those of tables. Nothing else is read, so that a model cannot show what
 /// is not its own.
 const ENDING: &str = ".dgd";
+
+/// Whether a file has the name of a model, library or effect, or of a table; otherwise why it is not read.
+///
+/// # Errors
+///
+/// What is said of it.
+pub fn verify_import(path: &Path) -> Result<(), String> {
+    let name = path.file_name().map(|name| name.to_string_lossy());
+    let is_named = |ending: &&str| name.as_ref().is_some_and(|name| name.ends_with(ending));
+    if table_files::ENDINGS.iter().chain([&ENDING]).any(is_named) {
+        return Ok(());
+    }
+    Err("only regular files called `*.dgd`, `*.csv` or `*.csv.gz` are read".to_owned())
+}
 
 /// Reads the imported file at a path; otherwise the reason why it cannot be read, which quotes nothing
 /// of the file.
