@@ -57,8 +57,8 @@ pub struct Fit {
     pub options: Options,
     /// Why the fit ended.
     pub termination: Termination,
-    /// Information criteria; `None` under a loss that is not squares, whose value is no likelihood, and with priors,
-    /// which hold parameters by a part.
+    /// Information criteria; `None` under a loss other than squares, whose value is not a likelihood, and with priors,
+    /// which hold parameters only in part.
     pub criteria: Option<Criteria>,
     uncertainty: Uncertainty,
     slopes: Vec<f64>,
@@ -73,7 +73,7 @@ pub struct Fit {
 pub struct Criteria {
     /// D + 2 k.
     pub aic: f64,
-    /// The same for few samples: D + 2 k n/(n − k − 1); `None` where these are no more than k + 1.
+    /// The same, corrected for few samples: D + 2 k n/(n − k − 1); `None` where n ≤ k + 1.
     pub aicc: Option<f64>,
     /// D + k ln n.
     pub bic: f64,

@@ -48,6 +48,9 @@ const STABLE: f64 = 1e-6;
 /// [`OutputErrorProblem::negligible_reduction`], if nothing else is asked for.
 pub(crate) const NEGLIGIBLE_REDUCTION: f64 = 1e-6;
 
+/// The same where no step helps any more: a hundredth of a standard deviation is not called a stall.
+const NEAR_ENOUGH: f64 = 1e-4;
+
 /// The same where the cost is exact: 1e-9 of a standard deviation.
 const EXACT_REDUCTION: f64 = 1e-18;
 
@@ -264,7 +267,7 @@ fn estimate(
             0 => problem.stopping.until_a_step.saturating_sub(total.evaluations),
             _ => 0,
         };
-        let accuracy = if is_exact { rounding(problem, &sigma) } else { 0.0 };
+        let accuracy = if is_exact { rounding(problem, &sigma) } else { NEAR_ENOUGH / freedom };
         let rule = StoppingRule {
             reduction,
             evaluations: left,

@@ -81,7 +81,6 @@ def rows(name: str) -> list[str]:
     return (COLLECTION / name / f"measurementData_{name}.tsv").read_text().strip().splitlines()[1:]
 
 
-@pytest.mark.xfail(strict=True, reason="a search with estimated noise says here that it stalled, and is right but for that")
 def test_a_fit_comes_back_to_the_published_optimum() -> None:
     name = "Boehm_JProteomeRes2014"
     p = dgd.from_petab(path(name), noise="estimated")

@@ -216,12 +216,12 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
                 None => model.damped(FIRST_DAMPING).map(|step| model.length(&step)),
             };
             let step = radius.and_then(|radius| model.within(radius));
-            let Some(step) = step else { return Some(self.stalled()) };
+            let Some(step) = step else { return Some(self.stalled(&model)) };
             let promised = normal.promised(&step, &model.h);
             let is_nothing = is_small(&step, &self.minimum.x, self.rule.step)
                 || trials > 0 && promised <= self.rule.reduction * normal.cost;
             if is_nothing {
-                return Some(self.stalled());
+                return Some(self.stalled(&model));
             }
             if self.minimum.evaluations >= self.limit() {
                 return Some(Termination::EvaluationLimit);
@@ -291,11 +291,18 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         evaluations
     }
 
-    /// What it means that no step helps.
-    fn stalled(&self) -> Termination {
+    /// What it means that no step helps. Where steps are made with what JᵀJ lacks, because that foretells them better,
+    /// it is also what says whether there is anything to gain.
+    fn stalled(&self, model: &Quadratic<'_>) -> Termination {
+        let normal = self.normal();
+        let promises_nothing = |full: DVector<f64>| {
+            normal.promised(&full, &model.h) <= self.rule.reduction * normal.cost
+        };
         if self.near_failures {
             Termination::Blocked
-        } else if self.promise <= self.rule.accuracy {
+        } else if self.promise <= self.rule.accuracy
+            || self.curvature.is_used() && model.full().is_some_and(promises_nothing)
+        {
             self.or_flat(Termination::Reduction)
         } else {
             self.or_flat(Termination::Stalled)

@@ -51,8 +51,8 @@ pub struct StoppingRule {
     pub evaluations: usize,
     /// Most evaluations where none of the first [`Self::evaluations`] made the sum smaller.
     pub until_a_step: usize,
-    /// Σ r² is known to this part of itself: where no step makes it smaller, and the full one promises no more than
-    /// that, the minimum is found as exactly as it can be told.
+    /// Σ r² is known to this part of itself, or matters no further: where no step makes it smaller, and the full one
+    /// promises no more than that, the minimum is found.
     pub accuracy: f64,
     /// A variable that changes Σ r² by its own by no more than this part of it, when it is moved by 1, has no
     /// influence: ‖Jᵢ‖² ≤ flat ‖r‖². None is looked for at 0.

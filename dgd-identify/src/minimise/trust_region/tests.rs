@@ -284,3 +284,41 @@ fn no_step_that_helps_is_a_stall_and_no_minimum() {
     let found = minimise(vec![0.02], at, &[ANYWHERE], &rule, coarse);
     assert_eq!(found.termination, Termination::Reduction, "{found:?}");
 }
+
+/// Jennrich and Sampson's problem, of large residuals (Moré, Garbow, Hillstrom, number 6).
+fn jennrich_sampson(x: &[f64]) -> Vec<(f64, [f64; 2])> {
+    let row = |i: i32| {
+        let k = f64::from(i);
+        let (a, b) = ((k * x[0]).exp(), (k * x[1]).exp());
+        (2.0 + 2.0 * k - a - b, [-k * a, -k * b])
+    };
+    (1..=10).map(row).collect()
+}
+
+#[test]
+fn no_search_with_large_residuals_stalls_at_the_minimum() {
+    for k in 0..60 {
+        let at = f64::from(k);
+        let start = [0.05 + 0.004 * at, 0.45 - 0.005 * at];
+        let found = solve(start, &[ANYWHERE; 2], jennrich_sampson);
+        assert!(
+            found.termination.is_converged(),
+            "{start:?}: {:?} {}",
+            found.termination,
+            found.at.cost
+        );
+        assert!((found.at.cost - 124.362).abs() < 1e-3, "{start:?}: {}", found.at.cost);
+    }
+    for k in 0..60 {
+        let at = f64::from(k);
+        let start = [25.0 - 0.5 * at, 5.0 + 0.1 * at, -5.0 + 0.2 * at, -1.0 - 0.05 * at];
+        let found = solve(start, &[ANYWHERE; 4], brown_dennis);
+        assert!(
+            found.termination.is_converged(),
+            "{start:?}: {:?} {}",
+            found.termination,
+            found.at.cost
+        );
+        assert!((found.at.cost - 85_822.2).abs() < 0.05, "{start:?}: {}", found.at.cost);
+    }
+}
