@@ -9,7 +9,7 @@ use super::expression::{Arguments, Lowering, Typed, is_plain, unit_of};
 use super::item::UnknownDeclaration;
 use super::{Constant, Declared, Input, Interpolation, Let, Model};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::expr::ExprId;
+use crate::expr::{ExprId, Symbol};
 use crate::parts::{self, Expanded, InnerModel};
 use crate::source::Span;
 use crate::syntax::ast::{
@@ -359,33 +359,7 @@ impl<'a> Resolver<'a> {
         reading: Reading,
         diagnostics: &mut Diagnostics,
     ) -> Result<f64, Reported> {
-        let typed = self.in_unit(expr, unit, reading, diagnostics)?;
-        match self.lowering.number(typed.id) {
-            Some(value) if value.is_finite() => Ok(value),
-            Some(value) => Err(diagnostics.error(Diagnostic::new(
-                Code::E504,
-                expr.span,
-                format!("this comes to {value}, which is no finite number"),
-            ))),
-            None => {
-                let culprit = self.first_unknown_beforehand(typed.id);
-                Err(diagnostics.error(
-                    Diagnostic::new(
-                        Code::E504,
-                        expr.span,
-                        format!("this must be known before a run, but it depends on {culprit}"),
-                    )
-                    .help("use numbers and constants here"),
-                ))
-            }
-        }
-    }
-
-    /// The first thing in an expression that is not known before a run.
-    fn first_unknown_beforehand(&self, id: ExprId) -> String {
-        let symbols = self.lowering.graph.symbols(id);
-        let found = symbols.iter().find_map(|symbol| self.lowering.scope.quoted_name(*symbol));
-        found.unwrap_or_else(|| "a constant that is in error".to_owned())
+        self.lowering.known(expr, unit, reading, diagnostics)
     }
 
     /// Checks functions that nothing calls, where their arguments say enough.
@@ -401,6 +375,39 @@ impl<'a> Resolver<'a> {
 }
 
 impl<'a> Lowering<'a> {
+    /// A number that must be known before anything runs.
+    pub(super) fn known(
+        &mut self,
+        expr: &'a Expr,
+        unit: &Unit,
+        reading: Reading,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<f64, Reported> {
+        let typed = self.in_unit(expr, unit, reading, &Arguments::new(), diagnostics)?;
+        match self.number(typed.id) {
+            Some(value) if value.is_finite() => Ok(value),
+            Some(value) => Err(diagnostics.error(not_finite(value, expr.span))),
+            None => {
+                let culprit = self.first_unknown(typed.id, |_| true);
+                Err(diagnostics.error(
+                    Diagnostic::new(
+                        Code::E504,
+                        expr.span,
+                        format!("this must be known before a run, but it depends on {culprit}"),
+                    )
+                    .help("use numbers and constants here"),
+                ))
+            }
+        }
+    }
+
+    /// The first thing that an expression depends on, of the symbols that matter.
+    pub(super) fn first_unknown(&self, id: ExprId, matters: impl Fn(Symbol) -> bool) -> String {
+        let mut symbols = self.graph.symbols(id).into_iter().filter(|symbol| matters(*symbol));
+        let found = symbols.find_map(|symbol| self.scope.quoted_name(symbol));
+        found.unwrap_or_else(|| "a constant that is in error".to_owned())
+    }
+
     /// A declared value: plain numbers are in the declared unit, anything else must have it. Within a function
     /// its arguments are known.
     pub(super) fn in_unit(
@@ -449,4 +456,10 @@ impl<'a> Lowering<'a> {
         }
         Ok(typed)
     }
+}
+
+/// What is said of a value that is infinite or not a number.
+pub(super) fn not_finite(value: f64, span: Span) -> Diagnostic {
+    let message = format!("this comes to {value}, which is not a finite number");
+    Diagnostic::new(Code::E504, span, message)
 }

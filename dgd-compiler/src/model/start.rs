@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::resolve::Resolver;
+use super::resolve::{Resolver, not_finite};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::syntax::ast::{Expr, Name};
@@ -41,11 +41,9 @@ impl Resolver<'_> {
             ));
         }
         match self.lowering.number(start) {
-            Some(value) if !value.is_finite() => Err(diagnostics.error(Diagnostic::new(
-                Code::E504,
-                expr.span,
-                format!("this comes to {value}, which is no finite number"),
-            ))),
+            Some(value) if !value.is_finite() => {
+                Err(diagnostics.error(not_finite(value, expr.span)))
+            }
             _ => Ok(()),
         }
     }

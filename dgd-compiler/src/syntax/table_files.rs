@@ -36,7 +36,7 @@ pub(super) fn points(
     let Some((header, place)) = rows.next() else {
         let span = Span { source: file, start: 0, end: 0 };
         return Err(diagnostics.error(
-            Diagnostic::new(Code::E609, span, "there is no header")
+            Diagnostic::new(Code::E609, span, "the file has no header")
                 .help(header_of(name, arguments)),
         ));
     };
@@ -77,7 +77,7 @@ fn columns(
                 || header_of(name, arguments),
                 |near| format!("did you mean `{near}`? {}", header_of(name, arguments)),
             );
-            let message = format!("there is no column `{}`", wanted.text);
+            let message = format!("the file has no column `{}`", wanted.text);
             return Err(diagnostics.error(
                 Diagnostic::new(Code::E512, place, message)
                     .label(wanted.span, "the table needs it")
@@ -146,7 +146,7 @@ fn point(
     Ok(Point { span, numbers })
 }
 
-/// The lines with something in them that are no remarks, cut at commas.
+/// Lines that are neither blank nor remarks, cut at commas.
 fn rows(text: &str, source: SourceId) -> impl Iterator<Item = (Vec<Cell<'_>>, Span)> {
     let mut start = 0;
     text.split_inclusive('\n').filter_map(move |line| {

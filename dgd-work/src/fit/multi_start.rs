@@ -14,6 +14,7 @@ use crate::error::WorkError;
 use crate::fit::report::intervals::Estimated;
 use crate::fit::report::left_out::LeftOut;
 use crate::fit::report::outcome::digits_of;
+use crate::output::quantity::with_unit;
 use crate::output::table::significant;
 use crate::request::{Estimator, SearchRequest};
 
@@ -266,8 +267,7 @@ impl Minima {
             let (unit, estimate) = (outcome.unit(i), &other.estimates[i]);
             let std = estimate.std.map(|std| std / unit.factor);
             let value = digits_of(unit.from_si(estimate.value), std);
-            let unit = if unit.symbol == "1" { "" } else { &unit.symbol };
-            format!("`{}` = {value} {unit}", outcome.name(i)).trim_end().to_owned()
+            format!("`{}` = {}", outcome.name(i), with_unit(value, &unit.symbol))
         });
         told.collect::<Vec<_>>().join(", ")
     }

@@ -1,5 +1,7 @@
 //! From points to curves.
 
+use dgd_signature::number::with_unit;
+
 use super::super::define::Table;
 use super::super::expression::Lowering;
 use super::points::{Read, place_of};
@@ -183,8 +185,7 @@ fn shape_of(table: Table<'_>) -> Option<Shape> {
 
 /// A value in SI as it is in a unit.
 pub(super) fn in_unit(value: f64, unit: &Unit) -> String {
-    let text = plain(value, unit);
-    if unit.symbol == "1" { text } else { format!("{text} {}", unit.symbol) }
+    with_unit(plain(value, unit), &unit.symbol)
 }
 
 /// The same without the unit, and without what conversion has left in the last digits.

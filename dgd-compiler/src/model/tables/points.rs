@@ -2,7 +2,7 @@
 
 use super::super::define::Table;
 use super::super::expression::{Arguments, Lowering};
-use super::super::resolve::Reading;
+use super::super::resolve::{Reading, not_finite};
 use super::curves::in_unit;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Symbol};
@@ -34,7 +34,8 @@ impl<'a> Lowering<'a> {
             let at: Result<Vec<f64>, Reported> = at
                 .iter()
                 .zip(units)
-                .map(|(&x, unit)| self.abscissa(x, unit, diagnostics))
+                // Zero has no sign.
+                .map(|(&x, unit)| Ok(self.known(x, unit, Reading::Value, diagnostics)? + 0.0))
                 .collect();
             match (at, self.ordinate(value, of_values, diagnostics)) {
                 (Ok(at), Ok(value)) => points.push(Read { at, value, span }),
@@ -68,30 +69,6 @@ impl<'a> Lowering<'a> {
         repeated.map_or(Ok(points), Err)
     }
 
-    fn abscissa(
-        &mut self,
-        expr: &'a Expr,
-        unit: &Unit,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<f64, Reported> {
-        let typed = self.in_unit(expr, unit, Reading::Value, &Arguments::new(), diagnostics)?;
-        match self.number(typed.id) {
-            // Zero has no sign.
-            Some(value) if value.is_finite() => Ok(value + 0.0),
-            Some(value) => Err(diagnostics.error(not_finite(value, expr.span))),
-            None => {
-                let culprit = self.first_unknown(typed.id, |_| true);
-                let message = format!(
-                    "what a table is looked up by must be known before a run, but this depends on {culprit}"
-                );
-                Err(diagnostics.error(
-                    Diagnostic::new(Code::E504, expr.span, message)
-                        .help("use numbers and constants here"),
-                ))
-            }
-        }
-    }
-
     fn ordinate(
         &mut self,
         expr: &'a Expr,
@@ -116,13 +93,6 @@ impl<'a> Lowering<'a> {
             }
             _ => Ok(typed.id),
         }
-    }
-
-    /// What an expression depends on, of the symbols that matter.
-    pub(super) fn first_unknown(&self, id: ExprId, matters: impl Fn(Symbol) -> bool) -> String {
-        let mut symbols = self.graph.symbols(id).into_iter().filter(|symbol| matters(*symbol));
-        let found = symbols.find_map(|symbol| self.scope.quoted_name(symbol));
-        found.unwrap_or_else(|| "a constant that is in error".to_owned())
     }
 }
 
@@ -162,9 +132,4 @@ pub(super) fn place_of(table: Table<'_>, units: &[Unit], at: &[f64]) -> String {
         format!("{} = {}", argument.name.text, in_unit(*x, unit))
     };
     named.map(one).collect::<Vec<_>>().join(", ")
-}
-
-fn not_finite(value: f64, span: Span) -> Diagnostic {
-    let message = format!("this comes to {value}, which is no finite number");
-    Diagnostic::new(Code::E504, span, message)
 }
