@@ -7,6 +7,8 @@ use dgd_plot::{
     Envelope, Figure, HeatMap, Panel, Series, Style, Text, render_svg, scale_of_colours,
 };
 
+use dgd_signature::number::short;
+
 use crate::columns::Columns;
 use crate::markup::{Markup, escaped};
 
@@ -225,7 +227,7 @@ fn in_words(figure: &Figure) -> String {
     let all = series.flat_map(|series| &series.x).chain(maps.flat_map(|map| &map.x));
     let over = match range(all) {
         Some((low, high)) => {
-            format!("over {} from {} to {}", plain(&figure.x_label), told(low), told(high))
+            format!("over {} from {} to {}", plain(&figure.x_label), short(low, 4), short(high, 4))
         }
         None => format!("over {}", plain(&figure.x_label)),
     };
@@ -240,7 +242,7 @@ fn panel_in_words(panel: &Panel) -> String {
     if let Some(map) = &panel.map {
         let title = plain(&panel.title);
         let values = match range(map.values.iter().flatten()) {
-            Some((low, high)) => format!("values between {} and {}", told(low), told(high)),
+            Some((low, high)) => format!("values between {} and {}", short(low, 4), short(high, 4)),
             None => "no values".to_owned(),
         };
         return format!("{title}: a heat map of {} places, {values}.", map.places.len());
@@ -255,7 +257,7 @@ fn series_in_words(series: &Series) -> String {
     let name = plain(&series.name);
     let name = if name.is_empty() { "values".to_owned() } else { name };
     match range(series.y.iter()) {
-        Some((low, high)) => format!("{name} between {} and {}", told(low), told(high)),
+        Some((low, high)) => format!("{name} between {} and {}", short(low, 4), short(high, 4)),
         None => format!("{name} without values"),
     }
 }
@@ -265,16 +267,6 @@ fn range<'a>(values: impl Iterator<Item = &'a f64>) -> Option<(f64, f64)> {
         let (low, high) = range.unwrap_or((value, value));
         Some((low.min(value), high.max(value)))
     })
-}
-
-/// Four digits, as one says them.
-fn told(value: f64) -> String {
-    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    if rounded != 0.0 && !(1e-4..1e6).contains(&rounded.abs()) {
-        format!("{rounded:e}")
-    } else {
-        rounded.to_string()
-    }
 }
 
 fn plain(text: &Text) -> String {

@@ -14,8 +14,7 @@ use crate::error::WorkError;
 use crate::fit::report::intervals::Estimated;
 use crate::fit::report::left_out::LeftOut;
 use crate::fit::report::outcome::digits_of;
-use crate::output::quantity::with_unit;
-use crate::output::table::significant;
+use crate::output::quantity::{short, with_unit};
 use crate::request::{Estimator, SearchRequest};
 
 /// So many estimates are told of another minimum, those that are furthest from the best first.
@@ -128,7 +127,7 @@ impl Minima {
 
     /// What the fits say of minima that they did not find.
     fn found_volume_text(&self) -> Option<String> {
-        let volume = significant(100.0 * self.all().found_volume()?, 2);
+        let volume = short(100.0 * self.all().found_volume()?, 2);
         Some(format!(
             "a minimum that is reached from more than {volume} % of the volume the points were drawn from would have been \
              found, at 95 %"
@@ -220,7 +219,7 @@ impl Minima {
         }
         for minimum in minima.by_ref().take(MOST_MINIMA) {
             let Some(fit) = self.all().fit_of(minimum.points[0]) else { continue };
-            let above = significant(minimum.above, 3);
+            let above = short(minimum.above, 3);
             let how = match minimum.above {
                 above if above < AS_GOOD => "as good".to_owned(),
                 above if above < THRESHOLD => {

@@ -3,7 +3,7 @@
 use dgd_plot::{Figure, Panel, Series, Style, Text};
 use dgd_runtime::linearize::Pole;
 
-use crate::output::table::significant;
+use crate::output::quantity::short;
 
 /// Poles that have names of their own, from the slowest on.
 const MOST_NAMED: usize = 6;
@@ -133,7 +133,7 @@ fn duration(seconds: f64) -> String {
         s if s < 172_800.0 => (3600.0, "h"),
         _ => (86_400.0, "days"),
     };
-    format!("{} {unit}", significant(seconds / factor, 2))
+    format!("{} {unit}", short(seconds / factor, 2))
 }
 
 #[cfg(test)]
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn times_are_said_as_people_say_them() {
         let said: Vec<String> = [3e-6, 0.02, 0.74, 69.1, 150.0, 9000.0, 1e6].map(duration).into();
-        assert_eq!(said, ["3.0 µs", "20 ms", "0.74 s", "69 s", "2.5 min", "2.5 h", "12 days"]);
+        assert_eq!(said, ["3 µs", "20 ms", "0.74 s", "69 s", "2.5 min", "2.5 h", "12 days"]);
     }
 
     #[test]
@@ -157,8 +157,7 @@ mod tests {
         let figure = poles("loop", &all, 1);
         let series = &figure.panels[0].series;
         let names: Vec<&Text> = series.iter().map(|series| &series.name).collect();
-        let expected =
-            ["0, conserved", "100 s", "1.0 s, period 2.1 s", "axes", "1 outside, 1.0 µs"];
+        let expected = ["0, conserved", "100 s", "1 s, period 2.1 s", "axes", "1 outside, 1 µs"];
         assert_eq!(names, expected.map(Text::plain).iter().collect::<Vec<_>>());
         // The middles of two crosses.
         let middle = |k: usize| {

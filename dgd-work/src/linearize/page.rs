@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::Linearised;
 use crate::output::page::{name, number, origin, unit, words};
-use crate::output::table::significant;
+use crate::output::quantity::short;
 
 /// Matrices of a linear model, and what their rows and columns are called in its result.
 const MATRICES: [(&str, &str, &str, &str); 4] = [
@@ -48,7 +48,7 @@ impl Linearised {
         let slowest = poles.poles.iter().filter(|pole| !pole.is_on_axis());
         let slowest = slowest.map(|pole| pole.time_constant().abs()).reduce(f64::max);
         let slowest = slowest.map_or_else(String::new, |tau| {
-            format!("; the slowest time constant is {} s", significant(tau, 3))
+            format!("; the slowest time constant is {} s", short(tau, 3))
         });
         let place = if json["steady"] == true { "its steady state" } else { "a point of its run" };
         let (word, tone) = match poles.stability() {
@@ -73,7 +73,7 @@ fn poles(json: &Value) -> Markup {
         let im = pole["im"].as_f64().filter(|im| *im != 0.0);
         table.rows.push(vec![
             number("re"),
-            Cell::number(&im.map_or_else(String::new, |im| significant(im, 5)), im),
+            Cell::number(&im.map_or_else(String::new, |im| short(im, 5)), im),
             number("time_constant"),
             number("damping"),
             number("period"),

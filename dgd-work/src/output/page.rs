@@ -5,7 +5,7 @@ use dgd_plot::{Figure, Text};
 
 use super::agreement::Agreement;
 use super::provenance::Provenance;
-use super::quantity::rounded;
+use super::quantity::{rounded, short};
 
 /// Figures over the time of one recording.
 pub(crate) const TIME: Link<'static> = Link::With("time");
@@ -37,15 +37,9 @@ fn shown(value: f64, digits: i32) -> String {
     if value == 0.0 { "0".to_owned() } else { rounded(value, digits) }
 }
 
-/// A number without zeros at its end, as it stands in a sentence.
+/// A number as it stands in a sentence.
 pub(crate) fn told(value: f64) -> String {
-    let text = rounded(value, 4);
-    match text.split_once('.') {
-        Some((_, decimals)) if decimals.bytes().all(|byte| byte.is_ascii_digit()) => {
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        }
-        _ => text,
-    }
+    short(value, 4)
 }
 
 /// A cell with a name of the model.
@@ -108,7 +102,7 @@ mod tests {
     #[test]
     fn numbers_in_sentences_have_no_zeros_at_their_end() {
         for (value, text) in
-            [(60.0, "60"), (0.0, "0"), (3600.0, "3600"), (0.25, "0.25"), (1.5e8, "1.500·10⁸")]
+            [(60.0, "60"), (0.0, "0"), (3600.0, "3600"), (0.25, "0.25"), (1.5e8, "1.5·10⁸")]
         {
             assert_eq!(told(value), text);
         }

@@ -8,9 +8,9 @@ use std::fmt;
 use dgd_compiler::units::parse_unit;
 use dgd_discover::ParameterValue;
 use dgd_runtime::Unit;
-pub(crate) use dgd_runtime::signature::number::rounded;
 pub use dgd_runtime::signature::number::with_unit;
 use dgd_runtime::signature::number::{decade, fixed, is_written_out, times_ten_to};
+pub(crate) use dgd_runtime::signature::number::{rounded, short};
 
 /// Digits of a value whose standard deviation is not known.
 const DIGITS: i32 = 4;

@@ -6,7 +6,7 @@ use dgd_discover::FEWEST;
 use dgd_identify::Recording;
 use dgd_runtime::{Point, Side, Signature, System, Text};
 
-use crate::output::table::significant;
+use crate::output::quantity::short;
 
 /// A validation recording that shares at least this part of its rows with the training counts as trained on.
 const SAME: f64 = 0.5;
@@ -78,8 +78,8 @@ fn delays_that_are_longer<S: System>(
         format!(
             "the delay `{name}` is {} s, and the longest recording lasts {} s: what comes so late is never \
              seen",
-            significant(*tau, 3),
-            significant(longest, 3)
+            short(*tau, 3),
+            short(longest, 3)
         )
     };
     late.map(said).collect()

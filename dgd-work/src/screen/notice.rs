@@ -136,7 +136,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
         amount,
     };
     let of = |value: f64| with_unit(reading(value), unit);
-    let share = |count: usize| format!("{} %", significant(100.0 * count as f64 / rows as f64, 2));
+    let share = |count: usize| format!("{} %", short(100.0 * count as f64 / rows as f64, 2));
     match fault {
         Fault::Empty => say(
             "empty",
@@ -164,10 +164,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
         ),
         Fault::Uneven(uneven) => say(
             "uneven",
-            format!(
-                "{} % of the samples are not at the usual distance",
-                significant(100.0 * uneven, 2)
-            ),
+            format!("{} % of the samples are not at the usual distance", short(100.0 * uneven, 2)),
             "nothing: fits take samples at any times",
             Some(Amount::exact(*uneven, "")),
         ),
@@ -182,7 +179,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
             Some(Amount::exact(*value, unit)),
         ),
         Fault::Pulses { count, largest } => {
-            let size = format!("{} {apart}", significant(*largest, 3)).trim_end().to_owned();
+            let size = format!("{} {apart}", short(*largest, 3)).trim_end().to_owned();
             let number = if *count == 1 {
                 "a pulse, of".to_owned()
             } else {
@@ -208,7 +205,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
             let spikes = if *count == 1 { "a spike" } else { "spikes" };
             let largest_is = if *count == 1 { "of" } else { "the largest of" };
             let number = if *count == 1 { String::new() } else { format!("{count} ") };
-            let size = format!("{} {apart}", significant(*largest, 3)).trim_end().to_owned();
+            let size = format!("{} {apart}", short(*largest, 3)).trim_end().to_owned();
             say(
                 "spikes",
                 format!("`{one}` has {number}{spikes}, {largest_is} {size}"),
@@ -220,7 +217,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
             "quantised",
             format!(
                 "`{one}` is rounded to steps of {} {apart}, which hides its noise",
-                significant(*step, 3)
+                short(*step, 3)
             ),
             "log more digits if the sensor has them",
             Some(Amount::exact(*step, apart)),
@@ -304,7 +301,7 @@ fn said(fault: &Fault, [one, other]: [&str; 2], unit: &str, apart: &str, rows: u
                 if *ratio > 1.0 { (other, one, *ratio) } else { (one, other, 1.0 / ratio) };
             say(
                 "noisier",
-                format!("`{more}` has {} times the noise of `{less}`", significant(ratio, 2)),
+                format!("`{more}` has {} times the noise of `{less}`", short(ratio, 2)),
                 &format!("prefer `{less}`"),
                 Some(Amount::exact(ratio, "")),
             )

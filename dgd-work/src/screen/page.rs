@@ -8,8 +8,7 @@ use super::notice::{reading, unit_of};
 use super::{Screened, Screenings, figure, summary};
 use crate::error::WorkError;
 use crate::output::page::origin;
-use crate::output::quantity::with_unit;
-use crate::output::table::significant;
+use crate::output::quantity::{short, with_unit};
 
 /// Stretches of time that a cell lists.
 const LISTED: usize = 8;
@@ -80,7 +79,7 @@ fn recording(one: &Screened, page: &mut Page) -> Recording {
         vec![["stretches".to_owned(), "s".to_owned()].into_iter().chain(head).collect()];
     for point in &one.screening.points {
         let means = moved.iter().map(|&i| match point.means[i] {
-            mean if mean.is_finite() => significant(mean, 4),
+            mean if mean.is_finite() => short(mean, 4),
             _ => "–".to_owned(),
         });
         let first = [point.stretches.len().to_string(), reading(point.seconds)];
@@ -100,7 +99,7 @@ fn recording(one: &Screened, page: &mut Page) -> Recording {
                 .map(|(i, before, after)| {
                     let column = &one.table.columns[*i];
                     let unit = unit_of(column.unit.as_ref());
-                    let (before, after) = (significant(*before, 4), significant(*after, 4));
+                    let (before, after) = (short(*before, 4), short(*after, 4));
                     with_unit(format!("{} {before} → {after}", column.name), &unit)
                 })
                 .collect();

@@ -5,7 +5,7 @@ use dgd_page::{Cell, Markup, Page, Table, Tone};
 use super::Sensitivities;
 use super::verify::Report;
 use crate::output::page::{TIME, number, origin, unit};
-use crate::output::table::significant;
+use crate::output::quantity::short;
 
 pub(super) fn write(found: &Sensitivities, command: &str) -> String {
     let mut page = Page::new(&format!("{}: sensitivities", found.model));
@@ -63,8 +63,7 @@ fn undefined(found: &Sensitivities) -> Markup {
     let mut table =
         Table::new("Where a derivative is not defined", &["from, s", "until, s", "because of"]);
     for stretch in &found.undefined {
-        let cells =
-            [stretch.from, stretch.until].map(|t| Cell::number(&significant(t, 6), Some(t)));
+        let cells = [stretch.from, stretch.until].map(|t| Cell::number(&short(t, 6), Some(t)));
         let because = Cell::text(Markup::code(&stretch.equation));
         table.rows.push(cells.into_iter().chain([because]).collect());
     }

@@ -22,7 +22,8 @@ use crate::output::agreement::Agreement;
 use crate::output::columns::{events, in_unit, is_added, is_element, is_share, per_sample};
 use crate::output::figure::{self, Line, Subject};
 use crate::output::provenance::Provenance;
-use crate::output::table::{push_table, significant};
+use crate::output::quantity::short;
+use crate::output::table::push_table;
 use crate::output::{Kind, NamedColumn, TimeTable};
 use crate::request::SimulateRequest;
 use crate::run::under_way::{stopped_by, told};
@@ -231,7 +232,7 @@ impl Simulated {
                 output.name.clone(),
                 output.unit.symbol.to_string(),
                 fit.unwrap_or_else(|| "-".to_owned()),
-                significant(agreement.rms, 3),
+                short(agreement.rms, 3),
                 agreement.samples.to_string(),
             ]);
         }

@@ -10,8 +10,7 @@ use crate::output::agreement::Agreement;
 use crate::output::columns::in_unit;
 use crate::output::figure::{self, Line, Subject};
 use crate::output::page::{TIME, agreement_table, number, origin, told, words};
-use crate::output::quantity::of_differences;
-use crate::output::table::significant;
+use crate::output::quantity::{of_differences, short};
 use crate::output::{Kind, NamedColumn};
 
 /// An output with what was measured of it at the rows of the result, in its unit.
@@ -69,7 +68,7 @@ fn headline(simulated: &Simulated, agreements: &[(&str, &str, Agreement)]) -> St
     let fits = agreements.iter().filter_map(|(name, _, one)| Some((*name, one.fit_percent?)));
     let fits: Vec<(&str, f64)> = fits.collect();
     let worst = fits.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-    let percent = |fit: f64| significant(fit, 3);
+    let percent = |fit: f64| short(fit, 3);
     match (worst, fits.len()) {
         (None, _) => format!("Simulated from {span}"),
         (Some((name, fit)), 1) => format!("Fits `{name}` to {} %, from {span}", percent(*fit)),

@@ -14,7 +14,7 @@ use super::sensors::Sensor;
 use super::twin::Twin;
 use crate::output::columns::{Kind, NamedColumn, TimeTable};
 use crate::output::provenance::Provenance;
-use crate::output::quantity::{moment, stretches, with_unit};
+use crate::output::quantity::{moment, short, stretches, with_unit};
 use crate::output::table::significant;
 use crate::request::InvertRequest;
 
@@ -301,7 +301,7 @@ impl Missing {
             y_label: Text::default().with_unit(&self.unit.symbol),
             ..Panel::default()
         };
-        let title = format!("measured, means over ± {} s", significant(*bandwidth, 2));
+        let title = format!("measured, means over ± {} s", short(*bandwidth, 2));
         let name = Text::plain(&title);
         add(&mut top, name, times, [&missing.value, &missing.std], self.unit.factor);
         let mut panels = vec![];

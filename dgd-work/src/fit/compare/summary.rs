@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::{Comparison, FailedContender};
 use crate::output::agreement::Agreement;
-use crate::output::quantity::Quantity;
+use crate::output::quantity::{Quantity, short};
 use crate::output::table::{push_table, significant};
 
 /// One contender, for programs.
@@ -89,14 +89,14 @@ pub(super) fn ratios(all: &Comparison) -> Vec<String> {
         let p = if one.p_value < 1e-12 {
             "p < 1e-12".to_owned()
         } else {
-            format!("p = {}", significant(one.p_value, 2))
+            format!("p = {}", short(one.p_value, 2))
         };
         format!(
             "`{}` is a special case of `{}`: with {} {parameters} more, −2 ln L falls by {} ({p} by chance)",
             name(one.null),
             name(one.alternative),
             one.degrees_of_freedom,
-            significant(one.statistic, 4)
+            short(one.statistic, 4)
         )
     };
     all.ratios.iter().map(line).collect()

@@ -9,7 +9,7 @@ use super::parameters::doubtful;
 use crate::fit::report::bad_fit::{exceeds_noise, why_bad};
 use crate::fit::report::outcome::CORRELATED;
 use crate::output::page::told;
-use crate::output::table::significant;
+use crate::output::quantity::short;
 
 /// Errors in validation larger than those in training by this factor are pointed out.
 const WORSE: f64 = 1.5;
@@ -79,7 +79,7 @@ fn larger(json: &Value) -> Option<String> {
     Some(format!(
         "The residuals are larger than the declared noise (reduced χ² = {}): the model misses something, or the noise is \
          larger than was declared, and the standard deviations below are too small.",
-        significant(chi, 3)
+        short(chi, 3)
     ))
 }
 
@@ -91,7 +91,7 @@ fn worse(json: &Value) -> Option<String> {
     let worse = outputs.iter().filter_map(|(name, output)| Some((name, ratio(output)?)));
     let worse = worse.filter(|(_, ratio)| *ratio > WORSE);
     let worse: Vec<String> =
-        worse.map(|(name, ratio)| format!("`{name}` by {}", significant(ratio, 2))).collect();
+        worse.map(|(name, ratio)| format!("`{name}` by {}", short(ratio, 2))).collect();
     (!worse.is_empty())
         .then(|| format!("Errors are larger in validation than in training: {}.", worse.join(", ")))
 }

@@ -5,8 +5,7 @@ use serde_json::Value;
 
 use super::remark;
 use crate::output::page::{count, name, number, unit};
-use crate::output::quantity::{Quantity, rounded};
-use crate::output::table::significant;
+use crate::output::quantity::{Quantity, rounded, short};
 
 /// A relative standard deviation above this is pointed out.
 const VAGUE: f64 = 0.5;
@@ -30,7 +29,7 @@ fn doubt(entry: &Value) -> Option<String> {
     match relative(entry) {
         None if entry["std"].is_null() => Some("no standard deviation".to_owned()),
         Some(relative) if relative > VAGUE => {
-            Some(format!("known to ± {} %", significant(100.0 * relative, 2)))
+            Some(format!("known to ± {} %", short(100.0 * relative, 2)))
         }
         _ => None,
     }
@@ -47,7 +46,7 @@ pub(super) fn doubtful(json: &Value, correlated: f64) -> String {
             if let Some(r) = json["correlation"][i][j].as_f64()
                 && r.abs() > correlated
             {
-                let r = significant(r, 3);
+                let r = short(r, 3);
                 doubts.push(format!("`{first}` and `{second}` one by one (correlation {r})"));
             }
         }
@@ -72,7 +71,7 @@ pub(super) fn doubtful(json: &Value, correlated: f64) -> String {
     match vaguest {
         Some((name, relative)) => format!(
             "All parameters are determined; the least certain is `{name}`, to ± {} %.",
-            significant(100.0 * relative, 2)
+            short(100.0 * relative, 2)
         ),
         None => "No parameters were estimated.".to_owned(),
     }
@@ -212,9 +211,9 @@ mod tests {
         assert_eq!(
             doubtful(&json, 0.95),
             "Do not rely on `b` (known to ± 80 %); `c` (at its upper bound); `d` (no standard deviation); \
-             `a` and `b` one by one (correlation -0.990); `c`, `d` one by one (no output tells them apart)."
+             `a` and `b` one by one (correlation −0.99); `c`, `d` one by one (no output tells them apart)."
         );
         let fine = json!({ "parameters": { "a": parameter(-2.0, Some(0.1), None) } });
-        assert!(doubtful(&fine, 0.95).ends_with("the least certain is `a`, to ± 5.0 %."));
+        assert!(doubtful(&fine, 0.95).ends_with("the least certain is `a`, to ± 5 %."));
     }
 }

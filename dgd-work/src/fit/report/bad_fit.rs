@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::output::table::significant;
+use crate::output::quantity::short;
 
 /// A fit whose residuals are twice the declared noise, in their squares four times, is bad.
 const BAD: f64 = 4.0;
@@ -28,9 +28,8 @@ pub(crate) fn why_bad(json: &Value) -> Option<String> {
         }
     }
     let chi = json["reduced_chi_square"].as_f64()?;
-    (exceeds_noise(json) && chi > BAD).then(|| {
-        format!("the residuals are {} times the declared noise", significant(chi.sqrt(), 2))
-    })
+    (exceeds_noise(json) && chi > BAD)
+        .then(|| format!("the residuals are {} times the declared noise", short(chi.sqrt(), 2)))
 }
 
 /// Whether residuals are larger than the declared noise by more than chance makes them.
@@ -61,7 +60,7 @@ mod tests {
         // Noise that is not declared is what the fit leaves.
         assert_eq!(fit(50.0, 25.0, false), None);
         let words = fit(50.0, 25.0, true).expect("five times the noise");
-        assert_eq!(words, "the residuals are 5.0 times the declared noise");
+        assert_eq!(words, "the residuals are 5 times the declared noise");
         let words = fit(-40.0, 1.0, false).expect("worse than nothing");
         assert_eq!(words, "the model follows `y` worse than its mean does");
         assert_eq!(why_bad(&json!({ "outputs": { "y": { "rms_train": 1.0 } } })), None);

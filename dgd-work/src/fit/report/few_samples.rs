@@ -10,8 +10,7 @@ use dgd_identify::{Noise, Recording, too_few_for_noise};
 use dgd_runtime::Output;
 use serde_json::{Map, Value, json};
 
-use crate::output::quantity::with_unit;
-use crate::output::table::significant;
+use crate::output::quantity::{short, with_unit};
 
 /// An output with too few samples.
 #[derive(Debug)]
@@ -112,7 +111,7 @@ impl FewSamples {
             );
             let _ = match declared {
                 Some((sigma, unit)) => {
-                    let sigma = with_unit(significant(*sigma, 3), unit);
+                    let sigma = with_unit(short(*sigma, 3), unit);
                     writeln!(text, "its declared noise was taken, {sigma}")
                 }
                 None => writeln!(

@@ -12,6 +12,7 @@ use serde_json::{Map, Value, json};
 
 use crate::fit::report::intervals::Estimated;
 use crate::fit::report::outcome::Outcome;
+use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
 
 /// Samples that belong to no operating point come first among the kinds.
@@ -72,7 +73,7 @@ impl Origins {
     fn place(&self, point: usize, signature: &Signature) -> String {
         let Point { inputs, outputs } = &self.points[point];
         let named = |name: &str, value: f64, unit: &Unit| {
-            format!("`{name}` = {} {}", significant(unit.from_si(value), 3), unit.symbol)
+            format!("`{name}` = {} {}", short(unit.from_si(value), 3), unit.symbol)
         };
         let quantities: Vec<String> = if inputs.is_empty() {
             let outputs = signature.outputs.iter().zip(outputs);
@@ -191,7 +192,7 @@ impl Origins {
                 format!(
                     "; most by `{}` at {} s{file}",
                     outcome.signature.outputs[output].name,
-                    significant(outcome.recordings[r].times[k], 4)
+                    short(outcome.recordings[r].times[k], 4)
                 )
             });
             let _ = writeln!(

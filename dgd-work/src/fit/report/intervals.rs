@@ -16,6 +16,7 @@ use serde_json::{Map, Value, json};
 use crate::error::WorkError;
 use crate::fit::report::left_out::LeftOut;
 use crate::fit::report::outcome::{digits_of, unit_of};
+use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
 use crate::request::{Estimator, IntervalRequest};
 
@@ -258,7 +259,7 @@ impl Intervals {
             for (side, end, others) in sides {
                 let name = outcome.name(profile.estimate);
                 let unit = outcome.unit(profile.estimate);
-                let reached = significant(unit.from_si(end.value()), 3);
+                let reached = short(unit.from_si(end.value()), 3);
                 let _ = match end {
                     End::Interval(_) | End::Bound(_) => continue,
                     End::Open(_) => {
@@ -283,7 +284,7 @@ impl Intervals {
                     "the profile of `{}` has found a better fit, by {} in Σ (e/σ)²: start there by \
                      `--set`",
                     outcome.name(profile.estimate),
-                    significant(-least, 2)
+                    short(-least, 2)
                 );
             }
         }
@@ -298,7 +299,7 @@ impl Intervals {
                 text,
                 "{} data sets of blocks of {} rows on the average{failed}",
                 resampled.replicates.len(),
-                significant(mean, 2)
+                short(mean, 2)
             );
         }
     }

@@ -9,7 +9,7 @@ use dgd_screen::distribution::chi_square_tail;
 use serde_json::{Map, Value, json};
 
 use super::quality::{Quality, RARE};
-use crate::output::table::significant;
+use crate::output::quantity::short;
 
 /// The spread of estimates over parts of the recordings, where something is left over.
 #[derive(Debug, Default)]
@@ -130,7 +130,7 @@ impl LeftOver {
         }
         for (estimate, part) in self.rests_on() {
             let Part { recordings: [first, last], from, until } = spread.parts[part];
-            let seconds = format!("{} to {} s", significant(from, 4), significant(until, 4));
+            let seconds = format!("{} to {} s", short(from, 4), short(until, 4));
             let place = match recording_names {
                 [_] => format!("the recording from {seconds}"),
                 _ if first == last => format!("{} from {seconds}", recording_names[first]),

@@ -20,6 +20,7 @@ use crate::fit::report::left_over::LeftOver;
 use crate::fit::report::linearised::Linearised;
 use crate::fit::report::quality::Quality;
 use crate::fit::report::runaway;
+use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
 
 /// Correlations above this are pointed out.
@@ -344,8 +345,8 @@ impl Outcome<'_> {
                 text,
                 "`{}`: {light} of {samples} samples weigh less than half, {} %; of normal noise it were {} %",
                 output.name,
-                significant(100.0 * light as f64 / samples as f64, 2),
-                significant(100.0 * self.fit.loss.light_share(), 2)
+                short(100.0 * light as f64 / samples as f64, 2),
+                short(100.0 * self.fit.loss.light_share(), 2)
             );
         }
     }

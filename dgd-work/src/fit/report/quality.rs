@@ -15,7 +15,7 @@ use dgd_runtime::{Side, Signature, Unit};
 use dgd_screen::residuals::{CrossCorrelation, Portmanteau, cross_correlation, portmanteau};
 use serde_json::{Map, Value, json};
 
-use crate::output::table::significant;
+use crate::output::quantity::short;
 
 /// Lags that are tested, in samples.
 const LAGS: usize = 25;
@@ -107,11 +107,8 @@ impl Quality {
                 continue;
             };
             let input = &signature.inputs[input].name;
-            let when = if test.lag == 0 {
-                String::new()
-            } else {
-                format!(" {} s earlier", significant(lag, 3))
-            };
+            let when =
+                if test.lag == 0 { String::new() } else { format!(" {} s earlier", short(lag, 3)) };
             let _ = writeln!(
                 text,
                 "The residuals of `{name}` correlate with `{input}`{when} (correlation {:+.2}, limit {:.2}): \

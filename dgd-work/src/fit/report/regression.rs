@@ -18,6 +18,7 @@ use crate::fit::report::outcome::{
     rms_of, variant_entries,
 };
 use crate::output::figure::{Line, Subject, beside, differences as differences_panel};
+use crate::output::quantity::short;
 use crate::output::table::{push_table, significant};
 use crate::request::Estimator;
 use crate::run::recording;
@@ -275,7 +276,7 @@ impl RegressionOutcome<'_> {
             let unit = &signature.parameters[i].unit;
             let std = estimate.std.map(|std| std / unit.factor);
             let unbounded = || match self.unbounded(j) {
-                Some(value) => format!(", without bounds {}", significant(value, 4)),
+                Some(value) => format!(", without bounds {}", short(value, 4)),
                 None => String::new(),
             };
             let remark = match estimate.at_bound {
@@ -390,7 +391,7 @@ impl RegressionOutcome<'_> {
             }
         }
         let condition = if fit.condition_number.is_finite() {
-            format!("condition number {}", significant(fit.condition_number, 3))
+            format!("condition number {}", short(fit.condition_number, 3))
         } else {
             "no finite condition number".to_owned()
         };

@@ -3,13 +3,16 @@
 use dgd_identify::Estimate;
 use dgd_runtime::{Parameter, Unit};
 
-use crate::output::table::significant;
+use crate::output::table::exact;
 
 /// How many times as large or as small as at the start a parameter is that ran away.
 const FAR: f64 = 100.0;
 
 /// The share of its value from which on a standard deviation says that the data does not determine it.
 const UNCERTAIN: f64 = 0.5;
+
+/// Digits of a declared value; conversion between units leaves something behind the fifteenth.
+const DECLARED: usize = 14;
 
 /// A sentence on a parameter that ran away, with bounds that would hold it; nothing of others.
 pub(super) fn line(parameter: &Parameter, estimate: &Estimate, unit: &Unit) -> Option<String> {
@@ -21,7 +24,9 @@ pub(super) fn line(parameter: &Parameter, estimate: &Estimate, unit: &Unit) -> O
         return None;
     }
     let (name, symbol) = (&parameter.name, &unit.symbol);
-    let shown = |si: f64| significant(unit.from_si(si), 2);
+    let shown = |si: f64| exact(unit.from_si(si), 2);
+    // The line is to be copied, and the value in it is the user's own.
+    let declared = exact(unit.from_si(parameter.value), DECLARED);
     let (low, high) = match parameter.value {
         value if value > 0.0 => (value / 10.0, value * 10.0),
         value if value < 0.0 => (value * 10.0, value / 10.0),
@@ -30,9 +35,9 @@ pub(super) fn line(parameter: &Parameter, estimate: &Estimate, unit: &Unit) -> O
     Some(format!(
         "`{name}` ran from {} to {} {symbol}, where the data says little about it: give it bounds, as in `parameter {name} \
          [{symbol}] = {}  in {} .. {}`, or hold it with `--fix {name}`.\n",
-        shown(parameter.value),
+        declared,
         shown(estimate.value),
-        shown(parameter.value),
+        declared,
         shown(low),
         shown(high)
     ))
@@ -50,7 +55,7 @@ mod tests {
         let parameter = Parameter {
             name: "L".into(),
             unit: unit.clone(),
-            value: 2e-3,
+            value: 2.35e-3,
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
             nominal: None,
@@ -71,7 +76,7 @@ mod tests {
         assert_eq!(said(3e-3, None), None);
         assert_eq!(said(0.9, Some(0.01)), None);
         let text = said(0.9, Some(0.8)).expect("it ran away");
-        assert!(text.contains("from 2.0 to 900 mH"), "{text}");
-        assert!(text.contains("`parameter L [mH] = 2.0  in 0.20 .. 20`"), "{text}");
+        assert!(text.contains("from 2.35 to 900 mH"), "{text}");
+        assert!(text.contains("`parameter L [mH] = 2.35  in 0.24 .. 24`"), "{text}");
     }
 }
