@@ -130,7 +130,7 @@ pub(crate) fn supervised<T: Send + 'static>(
 pub(crate) fn panic_for_test(py: Python<'_>, in_thread: bool) -> PyResult<()> {
     let work = || -> Result<(), WorkError> { panic!("asked for\nby {}", "a test") };
     if in_thread {
-        supervised(py, Task::Simulate, &Arc::new(Observer::default()), move |_| work())
+        supervised(py, Task::Simulate, &Arc::new(Observer::new(None)), move |_| work())
     } else {
         guarded(py, Task::Simulate, work)
     }

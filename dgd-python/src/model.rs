@@ -56,7 +56,7 @@ pub(crate) fn load(
     let add = |all: InMemory, (path, text): (String, Vec<u8>)| all.with(path, text);
     let given = texts.into_iter().fold(InMemory::default(), add);
     let choices = Choices::new(variant, set, apply);
-    let observer = Arc::new(Observer::default());
+    let observer = Arc::new(Observer::new(None));
     supervised(py, Task::Load, &observer, move |observer| {
         let files = Layers { above: &given, below: &Disk };
         let session = Session::new(observer).with_files(&files);

@@ -1,16 +1,19 @@
 //! Who hears of a piece of work for Python: remarks are collected, progress is handed on by the thread that waits.
 
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use dgd_identify::{Of, Progress, Watch};
+use dgd_runtime::Watched;
 use dgd_work::{Listener, Remark};
 use pyo3::prelude::*;
 
+/// What no call looks at any more, and was never stopped: each lives as long as the program.
+static UNUSED: Mutex<Vec<&'static Watched>> = Mutex::new(Vec::new());
+
 /// Hears of a piece of work, and may stop it.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Observer {
-    is_stopped: AtomicBool,
+    watched: &'static Watched,
     remarks: Mutex<Vec<String>>,
     progress: Mutex<Option<Progress>>,
     /// What is called with `what`, `done`, `all` and whether `all` is only the most.
@@ -20,12 +23,14 @@ pub(crate) struct Observer {
 impl Observer {
     /// One that shows progress, if this is something.
     pub(crate) fn new(shows: Option<Py<PyAny>>) -> Self {
-        Observer { shows, ..Observer::default() }
+        let unused = UNUSED.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let watched = unused.unwrap_or_else(|| Box::leak(Box::default()));
+        Observer { watched, remarks: Mutex::default(), progress: Mutex::default(), shows }
     }
 
     /// Asks the work to stop; whether it was asked before.
     pub(crate) fn stop(&self) -> bool {
-        self.is_stopped.swap(true, Ordering::Relaxed)
+        self.watched.stop()
     }
 
     /// What was remarked.
@@ -52,12 +57,29 @@ impl Watch for Observer {
     }
 
     fn is_stopped(&self) -> bool {
-        self.is_stopped.load(Ordering::Relaxed)
+        self.watched.is_stopped()
+    }
+
+    fn watched(&self) -> Option<&'static Watched> {
+        Some(self.watched)
     }
 }
 
 impl Listener for Observer {
     fn remark(&self, remark: Remark<'_>) {
         self.remarks.lock().unwrap_or_else(PoisonError::into_inner).push(remark.to_text());
+    }
+
+    fn hears_progress(&self) -> bool {
+        self.shows.is_some()
+    }
+}
+
+impl Drop for Observer {
+    fn drop(&mut self) {
+        if !self.watched.is_stopped() {
+            self.watched.reset();
+            UNUSED.lock().unwrap_or_else(PoisonError::into_inner).push(self.watched);
+        }
     }
 }

@@ -84,7 +84,7 @@ impl Tracker {
     pub(crate) fn new(request: TrackRequest, texts: InMemory) -> Self {
         let (to, lines) = mpsc::channel();
         let (answers, from) = mpsc::channel();
-        let observer = Arc::new(Observer::default());
+        let observer = Arc::new(Observer::new(None));
         let own = Arc::clone(&observer);
         thread::spawn(move || {
             let mut out = Answers { to: answers.clone(), line: Vec::new() };

@@ -152,6 +152,11 @@ def test_ctrl_c_ends_a_simulation_at_once() -> None:
         m.simulate(inputs, every=1.0, rtol=1e-8)
     timer.join()
     assert time.monotonic() - begin < 3
+    # The thread that computed has stopped, too.
+    time.sleep(0.5)
+    used = time.process_time()
+    time.sleep(0.5)
+    assert time.process_time() - used < 0.25
 
 
 def test_a_discovery_is_the_commands(command: Callable[..., str], tmp_path: Path) -> None:

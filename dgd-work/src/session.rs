@@ -22,6 +22,11 @@ pub trait Listener: Watch {
         true
     }
 
+    /// Whether progress within a single run is heard: telling it takes a second thread.
+    fn hears_progress(&self) -> bool {
+        self.watched().is_some()
+    }
+
     /// All files have been read, before anything is computed.
     ///
     /// # Errors

@@ -290,6 +290,27 @@ fn a_fit_whose_first_simulation_ctrl_c_stops_says_that_nothing_is_kept() {
 
 #[cfg(target_os = "linux")]
 #[test]
+fn ctrl_c_stops_a_filter_between_two_rows() {
+    const MODEL: &[u8] = b"\
+model shaken
+parameter tau [s] = 1  in 0.1 .. 10
+state x [1] = 0
+equation lag: tau*der(x) = sin(50 [1/s]*time) - x
+output y [1] = x  noise 0.1 [1]
+";
+    let mut data = "time [s],y [1]\n".to_owned();
+    // Between two rows are nearly as many steps as there may be, and a likelihood takes minutes.
+    for row in 0..400 {
+        let _ = writeln!(data, "{row}e3,{}", 0.1 * f64::from(row % 3));
+    }
+    let folder = folder_with(&[("m.dgd", MODEL), ("d.csv", data.as_bytes())]);
+    let (model, data) = (path(&folder, "m.dgd"), path(&folder, "d.csv"));
+    let run = interrupted(&["fit", &model, "--data", &data, "--estimator", "prediction-error"]);
+    assert!(run.err.contains("before the first simulation had ended"), "{}", run.err);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
 fn a_bootstrap_that_ctrl_c_stops_gives_what_is_complete() {
     let data = "time [s],y [1]\n0,1\n1,2.1\n2,2.9\n3,4.2\n4,4.8\n5,6.1\n";
     let model =

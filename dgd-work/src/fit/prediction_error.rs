@@ -52,7 +52,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
     };
     let of_simulation =
         OutputErrorProblem { p: &found.p, free: problem.free.clone(), ..task.problem() };
-    let train = evaluate(&of_simulation, &found.p, &found.starts)
+    let train = evaluate(&of_simulation.unwatched(), &found.p, &found.starts)
         .map_err(|error| task.failed(EstimateError::Start(error), &request.data))?;
     let held_out = OutputErrorProblem {
         recordings: &task.valid,
@@ -101,7 +101,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
     };
     let mut figures = Vec::new();
     if request.figures {
-        figures.push(FitFigure { of: None, figure: outcome.figure(&problem)? });
+        figures.push(FitFigure { of: None, figure: outcome.figure(&problem.unwatched())? });
         figures.extend(FitFigure::of_profiles(&outcome.intervals, &outcome));
     }
     let traces = traces(

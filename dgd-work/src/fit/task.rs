@@ -67,10 +67,7 @@ pub(super) struct Task<'s> {
 
 impl<'s> Task<'s> {
     pub(super) fn load(request: &FitRequest, session: Session<'s>) -> Result<Task<'s>, WorkError> {
-        let mut options = options(&request.solve)?;
-        if request.regression.estimator.simulates() {
-            options.watched = session.listener.watched();
-        }
+        let options = Options { watched: session.listener.watched(), ..options(&request.solve)? };
         let mut compilation = Compilation::new(session.files);
         let options_of_model = compilation.options(&request.choices)?;
         let (free, fixed) = compilation.sought(&request.sought);

@@ -13,13 +13,14 @@ use crate::session::Session;
 const BETWEEN: Duration = Duration::from_millis(100);
 
 /// Does some work that runs once from one time to another, s, while another thread tells the listener how much of it is
-/// done. Without a [`Watched`] to look at, or a second thread, it tells nothing.
+/// done. Without a [`Watched`] to look at, a second thread, or anybody who hears it, it tells nothing.
 pub(crate) fn told<T>(
     session: Session<'_>,
     [from, until]: [f64; 2],
     work: impl FnOnce() -> T,
 ) -> T {
-    let Some(watched) = session.listener.watched() else { return work() };
+    let hears = session.listener.hears_progress();
+    let Some(watched) = session.listener.watched().filter(|_| hears) else { return work() };
     watched.tell(from);
     let end = End::default();
     std::thread::scope(|scope| {

@@ -101,11 +101,11 @@ impl<'a> Rows<'a> {
             None => recording.digest,
             Some(_) => (is_file && files.is_file(path)).then(whole).flatten(),
         };
-        let watched = session.listener.watched().is_some();
+        let is_heard = session.listener.hears_progress();
         let most = match source {
             None => Some(recording.times.len()),
             Some(_) => {
-                (is_file && watched && files.is_file(path)).then(|| lines(files, path)).flatten()
+                (is_file && is_heard && files.is_file(path)).then(|| lines(files, path)).flatten()
             }
         };
         let measured = recording.measured.outputs.iter().map(Option::is_some).collect();

@@ -105,6 +105,13 @@ impl<'a> PredictionErrorProblem<'a> {
             watch: &Unwatched,
         }
     }
+
+    /// The same with filters that nobody stops: those that a result needs, where there is one.
+    #[must_use]
+    pub fn unwatched(&self) -> Self {
+        let options = Options { watched: None, ..self.options };
+        PredictionErrorProblem { options, ..self.clone() }
+    }
 }
 
 /// A level of noise.

@@ -3,8 +3,8 @@
 
 use std::cell::Cell;
 
+use super::Search;
 use super::prediction_error::{PredictionError, PredictionErrorProblem, minimised};
-use super::{Failed, Search};
 use crate::error::EstimateError;
 use crate::intervals::along::{HeldMinimum, Way, one_by_one};
 use crate::intervals::profile::{FAR, FAR_LOGARITHM, Profile};
@@ -35,8 +35,11 @@ pub fn prediction_error_profiles(
 ) -> Result<Vec<Profile>, EstimateError> {
     let search = Search::new(problem)?;
     assert_eq!(search.first.len(), found.z.len(), "what was found is of the problem");
-    let least = search.better(problem.system, problem.threads, &found.z, f64::INFINITY);
-    let least = least.map_err(Failed::at_start)?.cost;
+    let least = match search.better(problem.system, problem.threads, &found.z, f64::INFINITY) {
+        Ok(at) => at.cost,
+        Err(_) if problem.watch.is_stopped() => return Ok(Vec::new()),
+        Err(failed) => return Err(failed.at_start()),
+    };
     let along = Along { problem, search, found, least };
     Ok(one_by_one(estimates, problem.watch, |j| along.profile(j)))
 }
