@@ -220,7 +220,7 @@ fn the_exponent_of_the_speed_is_the_same_by_simplex_and_by_projection() {
         projection.evaluations,
         simplex.evaluations
     );
-    // What is true (`data/README.md`): k = 2.2, c0 = 295, c2 = 9000; as `tests/field_data.rs` has it.
+    // What is true (`data/README.md`): k = 2.2, c0 = 295, c2 = 9000; as `tests/thesis/field_data.rs` has it.
     assert!((value(&projection, "k") - 2.2).abs() < 0.011);
     assert!((value(&projection, "c0") / 295.0 - 1.0).abs() < 0.01);
     assert!((value(&projection, "c2") / 9.0e3 - 1.0).abs() < 0.01);

@@ -4,7 +4,7 @@ Of each model in `models/` data are simulated with its own values, its noise and
 the logarithms between the bounds. A search has succeeded where half its sum of squares is within 0.1 of the least that any
 search, from any start or from the truth, has found. Counted are points at which residuals were asked for.
 
-    python compare.py [--starts 50] [--seed 1] [--models pinene,stat5] [--write ../../../../docs/starts.md]
+    python compare.py [--starts 50] [--seed 1] [--models pinene,stat5] [--write ../../../../docs/measured.md]
 """
 
 from __future__ import annotations
