@@ -10,16 +10,16 @@ use crate::integrate::fixed_step::PerSampleError;
 use crate::signal::InputError;
 use crate::solution::Solution;
 
-/// A simulation that stopped early.
+/// Error of a simulation that stopped early.
 #[derive(Clone, PartialEq)]
 pub struct Failure {
     /// Why.
     pub error: IntegrateError,
-    /// The asked times that were reached.
+    /// The solution at the requested times that were reached.
     pub partial: Box<Solution>,
 }
 
-/// Of what was reached only the last time: the rest would flood whoever unwraps it.
+/// Shows only the last time reached: the whole solution would flood the message of an `unwrap`.
 impl fmt::Debug for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Failure")
@@ -32,9 +32,9 @@ impl fmt::Debug for Failure {
 /// Why an integration stopped.
 #[derive(Debug, Clone, PartialEq)]
 pub enum IntegrateError {
-    /// The options or the asked times make no sense.
+    /// The options or the requested times are invalid.
     BadRequest(BadRequest),
-    /// The inputs do not reach as far as the asked times.
+    /// The inputs do not cover the requested times.
     Inputs(InputError),
     /// There are no consistent values of the algebraic unknowns, at the start or after a jump of
     /// the inputs.
@@ -43,7 +43,7 @@ pub enum IntegrateError {
     StepSizeTooSmall {
         /// Time reached, s.
         t: f64,
-        /// The step size given up at, s.
+        /// The step size at which the run gave up, s.
         h: f64,
         /// The unknown with the largest error.
         unknown: String,
@@ -52,7 +52,7 @@ pub enum IntegrateError {
         /// Its local error, in units of the tolerance.
         error: f64,
     },
-    /// An equation or its derivative is not a finite number, however small the step.
+    /// An equation or its derivative is not finite, however small the step.
     NotFinite {
         /// Time of the evaluation, s.
         t: f64,
@@ -62,19 +62,19 @@ pub enum IntegrateError {
         unknown: String,
         /// What is not finite about it.
         what: Evaluation,
-        /// What it reads, with the values at the end of the last step that could be made.
+        /// What it reads, with the values at the end of the last accepted step.
         values: Vec<Reading>,
     },
-    /// Modes follow one another without end at one time, or ever faster towards one.
+    /// Modes change without end at one time, or ever faster towards one (Zeno behaviour).
     EndlessEvents {
         /// The time, s.
         t: f64,
         /// The automaton that changed last.
         automaton: String,
-        /// Number of transitions at this time, or on the way to it.
+        /// Number of transitions at this time or leading up to it.
         transitions: usize,
     },
-    /// A delay that varies comes out below zero: something would be read before it is.
+    /// A variable delay becomes negative: the model would read the future.
     DelayBelowZero {
         /// The time, s.
         t: f64,
@@ -83,26 +83,26 @@ pub enum IntegrateError {
         /// Its value, s.
         value: f64,
     },
-    /// The argument of a table leaves the table, and the model says that nothing is known there.
+    /// The argument of a table leaves its range, and the table is declared to refuse that.
     TableLeft {
         /// The time, s.
         t: f64,
         /// Which argument has left which table.
         what: String,
     },
-    /// Whoever waited for it asked it to stop ([`Watched::stop`](crate::Watched::stop)).
+    /// The caller asked it to stop ([`Watched::stop`](crate::Watched::stop)).
     Stopped {
         /// Time reached, s.
         t: f64,
     },
-    /// More steps than allowed.
+    /// The limit on the number of steps was reached.
     TooManySteps {
         /// Time reached, s.
         t: f64,
         /// Number of steps tried.
         steps: usize,
     },
-    /// More steps than allowed, because the model is stiff and the method explicit.
+    /// The limit on the number of steps was reached, because the model is stiff and the method explicit.
     TooStiff {
         /// Time reached, s.
         t: f64,
@@ -111,7 +111,7 @@ pub enum IntegrateError {
         /// The method.
         method: &'static str,
     },
-    /// The method is for models without algebraic unknowns.
+    /// The method cannot solve algebraic unknowns, and the model has some.
     UnsuitedMethod {
         /// Time reached, s.
         t: f64,
@@ -120,15 +120,15 @@ pub enum IntegrateError {
         /// The equation that determines one.
         equation: String,
     },
-    /// The method goes along Taylor series, and the model has none.
+    /// The method needs Taylor series, and the model has none.
     NoTaylorSeries {
         /// The method.
         method: &'static str,
         /// Why.
         why: NoTaylor,
     },
-    /// The method goes along Taylor series, for which an input is held between samples as the model
-    /// declares it, and the given input is not.
+    /// The method uses Taylor series, which rely on an input being held between samples as the model declares; the
+    /// given input is not held.
     HeldInputMoves {
         /// The method.
         method: &'static str,
@@ -141,18 +141,18 @@ pub enum IntegrateError {
     NewtonDiverged {
         /// Time reached, s.
         t: f64,
-        /// The step size given up at, s.
+        /// The step size at which the run gave up, s.
         h: f64,
-        /// The unknown that moves most for its size.
+        /// The unknown with the largest correction relative to its size.
         unknown: String,
     },
     /// The matrix of the stages is singular, however small the step.
     SingularIteration {
         /// Time reached, s.
         t: f64,
-        /// The step size given up at, s.
+        /// The step size at which the run gave up, s.
         h: f64,
-        /// The equation whose row vanishes or depends on others.
+        /// The equation whose row vanishes or depends linearly on others.
         equation: String,
     },
 }
@@ -166,43 +166,43 @@ pub enum Evaluation {
     Derivative,
 }
 
-/// Options or asked times that make no sense.
+/// Invalid options or requested times.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BadRequest {
-    /// There are more or fewer parameter values than the model has parameters.
+    /// The number of parameter values differs from the number of parameters.
     ParameterCount {
         /// The model.
         model: String,
-        /// The parameters that it has.
+        /// Number of its parameters.
         expected: usize,
-        /// The values that are given.
+        /// Number of values given.
         given: usize,
     },
-    /// There are more or fewer inputs than the model has.
+    /// The number of inputs differs from that of the model.
     InputCount {
         /// The model.
         model: String,
-        /// The inputs that it has.
+        /// Number of its inputs.
         expected: usize,
-        /// Those that are given.
+        /// Number of inputs given.
         given: usize,
     },
     /// A start value is given for an unknown that does not exist.
     StartOfNoUnknown {
         /// The model.
         model: String,
-        /// The unknowns that it has.
+        /// Number of its unknowns.
         unknowns: usize,
-        /// The position that a start value is given for, from 0.
+        /// The position of the start value, from 0.
         position: usize,
     },
-    /// An unknown is to be kept that does not exist.
+    /// A chosen unknown does not exist.
     ChosenNoUnknown {
         /// The model.
         model: String,
-        /// The unknowns that it has.
+        /// Number of its unknowns.
         unknowns: usize,
-        /// The position that is chosen, from 0.
+        /// The chosen position, from 0.
         position: usize,
     },
     /// A tolerance is not a positive number.
@@ -217,19 +217,19 @@ pub enum BadRequest {
         /// Its value, s.
         value: f64,
     },
-    /// An asked time is not a finite number.
+    /// A requested time is not a finite number.
     TimeNotFinite {
         /// Its position, from 0.
         index: usize,
     },
-    /// An asked time is before its predecessor.
+    /// A requested time is before its predecessor.
     TimeBackwards {
         /// The time, s.
         at: f64,
         /// Its predecessor, s.
         previous: f64,
     },
-    /// The delay of an unknown that acts on the model is below zero or not finite.
+    /// The delay of an unknown is negative or not finite.
     UnknownDelay {
         /// The unknown.
         unknown: String,
@@ -238,8 +238,8 @@ pub enum BadRequest {
         /// Value of the delay, s.
         value: f64,
     },
-    /// The derivative to a delay of zero is asked for, where no equation gives the slope of what is
-    /// read late.
+    /// The derivative with respect to a delay of zero is requested, and no equation gives the slope of the delayed
+    /// unknown.
     DerivativeToNoDelay {
         /// The unknown.
         unknown: String,
@@ -265,24 +265,24 @@ pub enum InitialError {
         /// The time, s.
         t: f64,
     },
-    /// An equation or its derivative is not a finite number at the start values.
+    /// An equation or its derivative is not finite at the start values.
     NotFinite {
         /// The equation.
         equation: String,
         /// The time, s.
         t: f64,
-        /// What it reads; only what is to blame, where that is known.
+        /// What it reads; only the culprits, where they are known.
         at: Vec<Reading>,
     },
     /// The algebraic equations do not determine the algebraic unknowns.
     Singular {
-        /// An equation that vanishes or depends on others.
+        /// An equation that vanishes or depends linearly on others.
         equation: String,
         /// The time, s.
         t: f64,
-        /// What is left of the equation, in its own SI unit.
+        /// The equation's residual, in its own SI unit.
         residual: f64,
-        /// Equations that can only be solved together with it.
+        /// Equations that must be solved together with it.
         together: Vec<String>,
         /// What it reads.
         at: Vec<Reading>,
@@ -297,7 +297,7 @@ pub enum InitialError {
         equation: String,
         /// That residual, in the equation's SI unit.
         residual: f64,
-        /// The unknown that still moves most for its size.
+        /// The unknown with the largest last correction relative to its size.
         unknown: String,
         /// Its last correction, SI.
         correction: f64,
@@ -306,7 +306,7 @@ pub enum InitialError {
     },
 }
 
-/// A number of things.
+/// A count and its noun.
 struct Counted(usize, &'static str);
 
 impl fmt::Display for Counted {

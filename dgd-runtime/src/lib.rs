@@ -1,4 +1,4 @@
-//! The trait a compiled model implements, and what solves it.
+//! The trait that compiled models implement, and their solvers.
 //!
 //! ```text
 //!   System + parameters + Inputs + start values = Problem
@@ -11,7 +11,7 @@
 //!   ensemble::simulate(members, times, options, threads) → w and y of each of many
 //! ```
 
-// Test problems name the crate as its users do.
+// Test problems refer to the crate by its public name.
 #[cfg(test)]
 extern crate self as dgd_runtime;
 

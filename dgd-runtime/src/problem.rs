@@ -13,17 +13,17 @@ use crate::observe::delay::delays;
 use crate::signal::{Delayed, InputError, Inputs};
 use crate::system::System;
 
-/// A model with numbers.
+/// A model with its parameters, inputs and start values.
 #[derive(Debug)]
 pub struct Problem<'a, S> {
     /// The model.
     pub system: &'a S,
-    /// Parameters, all of them, SI.
+    /// All parameters, SI.
     pub p: &'a [f64],
     /// Inputs, in the order of the signature.
     pub inputs: &'a Inputs,
-    /// Start values that replace the model's, by position of the unknown, SI; for an algebraic
-    /// unknown it is a guess. A replaced start value depends on no parameter.
+    /// Start values that replace the model's, by position of the unknown, SI; for an algebraic unknown it is an initial
+    /// guess. A replaced start value does not depend on parameters.
     pub start: &'a [(usize, f64)],
 }
 
@@ -36,8 +36,7 @@ impl<S> Clone for Problem<'_, S> {
 impl<S> Copy for Problem<'_, S> {}
 
 impl<S: System> Problem<'_, S> {
-    /// Checks that there are as many parameters and inputs as the model has, and that unknowns with start
-    /// values exist.
+    /// Checks that the numbers of parameters and inputs match the model, and that unknowns with start values exist.
     ///
     /// # Errors
     ///
@@ -62,12 +61,12 @@ impl<S: System> Problem<'_, S> {
         }
     }
 
-    /// Inputs as the model reads them: u of [`Point`](crate::Point), delayed inputs included. What is
-    /// known of delayed unknowns is zero, which reads them as if nothing were late.
+    /// Inputs as the model reads them: u of [`Point`](crate::Point), delayed inputs included. The past of delayed
+    /// unknowns is zero, so that they are read without delay.
     ///
     /// # Errors
     ///
-    /// [`InputError::Delay`] where an input's delay is below zero or not finite.
+    /// [`InputError::Delay`] where an input's delay is negative or not finite.
     pub fn inputs_read(&self) -> Result<Cow<'_, Inputs>, InputError> {
         let signature = self.system.signature();
         let past = signature.past().len();
@@ -94,7 +93,7 @@ impl<S: System> Problem<'_, S> {
         Ok(Cow::Owned(if past == 0 { inputs } else { inputs.widened(past) }))
     }
 
-    /// Inputs that equations are differentiated through do not jump.
+    /// Checks that no input jumps through which an equation was differentiated.
     pub(crate) fn verify_smooth(&self, from: f64, until: f64) -> Result<(), InputError> {
         let signature = self.system.signature();
         if signature.differentiated_inputs.is_empty() {
@@ -115,38 +114,39 @@ impl<S: System> Problem<'_, S> {
     }
 }
 
-/// What a run gives.
+/// What a run returns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wanted<'a> {
-    /// The unknowns alone.
+    /// Only the unknowns.
     Unknowns,
-    /// The unknowns, and what is known of delayed ones ([`Solution::past`](crate::Solution::past)) even where no output reads it.
+    /// The unknowns, and the past of delayed ones ([`Solution::past`](crate::Solution::past)) even if no output reads
+    /// it.
     UnknownsAndPast,
-    /// The unknowns at these positions alone, in this order.
+    /// Only the unknowns at these positions, in this order.
     Chosen(&'a [usize]),
-    /// The same with all outputs; no output is read late, and steps are adaptive.
+    /// The same with all outputs; requires that no output has a delay and that steps are adaptive.
     Observed(&'a [usize]),
     /// The unknowns and their sensitivities to the model's directions.
     Sensitivities,
-    /// The unknowns of a run that can be gone on from ([`Solution::memory`](crate::Solution::memory)), and goes on from another one's
-    /// end: the problem has start values of all unknowns then, and the run begins where the other one ended.
-    /// Outputs are not read late.
+    /// The unknowns of a run that can be continued ([`Solution::memory`](crate::Solution::memory)) and may itself
+    /// continue another: the problem then has start values for all unknowns, and the run begins where the other one
+    /// ended. No output has a delay.
     Resumed(Before<'a>),
     /// The same with sensitivities.
     ResumedSensitivities(Before<'a>),
 }
 
-/// What a run goes on from, beside its unknowns.
+/// What a run continues from, besides its unknowns.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Before<'a> {
-    /// What the run before remembers; `None` for the first one.
+    /// The memory of the previous run; `None` for the first one.
     pub memory: Option<&'a Memory>,
-    /// What unknowns that are read late were.
+    /// The past of delayed unknowns.
     pub past: Option<&'a Past>,
 }
 
 impl<'a> Wanted<'a> {
-    /// The unknowns to be kept, where that is not all.
+    /// The unknowns to keep, if not all.
     pub(crate) fn chosen(self) -> Option<&'a [usize]> {
         match self {
             Wanted::Chosen(chosen) | Wanted::Observed(chosen) => Some(chosen),
@@ -158,7 +158,7 @@ impl<'a> Wanted<'a> {
         matches!(self, Wanted::Sensitivities | Wanted::ResumedSensitivities(_))
     }
 
-    /// What the run goes on from.
+    /// What the run continues from.
     pub(crate) fn resumed(self) -> Before<'a> {
         match self {
             Wanted::Resumed(before) | Wanted::ResumedSensitivities(before) => before,
@@ -166,7 +166,7 @@ impl<'a> Wanted<'a> {
         }
     }
 
-    /// Whether another run is to go on from this one.
+    /// Whether another run is to continue this one.
     pub(crate) fn is_remembered(self) -> bool {
         matches!(self, Wanted::Resumed(_) | Wanted::ResumedSensitivities(_))
     }
@@ -182,17 +182,17 @@ pub struct Options {
     pub atol: f64,
     /// Integration method.
     pub method: &'static Method,
-    /// How long steps are.
+    /// How step sizes are chosen.
     pub steps: Steps,
-    /// Most steps tried.
+    /// Maximum number of steps tried.
     pub max_steps: usize,
-    /// First step, s; chosen from the equations where there is none.
+    /// Initial step size, s; `None` chooses it from the equations.
     pub initial_step: Option<f64>,
-    /// Who waits for the run, and may stop it.
+    /// Receives progress, and may stop the run.
     pub watched: Option<&'static Watched>,
 }
 
-/// Who waits for a run is not a part of it: digests of options tell results apart.
+/// Leaves out `watched`: digests of options identify results, which do not depend on it.
 impl fmt::Debug for Options {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { rtol, atol, method, steps, max_steps, initial_step, watched: _ } = self;
@@ -240,7 +240,7 @@ impl Options {
         Self { method, ..self }
     }
 
-    /// The same with another limit to the steps tried.
+    /// The same with another limit on the number of steps.
     #[must_use]
     pub fn max_steps(self, max_steps: usize) -> Self {
         Self { max_steps, ..self }
@@ -266,7 +266,7 @@ impl Options {
     }
 }
 
-/// Sizes of the unknowns, SI: declared, or the size of the start value, or one of the unit.
+/// Sizes of the unknowns, SI: the declared size, else the magnitude of the start value, else one unit.
 pub fn unknown_sizes<S: System>(system: &S, start: &[f64], sizes: &mut [f64]) {
     let mut first = 0;
     for (count, nominal, unit) in system.signature().unknowns.groups() {
@@ -279,8 +279,7 @@ pub fn unknown_sizes<S: System>(system: &S, start: &[f64], sizes: &mut [f64]) {
     share_sizes(system, sizes);
 }
 
-/// Size of the parameter at `position`, SI: declared, or that of its declared value, or one of the
-/// unit.
+/// Size of the parameter at `position`, SI: the declared size, else the magnitude of its declared value, else one unit.
 pub fn parameter_size<S: System>(system: &S, position: usize) -> f64 {
     let parameter = &system.signature().parameters[position];
     size_of(parameter.nominal.unwrap_or(parameter.value), parameter.unit.factor)

@@ -1,4 +1,4 @@
-//! What a simulation gives.
+//! The result of a simulation.
 
 use std::fmt;
 
@@ -6,52 +6,51 @@ use crate::integrate::Memory;
 use crate::signal::Side;
 use crate::system::{Signature, Text};
 
-/// Values at the asked times.
+/// Values at the requested times.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
-    /// Number of unknowns n, or of those that were chosen.
+    /// Number of unknowns n, or of the chosen ones.
     pub n: usize,
     /// Number of directions n_s; 0 without sensitivities.
     pub n_s: usize,
-    /// The asked times, s.
+    /// The requested times, s.
     pub times: Vec<f64>,
     /// Unknowns, n numbers per time.
     pub y: Vec<f64>,
-    /// Outputs, n_w numbers per time; of a run that evaluates them on its way alone
+    /// Outputs, n_w numbers per time; only of a run that evaluates them on its way
     /// ([`simulate_observed`](crate::simulate_observed)).
     pub w: Vec<f64>,
     /// Sensitivities, n · n_s numbers per time in the order of [`System`](crate::System); NaN where
     /// they are undefined.
     pub s: Vec<f64>,
-    /// The same where outputs with a delay are read, for each delay that an output has.
+    /// Values at the delayed times of outputs, one entry for each delay that an output has.
     pub late: Vec<LateValues>,
     /// Number of discrete numbers n_z; 0 without modes and conditions on time.
     pub n_z: usize,
     /// Discrete numbers, n_z per time: modes, then conditions on time.
     pub z: Vec<f64>,
-    /// Number of numbers about delayed unknowns; 0 where no output reads them and they are not asked for.
+    /// Number of values about delayed unknowns; 0 if no output reads them and they were not requested.
     pub n_past: usize,
-    /// What is known of delayed unknowns ([`PastLayout`](crate::system::PastLayout)), n_past per time.
+    /// The past of delayed unknowns ([`PastLayout`](crate::system::PastLayout)), n_past values per time.
     pub past: Vec<f64>,
     /// Transitions between modes, in the order in which they happened.
     pub events: Vec<Event>,
     /// Where and why sensitivities are undefined.
     pub undefined: Vec<UndefinedSensitivity>,
-    /// What another run goes on from where this one has ended; of a run that is to be gone on from
-    /// ([`Wanted::Resumed`](crate::Wanted)).
+    /// What another run needs to continue this one; only of a resumable run ([`Wanted::Resumed`](crate::Wanted)).
     pub memory: Option<Memory>,
-    /// Work done.
+    /// Counts of the work done.
     pub statistics: Statistics,
 }
 
-/// Values at the times t − τ, for each asked time t.
+/// Values at the times t − τ, for each requested time t.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LateValues {
-    /// Position of the delay among the model's.
+    /// Position among the model's delays.
     pub delay: usize,
     /// τ, s.
     pub tau: f64,
-    /// t − τ, s; where that is before the start or beyond what is known, the nearest time that is.
+    /// t − τ, s, clamped to the times at which the solution is known.
     pub times: Vec<f64>,
     /// Unknowns, n numbers per time.
     pub y: Vec<f64>,
@@ -59,27 +58,27 @@ pub struct LateValues {
     pub s: Vec<f64>,
     /// Discrete numbers, n_z per time.
     pub z: Vec<f64>,
-    /// What is known of delayed unknowns, as many numbers per time as in the solution.
+    /// The past of delayed unknowns, as many values per time as in the solution.
     pub past: Vec<f64>,
 }
 
-/// A stretch of time on which sensitivities are undefined.
+/// A time interval on which sensitivities are undefined.
 ///
-/// Sensitivities of algebraic unknowns solve ∂f_a/∂y_a S_a = −(∂f_a/∂y_d S_d + ∂f_a/∂θ). Where
-/// the matrix is singular they do not exist, and S_d, which is driven by them, cannot be continued:
-/// whether a disturbed solution would leave the singular point at the same time, later, or never, is
-/// not a question of first derivatives. From the step that meets the first singular point, all
-/// sensitivities are therefore undefined to the end of the simulation. The states go on.
+/// Sensitivities of algebraic unknowns solve ∂f_a/∂y_a S_a = −(∂f_a/∂y_d S_d + ∂f_a/∂θ). Where the matrix is singular
+/// they do not exist, and S_d, which is driven by them, cannot be continued: first derivatives cannot say whether a
+/// perturbed solution would leave the singular point at the same time, later, or never. From the step that meets the
+/// first singular point, all sensitivities are therefore undefined to the end of the simulation. The states are still
+/// integrated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UndefinedSensitivity {
-    /// Start of the stretch, s.
+    /// Start of the interval, s.
     pub from: f64,
     /// Its end, s.
     pub until: f64,
-    /// The equation whose derivative to the algebraic unknowns vanishes, or depends on others'; or
-    /// the automaton whose threshold is only touched, or all that changed at one time.
+    /// The equation whose derivative with respect to the algebraic unknowns vanishes or depends linearly on those of
+    /// others; or the automaton that only grazes its threshold, or everything that changed at one time.
     pub equation: String,
-    /// Which of them.
+    /// Which of these.
     pub cause: UndefinedCause,
 }
 
@@ -88,29 +87,29 @@ pub struct UndefinedSensitivity {
 pub enum UndefinedCause {
     /// An equation no longer determines an algebraic unknown.
     Singular,
-    /// A threshold is touched and hardly passed: a disturbed solution may miss it.
+    /// The solution grazes a threshold: a perturbed solution may miss it.
     Grazing,
-    /// Events that need not be at one time are, and their order would make a difference.
+    /// Events coincide that need not, and their order would make a difference.
     Simultaneous,
 }
 
 /// A transition between modes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
-    /// When, s.
+    /// Time, s.
     pub t: f64,
     /// The automaton.
     pub automaton: Text,
-    /// The mode that it left.
+    /// The mode left.
     pub from: Text,
-    /// The mode that it entered.
+    /// The mode entered.
     pub to: Text,
 }
 
 impl fmt::Display for UndefinedSensitivity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { from, until, equation, cause } = self;
-        // Just after a start at 0 there are many zeros behind the point.
+        // Just after a start at 0 there are many zeros after the decimal point.
         let is_tiny = *from != 0.0 && from.abs() < 1e-5;
         let from = if is_tiny { format!("{from:e}") } else { from.to_string() };
         write!(f, "sensitivities are undefined from t = {from} s to {until} s, where ")?;
@@ -128,14 +127,14 @@ impl fmt::Display for UndefinedSensitivity {
     }
 }
 
-/// Work done.
+/// Counts of the work done.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Statistics {
     /// Accepted steps.
     pub steps: usize,
     /// Rejected steps.
     pub rejected: usize,
-    /// Evaluations of f, alone or with g.
+    /// Evaluations of f, with or without g.
     pub evaluations: usize,
     /// Evaluations of f with its Jacobian.
     pub linearizations: usize,
@@ -143,12 +142,12 @@ pub struct Statistics {
     pub factorisations: usize,
     /// Segments of smooth inputs.
     pub segments: usize,
-    /// Equal steps per sample; 0 where steps were adaptive.
+    /// Equal steps per sample; 0 if steps were adaptive.
     pub per_sample: u32,
 }
 
 impl Solution {
-    /// Keeps the unknowns at the positions `chosen` alone, in this order.
+    /// Keeps only the unknowns at the positions `chosen`, in this order.
     pub(crate) fn keep(&mut self, chosen: &[usize]) {
         let rows = self.y.chunks_exact(self.n.max(1));
         self.y = rows.flat_map(|row| chosen.iter().map(|i| row[*i])).collect();
@@ -181,12 +180,12 @@ impl Solution {
         &self.z[k * self.n_z..(k + 1) * self.n_z]
     }
 
-    /// What is known of delayed unknowns at the k-th time.
+    /// The past of delayed unknowns at the k-th time.
     pub fn past(&self, k: usize) -> &[f64] {
         &self.past[k * self.n_past..(k + 1) * self.n_past]
     }
 
-    /// No values yet, of a run with n_s directions.
+    /// An empty solution of a run with n_s directions.
     pub fn empty(signature: &Signature, n_s: usize) -> Self {
         Self {
             n: signature.unknowns.len(),
@@ -207,7 +206,7 @@ impl Solution {
         }
     }
 
-    /// Forgets all values, and the work that they took.
+    /// Clears all values and counts of work.
     pub(crate) fn forget_rows(&mut self) {
         self.times.clear();
         self.y.clear();
@@ -219,18 +218,17 @@ impl Solution {
         self.statistics = Statistics::default();
     }
 
-    /// Which limit the values at the k-th time are.
+    /// Which limit the values at the k-th time represent.
     pub fn side(&self, k: usize) -> Side {
         side(&self.times, k)
     }
 }
 
-/// Which limit the k-th of the asked `times` means.
+/// Which limit the k-th of the requested `times` means.
 ///
-/// A time that occurs twice means just before and just after a jump of the inputs or an event. One
-/// that occurs once means just after, at the end too: a row of a recording holds what goes on from
-/// there. At the start only just after exists. One that occurs more often than twice is that of replicates, and
-/// means just after.
+/// A time that occurs twice means just before and just after a jump of the inputs or an event. One that occurs once
+/// means just after, at the end too: a row of a recording holds the inputs that apply from there on. At the start only
+/// just after exists. A time that occurs more than twice belongs to replicates, and means just after.
 pub fn side(times: &[f64], k: usize) -> Side {
     let t = times[k];
     let is_first_of_two = times.get(k + 1) == Some(&t)

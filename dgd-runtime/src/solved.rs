@@ -1,4 +1,4 @@
-//! How a compiled model is solved: its matrices, its runs, and its functions for ensembles.
+//! The trait of models that can be solved: their matrices, runs, and functions for ensembles.
 
 use crate::ensemble::lanes::{self, LanePoint, Lanes};
 use crate::error::Failure;
@@ -7,20 +7,19 @@ use crate::problem::{Options, Problem, Wanted};
 use crate::solution::Solution;
 use crate::system::System;
 
-/// A [`System`] that the solvers of this crate take.
+/// A [`System`] that the solvers of this crate accept.
 pub trait Solved: System {
     /// The factorisation of W = M c − ∂f/∂y.
     type Factorisation: Factorisation;
 
     /// Integrates the system, for [`simulate`](crate::simulate) and
-    /// [`simulate_with_sensitivities`](crate::simulate_with_sensitivities): by
-    /// [`integrate::integrate`](crate::integrate::integrate), where a system has nothing better to do. One
-    /// whose sizes are known at run time only may hand the problem to one that is the same with its sizes as
-    /// constants.
+    /// [`simulate_with_sensitivities`](crate::simulate_with_sensitivities), by default with
+    /// [`integrate::integrate`](crate::integrate::integrate). A system whose sizes are known only at run time may pass
+    /// the problem to an equivalent one that has its sizes as constants.
     ///
     /// # Errors
     ///
-    /// [`Failure`], with what was reached.
+    /// [`Failure`], with the part of the solution that was reached.
     fn integrate(
         problem: &Problem<'_, Self>,
         times: &[f64],
@@ -30,8 +29,8 @@ pub trait Solved: System {
     where
         Self: Sized;
 
-    /// [`System::rhs`] for several members of an ensemble: the same bits. Only models without discrete
-    /// numbers, small enough for lanes, are asked.
+    /// [`System::rhs`] for several members of an ensemble, equal to it bit for bit. Called only for models that have no
+    /// discrete numbers and are small enough for lanes.
     #[inline]
     fn rhs_lanes(&self, at: LanePoint<'_>, f: &mut [Lanes]) {
         lanes::rhs_of_any(self, at, f);

@@ -1,15 +1,15 @@
-//! Algebraic equations: solving them, how their unknowns depend on time and parameters, and which equation is to
-//! blame where that fails.
+//! Algebraic equations: solving them, how their unknowns depend on time and parameters, and which equation is at fault
+//! if that fails.
 //!
 //! ```text
 //!   0 = f_a(t, y_d, y_a),  y_d given:     −∂f_a/∂y_a δ = f_a,  y_a ← y_a + λ δ
 //!   0 = g_a(t, y, S_d, S_a), S_d given:   −∂f_a/∂y_a S_a = ∂f_a/∂y_d S_d + ∂f_a/∂θ
 //! ```
 //!
-//! λ is halved until the next correction, by the same matrix, is the smaller for it: a test that
-//! does not depend on how equations are scaled (Deuflhard, Newton Methods for Nonlinear Problems,
-//! 2004, §3.3). Both systems are solved at full size, with the identity in the rows of differential
-//! unknowns, so that one factorisation serves all sizes and patterns.
+//! λ is halved until the next correction with the same matrix is smaller than this one: a test that does not depend on
+//! how equations are scaled (Deuflhard, Newton Methods for Nonlinear Problems, 2004, §3.3). Both systems are solved at
+//! full size, with the identity in the rows of differential unknowns, so that one factorisation serves all sizes and
+//! patterns.
 
 mod newton;
 mod rates;
@@ -21,10 +21,10 @@ use crate::solved::Solved;
 use crate::system::{Pattern, Point, Signature, Storage};
 pub(crate) use rates::Rates;
 
-/// Residuals below this part of the equation's terms are rounding: a few operations on them.
+/// Residuals below this fraction of the equation's terms are rounding errors of a few operations.
 pub(crate) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Where algebraic equations are solved.
+/// The point at which algebraic equations are solved.
 #[derive(Clone, Copy)]
 pub(crate) struct AlgebraicPoint<'a> {
     pub(crate) t: f64,
@@ -35,7 +35,7 @@ pub(crate) struct AlgebraicPoint<'a> {
 
 /// The algebraic equations of a model and their Jacobian ∂f_a/∂y_a.
 pub(crate) struct Algebraic<S: Solved> {
-    /// 1 where the unknown is differential, 0 where it is algebraic.
+    /// 1 for a differential unknown, 0 for an algebraic one.
     pub(crate) mass: S::Vector,
     count: usize,
     pub(crate) factorisation: S::Factorisation,
@@ -58,7 +58,7 @@ impl<S: Solved> Algebraic<S> {
         let n = signature.unknowns.len();
         let mut mass = S::Vector::zeros(n);
         signature.write_mass(mass.as_mut());
-        // Without algebraic unknowns in any mode nothing is factorised.
+        // If no mode has algebraic unknowns, nothing is factorised.
         let is_explicit = Self::is_explicit(signature);
         let pattern = if is_explicit { &Pattern::EMPTY } else { &signature.jacobian };
         Self::with(system, mass, pattern)
@@ -69,7 +69,7 @@ impl<S: Solved> Algebraic<S> {
         signature.unknowns.n_algebraic() == 0 && signature.discrete.automata.is_empty()
     }
 
-    /// All equations, as if no unknown had a derivative: 0 = f for all of y.
+    /// All equations, as if all unknowns were algebraic: 0 = f for all of y.
     pub(crate) fn all(system: &S) -> Self {
         let signature = system.signature();
         let mass = S::Vector::zeros(signature.unknowns.len());
@@ -97,8 +97,8 @@ impl<S: Solved> Algebraic<S> {
         }
     }
 
-    /// Takes over the mass matrix of other modes. What was learnt about the sizes of equations was
-    /// learnt about others.
+    /// Switches to the mass matrix of other modes, and forgets the sizes of the equations, which were those of the old
+    /// modes.
     pub(crate) fn enter_modes(&mut self, mass: &[f64]) {
         self.mass.as_mut().copy_from_slice(mass);
         self.count = mass.iter().filter(|mass| **mass == 0.0).count();
@@ -192,8 +192,8 @@ impl<S: Solved> Algebraic<S> {
         self.correct_sensitivities(system, at, s, g);
     }
 
-    /// Corrects sensitivities of algebraic unknowns where other things are read than those that were factorised
-    /// with; the corrections stay in `g`.
+    /// Corrects sensitivities of algebraic unknowns at values other than those of the factorisation; the corrections
+    /// stay in `g`.
     pub(crate) fn correct_sensitivities(
         &mut self,
         system: &S,
@@ -209,8 +209,7 @@ impl<S: Solved> Algebraic<S> {
         add_scaled(s, 1.0, g);
     }
 
-    /// Whether no residual of an algebraic equation in `f` is larger than the rounding of the
-    /// equation's terms at `y`.
+    /// Whether every residual of an algebraic equation in `f` is within the rounding of the equation's terms at `y`.
     pub(crate) fn is_rounding(
         &mut self,
         pattern: &Pattern,
@@ -237,7 +236,7 @@ pub(super) fn is_rounding<V: Storage>(
     rows.all(|((f, terms), mass)| *mass != 0.0 || f.abs() <= ROUNDING * *terms)
 }
 
-/// Sizes of the equations' terms at `y`, to first order.
+/// Adds the sizes of the equations' terms at `y`, to first order.
 pub(crate) fn add_terms(terms: &mut [f64], pattern: &Pattern, jacobian: &[f64], y: &[f64]) {
     pattern.for_each(jacobian, |row, column, j| terms[row] += (j * y[column]).abs());
 }

@@ -1,4 +1,4 @@
-//! Newton's iteration for algebraic unknowns, and what is to blame where it fails.
+//! Newton's iteration for algebraic unknowns, and the equation at fault if it fails.
 
 use super::singularity::CONVERGED;
 use super::{Algebraic, AlgebraicPoint, ROUNDING, add_scaled, add_terms, is_rounding, mask};
@@ -11,12 +11,12 @@ use crate::solved::Solved;
 use crate::system::{Pattern, Point};
 
 const MOST_ITERATIONS: usize = 100;
-/// The smallest damping tried, λ.
+/// The smallest damping factor λ tried.
 const LEAST_DAMPING: f64 = 1.0 / 4096.0;
-/// How often a guess at which the equations are singular is moved.
+/// How many times a guess at which the equations are singular is moved.
 const MOST_NUDGES: u32 = 3;
 
-/// What a correction is measured by.
+/// Error weights of a correction.
 #[derive(Clone, Copy)]
 struct Weights<'a> {
     sizes: &'a [f64],
@@ -53,7 +53,7 @@ impl<S: Solved> Algebraic<S> {
         self.solve_nudged(system, at, y, jacobian, Weights { sizes, tolerances }, MOST_NUDGES)
     }
 
-    /// The same from a guess that is close: it is not left for another one where equations are singular.
+    /// The same from a close guess, which is not moved if the equations are singular there.
     pub(crate) fn solve_nearby(
         &mut self,
         system: &S,
@@ -110,7 +110,7 @@ impl<S: Solved> Algebraic<S> {
             self.correction.as_mut().copy_from_slice(self.f.as_ref());
             let norm = if factorised.is_ok() {
                 self.factorisation.solve(self.correction.as_mut());
-                // Given values stay as they are, rounding of the elimination aside.
+                // Keeps rounding of the elimination out of the given values.
                 mask(self.correction.as_mut(), self.mass.as_ref());
                 tolerances.mean_square(self.correction.as_ref(), y, y, sizes)
             } else {
@@ -133,7 +133,7 @@ impl<S: Solved> Algebraic<S> {
                 return Ok(());
             }
 
-            // λ is good when the next correction by this matrix is the smaller for it.
+            // λ is accepted if the next correction with this matrix is smaller.
             let mut lambda = 1.0;
             while lambda >= LEAST_DAMPING {
                 self.trial.as_mut().copy_from_slice(y);
@@ -165,8 +165,7 @@ impl<S: Solved> Algebraic<S> {
         Err(self.not_converged(system, at, weights, jacobian, MOST_ITERATIONS))
     }
 
-    /// Moves algebraic unknowns by their sizes: q|q| has no slope at a guess of zero, and hardly
-    /// any near it.
+    /// Moves algebraic unknowns by their sizes: q|q| has zero slope at a guess of zero, and almost none near it.
     fn nudge(&self, y: &mut [f64], sizes: &[f64], times: u32) {
         for ((y, size), mass) in y.iter_mut().zip(sizes).zip(self.mass.as_ref()) {
             *y += (1.0 - mass) * size * f64::from(times);
@@ -200,8 +199,8 @@ impl<S: Solved> Algebraic<S> {
         }
     }
 
-    /// The equation that is furthest from being solved, in the first block with such equations:
-    /// those of later blocks read unknowns of this one, and are not to blame.
+    /// The equation with the largest residual in the first unsolved block: later blocks read unknowns of this one, so
+    /// the fault is not theirs.
     fn first_unsolved(&self, pattern: &Pattern, jacobian: &[f64], y: &[f64]) -> usize {
         let f = self.f.as_ref();
         let mut terms = vec![0.0; f.len()];
@@ -215,8 +214,7 @@ impl<S: Solved> Algebraic<S> {
         blocks.iter().find_map(unsolved).unwrap_or_else(|| largest(f))
     }
 
-    /// The block that is singular, by the equation in it with the largest residual; `row` where none
-    /// is by itself.
+    /// The equation with the largest residual in the singular block; `row` if no block is singular by itself.
     pub(crate) fn singular(
         &self,
         system: &S,

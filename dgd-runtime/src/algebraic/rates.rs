@@ -26,7 +26,7 @@ impl<S: Solved> Rates<S> {
         }
     }
 
-    /// ẏ at consistent values; `None` where algebraic unknowns are not determined.
+    /// ẏ at consistent values; `None` if the algebraic unknowns are not determined.
     pub(crate) fn at(&mut self, system: &S, at: Point<'_>, udot: &[f64]) -> Option<&[f64]> {
         if !system.signature().discrete.automata.is_empty() {
             system.mass(at, self.mass.as_mut());

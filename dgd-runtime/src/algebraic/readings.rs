@@ -1,4 +1,4 @@
-//! What an equation reads, and with what values: for messages about equations that have none.
+//! The values that an equation reads, for messages about equations that have no value.
 
 use std::fmt;
 
@@ -7,17 +7,17 @@ use dgd_signature::number::{short, with_unit};
 use crate::solved::Solved;
 use crate::system::{Pattern, Point, Storage, Unit};
 
-/// Messages name at most this many values.
+/// Maximum number of values in a message.
 const MOST_SHOWN: usize = 5;
 
-/// A number that an equation reads.
+/// A value that an equation reads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// Its value, in its declared unit.
     pub value: f64,
-    /// That unit.
+    /// Its declared unit.
     pub unit: String,
 }
 
@@ -34,7 +34,7 @@ impl fmt::Display for Reading {
     }
 }
 
-/// `, with x = 1 m and y = 2 m`; nothing where nothing is read.
+/// `, with x = 1 m and y = 2 m`; empty if nothing is read.
 pub(crate) struct With<'a>(pub(crate) &'a [Reading]);
 
 impl fmt::Display for With<'_> {
@@ -49,8 +49,8 @@ impl fmt::Display for With<'_> {
     }
 }
 
-/// What row `row` of f reads at a point: unknowns, inputs and parameters. Where derivatives to some
-/// of them are not finite, it is these that are to blame, and only they are told.
+/// The unknowns, inputs and parameters that row `row` of f reads at a point; if derivatives with respect to some of
+/// them are not finite, only those.
 pub(crate) fn readings<S: Solved>(system: &S, at: Point<'_>, row: usize) -> Vec<Reading> {
     let signature = system.signature();
     let n = signature.unknowns.len();
@@ -73,7 +73,7 @@ pub(crate) fn readings<S: Solved>(system: &S, at: Point<'_>, row: usize) -> Vec<
         all.push((Reading::new(&unknown.name, at.y[i], &unknown.unit), slope.is_finite()));
     }
     for (i, slope) in in_row(&signature.input_jacobian, &by_u) {
-        // Delayed inputs, and slopes of inputs, are known by the values of others.
+        // Delayed inputs and slopes of inputs follow from other values, and are left out.
         if let Some(input) = signature.inputs.get(i) {
             all.push((Reading::new(&input.name, at.u[i], &input.unit), slope.is_finite()));
         }

@@ -1,31 +1,30 @@
-//! Where algebraic equations stop determining their unknowns.
+//! Detects where algebraic equations stop determining their unknowns.
 
 use super::{Algebraic, ROUNDING, mask};
 use crate::linalg::{Factorisation, Pivot, Singular};
 use crate::solved::Solved;
 use crate::system::{Pattern, Point};
 
-/// Corrections below this part of the tolerance end the iteration.
+/// Corrections below this fraction of the tolerance end the iteration.
 pub(super) const CONVERGED: f64 = 1e-4;
-/// Relative pivots below this are zero, to rounding.
+/// Relative pivots below this are zero to rounding.
 const NOTHING: f64 = 1e-12;
-/// What is far less: of a size, and of a distance.
+/// Fraction of a size or a distance that counts as small.
 const PART: f64 = 1e-2;
-/// The part of a number that a difference needs to be told from rounding.
+/// Smallest relative difference that is distinguishable from rounding.
 const SEEN: f64 = 1e-9;
-/// What a pivot falls to, at the most, that goes to zero.
+/// A pivot that falls below this fraction is on its way to zero.
 const TENTH: f64 = 0.1;
 
 impl<S: Solved> Algebraic<S> {
-    /// The equation that makes ∂f_a/∂y_a as good as singular, if one does; `jacobian` was taken at `at`, and
-    /// `work` is space for others.
+    /// The equation that makes ∂f_a/∂y_a practically singular, if any; `jacobian` was evaluated at `at`, and `work` is
+    /// work space for others.
     ///
-    /// The measure is the smallest pivot m, with unknowns in units of their sizes and equations in
-    /// units of their largest term so far. S_a is S_d, known to about `atol`, over m: where m falls
-    /// below atol^(2/3) of the largest it was in this run, no more than a third of the digits are
-    /// left, and an error estimate that insists on the others takes steps without number, if m goes on
-    /// to zero ([`Algebraic::vanishes_nearby`]). An equation that merely became weak, such as that of a
-    /// diode that closed, still determines its unknown.
+    /// The measure is the smallest pivot m, with unknowns in units of their sizes and equations in units of their
+    /// largest term so far. S_a is S_d, known to about `atol`, over m: once m falls below atol^(2/3) times its largest
+    /// value in this run, at most a third of the digits are left. If m continues to zero
+    /// ([`Algebraic::vanishes_nearby`]), error control that insists on the other digits takes endless steps. An
+    /// equation that merely became weak, such as that of a diode that closed, still determines its unknown.
     #[inline]
     pub(crate) fn singular_equation(
         &mut self,
@@ -49,14 +48,14 @@ impl<S: Solved> Algebraic<S> {
         }
     }
 
-    /// Whether a small pivot, factorised last, is zero close to where it was found: whether the solution is
-    /// about to meet a point at which an equation stops determining its unknown.
+    /// Whether the small pivot of the last factorisation vanishes nearby: whether the solution is about to reach a
+    /// point at which an equation stops determining its unknown.
     ///
-    /// The algebraic unknowns are moved along the direction in which they are determined least, to where
-    /// the pivot m would be zero if it were linear, and once more as far. With 0 = f − q|q| it is zero
-    /// there, and with any power of q up to the eighth less than a tenth; that of an exponential falls by
-    /// e² at the most, and what does not depend on the unknowns stays as it is. So how small it is does not
-    /// matter, in whatever units, nor does the tolerance.
+    /// The algebraic unknowns are moved along the least determined direction to where the pivot m would vanish if it
+    /// were linear, and then as far again. For 0 = f − q|q| it vanishes there, and for any power of q up to the eighth
+    /// it falls below a tenth; for an exponential it falls by at most e², and a pivot that does not depend on the
+    /// unknowns does not change. So the test depends neither on the size of the pivot and its units nor on the
+    /// tolerance.
     #[cold]
     fn vanishes_nearby(
         &mut self,
@@ -80,7 +79,7 @@ impl<S: Solved> Algebraic<S> {
         if !longest.is_finite() || longest == 0.0 {
             return true;
         }
-        // Where y is large for its size, what moves it has to be seen in it.
+        // Where y is large relative to its size, the move must exceed its rounding.
         let mut large = 1.0_f64;
         for ((d, y), size) in direction.iter_mut().zip(y).zip(sizes) {
             *d /= longest;
@@ -96,15 +95,15 @@ impl<S: Solved> Algebraic<S> {
         if distance.abs() > PART * large {
             return false;
         }
-        // NaN compares false: an equation that is not finite there does not determine its unknown.
+        // NaN compares false: an equation that is not finite there counts as not determining its unknown.
         let goes_on = |this: &mut Self, work: &mut [f64], times: f64| {
             this.pivot_at(system, at, times * distance, work, sizes) > TENTH * pivot.magnitude
         };
         !(goes_on(self, work, 1.0) && goes_on(self, work, 2.0))
     }
 
-    /// The smallest relative pivot with the algebraic unknowns moved by so many sizes along the direction in
-    /// `correction`; zero where there is none.
+    /// The smallest relative pivot with the algebraic unknowns moved along the direction in `correction`, by a distance
+    /// in units of their sizes; zero if there is none.
     fn pivot_at(
         &mut self,
         system: &S,
@@ -128,7 +127,7 @@ impl<S: Solved> Algebraic<S> {
         }
     }
 
-    /// The equation that makes ∂f_a/∂y_a a thousand times weaker than it has been, if one does.
+    /// The equation that makes ∂f_a/∂y_a a thousand times weaker than it was, if any.
     pub(crate) fn weakened_equation(
         &mut self,
         pattern: &Pattern,
@@ -144,8 +143,8 @@ impl<S: Solved> Algebraic<S> {
         }
     }
 
-    /// The equation that makes ∂f_a/∂y_a singular to rounding, or to what a solution of 0 = f_a for
-    /// unknowns with this tolerance makes of zero; if one does.
+    /// The equation, if any, that makes ∂f_a/∂y_a singular to rounding, or to the accuracy to which 0 = f_a is solved
+    /// with this tolerance.
     pub(crate) fn vanishing_equation(
         &mut self,
         system: &S,
@@ -187,7 +186,7 @@ impl<S: Solved> Algebraic<S> {
         jacobian: &[f64],
         sizes: &[f64],
     ) -> Result<Option<Pivot>, Singular> {
-        // Rows remember their largest term, or an equation of one term would always look regular.
+        // Each row is scaled by its largest term so far; otherwise an equation with one term would always look regular.
         let row_sizes = self.row_sizes.as_mut();
         pattern.for_each(jacobian, |row, column, j| {
             row_sizes[row] = row_sizes[row].max((j * sizes[column]).abs());
@@ -213,7 +212,7 @@ impl<S: Solved> Algebraic<S> {
     }
 }
 
-/// Relative pivots below this are zero: corrections of [`CONVERGED`] leave that much of a double root.
+/// Relative pivots below this are zero: at a double root, iteration down to [`CONVERGED`] leaves this much.
 fn vanishing(atol: f64) -> f64 {
     (10.0 * CONVERGED * atol).max(NOTHING)
 }

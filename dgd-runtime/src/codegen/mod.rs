@@ -1,9 +1,9 @@
-//! What generated models call, besides the solvers' own types.
+//! Helpers that generated models call, besides the solvers' own types.
 
 pub mod math;
 pub mod taylor;
 
-/// What a model with arrays makes of its description at first use.
+/// A description that a model with arrays builds at first use.
 pub type Lazy<T> = std::sync::LazyLock<T>;
 
 /// Numbers of a model too large for the stack.
@@ -13,7 +13,7 @@ pub type HeapNumbers = Vec<f64>;
 ///
 /// # Panics
 ///
-/// If it has another length: whoever calls a [`crate::System`] keeps to its signature.
+/// If the length differs: callers of a [`crate::System`] must keep to its signature.
 #[inline]
 pub fn fixed<const N: usize>(numbers: &[f64]) -> &[f64; N] {
     match numbers.try_into() {
@@ -22,11 +22,11 @@ pub fn fixed<const N: usize>(numbers: &[f64]) -> &[f64; N] {
     }
 }
 
-/// The same to write to.
+/// The same, mutable.
 ///
 /// # Panics
 ///
-/// As [`fixed`].
+/// Like [`fixed`].
 #[inline]
 pub fn fixed_mut<const N: usize>(numbers: &mut [f64]) -> &mut [f64; N] {
     let len = numbers.len();

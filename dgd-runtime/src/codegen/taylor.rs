@@ -1,14 +1,14 @@
-//! Taylor series of solutions: what generated models and the interpreter compute coefficients with.
+//! Arithmetic of Taylor series, with which generated models and the interpreter compute coefficients.
 //!
-//! A series is a(τ) = Σₖ aₖ τᵏ with τ = (t − t₀)/h. All functions here give the coefficient of order
-//! k ≥ 1 of a result from those of its operands. Sums go from the middle outwards, so that what is
-//! known last is added last.
+//! A series is a(τ) = Σₖ aₖ τᵏ with τ = (t − t₀)/h. All functions here give the coefficient of order k ≥ 1 of a result
+//! from those of its operands. Sums run from the middle outwards, so that the terms that are computed last are added
+//! last.
 //!
 //! # Source
 //!
 //! Griewank and Walther, Evaluating Derivatives, 2nd ed. (2008), tables 13.1 and 13.2.
 
-// Orders are constants of the loops that these are inlined into.
+// These functions are inlined into loops in which the order is a constant.
 #![allow(clippy::inline_always)]
 
 use std::fmt;
@@ -19,28 +19,27 @@ pub const MOST_ORDER: usize = 31;
 /// Coefficients of a series, of orders from 0 on.
 pub type Terms = [f64; MOST_ORDER + 1];
 
-/// How many series a model keeps while it computes those of its solutions.
+/// The number of series that a model stores while it computes those of its solutions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct KeptSeries {
     /// For [`System::taylor`](crate::System::taylor).
     pub unknowns: usize,
     /// For [`System::sensitivity_taylor`](crate::System::sensitivity_taylor).
     pub sensitivities: usize,
-    /// Whether series are those of one branch of an `if`, `abs` or `sign`, which a solution may leave
-    /// within a step.
+    /// Whether the series depend on the branch of an `if`, `abs` or `sign`, which a solution may leave within a step.
     pub has_branches: bool,
 }
 
 /// Why a model has no Taylor series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoTaylor {
-    /// Unknowns are algebraic, always or in some modes.
+    /// The model has algebraic unknowns, always or in some modes.
     Algebraic,
-    /// Unknowns are read late.
+    /// The model has delayed unknowns.
     Delays,
-    /// Unknowns are arrays.
+    /// The model has arrays of unknowns.
     Arrays,
-    /// Derivatives of a function in the equations lead to ever new ones.
+    /// The derivatives of a function in the equations never close: each needs a new function.
     Functions,
     /// The model was not made by the compiler.
     NotCompiled,
@@ -58,13 +57,13 @@ impl fmt::Display for NoTaylor {
     }
 }
 
-/// Coefficients are read at positions that are below the number of terms.
+/// The coefficient at k, which is below the number of terms; the remainder avoids a bounds check.
 #[inline(always)]
 fn at(a: &Terms, k: usize) -> f64 {
     a[k % (MOST_ORDER + 1)]
 }
 
-/// Keeps the coefficient of order k.
+/// Stores the coefficient of order k.
 #[inline(always)]
 pub fn keep(a: &mut Terms, k: usize, value: f64) {
     a[k % (MOST_ORDER + 1)] = value;
@@ -73,7 +72,7 @@ pub fn keep(a: &mut Terms, k: usize, value: f64) {
 /// Σⱼ aⱼ b₍ₖ₋ⱼ₎, j = 1 … k − 1.
 #[inline(always)]
 fn inner(a: &Terms, b: &Terms, k: usize) -> f64 {
-    // Low orders without a loop: what it costs to go round is more than what is summed.
+    // Low orders without a loop, whose overhead would exceed the cost of the sum.
     match k {
         1 => return 0.0,
         2 => return a[1] * b[1],
@@ -156,7 +155,7 @@ pub fn log(a: &Terms, v: &Terms, reciprocal: f64, k: usize) -> f64 {
     (at(a, k) - inner_weighted(v, a, k) / k as f64) * reciprocal
 }
 
-/// v = a^r, with 1/a₀. Where a begins at zero, what is below the order r is zero.
+/// v = a^r, with 1/a₀. If a starts at zero, coefficients of v below order r are zero.
 #[inline]
 pub fn power(a: &Terms, v: &Terms, exponent: f64, reciprocal: f64, k: usize) -> f64 {
     let order = k as f64;
@@ -170,7 +169,7 @@ pub fn power(a: &Terms, v: &Terms, exponent: f64, reciprocal: f64, k: usize) -> 
     sum / order * reciprocal
 }
 
-/// |a|: aₖ with the sign of the first coefficient that is not zero.
+/// |a|: aₖ with the sign of the first non-zero coefficient.
 #[inline(always)]
 pub fn magnitude(a: &Terms, k: usize) -> f64 {
     let first = a.iter().take(k + 1).find(|a| **a != 0.0);
@@ -194,8 +193,8 @@ pub fn add_scaled<const N: usize>(g: &mut [f64; N], c: f64, s: &[f64; N]) {
     }
 }
 
-/// Adds the coefficient of order k of a s to g, for each of the series in s: that of order k is in row
-/// k · `rows` + `row`. Each number comes out as from [`multiply`].
+/// Adds the coefficient of order k of a s to g, for each of the series in s: its coefficient of order k is in row k ·
+/// `rows` + `row`. Each result is the same as from [`multiply`].
 #[inline(always)]
 pub fn add_product<const N: usize>(
     g: &mut [f64; N],
@@ -225,24 +224,23 @@ pub fn add_product<const N: usize>(
     }
 }
 
-/// Coefficients of order k of unknowns or sensitivities: those of their slopes of the order before times
-/// h/k.
+/// Coefficients of order k of unknowns or sensitivities: those of order k − 1 of their slopes, times h/k.
 #[inline(always)]
 pub fn advance<const N: usize>(slopes: &[f64; N], per: f64) -> [f64; N] {
     slopes.map(|slope| per * slope)
 }
 
-/// Series one after the other, of so many numbers each.
+/// Splits series into rows of N numbers.
 #[inline(always)]
 pub fn rows<const N: usize>(numbers: &mut [f64]) -> &mut [[f64; N]] {
     numbers.as_chunks_mut().0
 }
 
-/// So many series to keep.
+/// The first N stored series.
 ///
 /// # Panics
 ///
-/// If there are fewer.
+/// If there are fewer than N.
 #[inline(always)]
 pub fn kept<const N: usize>(series: &mut [Terms]) -> &mut [Terms; N] {
     let len = series.len();

@@ -1,17 +1,17 @@
-//! Clocks: what ticks at the times t₀ + k T.
+//! Clocks, which tick at the times t₀ + k T.
 
 use crate::system::Discrete;
 
-/// Times are one that differ by no more than rounding of a product and a sum, relative to their size.
+/// Times that differ by less than this, relative to their size, count as equal: the rounding of a product and a sum.
 const ONE_TIME: f64 = 4.0 * f64::EPSILON;
 
 /// The clocks of a model after a start.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Clocks {
     all: Vec<Ticking>,
-    /// Times at which something else happens, ascending: ticks as near as rounding are there.
+    /// Times of other events, ascending: ticks within rounding of one are moved onto it.
     marks: Vec<f64>,
-    /// When the next of them ticks.
+    /// Time of the next tick of any of them, s.
     next: f64,
 }
 
@@ -25,7 +25,7 @@ struct Ticking {
     period: f64,
     /// ⌊(t − t₀)/T⌋ just after t.
     count: f64,
-    /// The number of the next tick, and when it is.
+    /// The number of the next tick, and its time.
     next: f64,
     at: f64,
     /// Whether it ticks where the run starts.
@@ -35,7 +35,7 @@ struct Ticking {
 /// A tick.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tick {
-    /// The first condition of the clock; the second has the period.
+    /// The first condition of the clock; the second gives the period.
     pub(crate) condition: usize,
     /// The automaton that acts.
     pub(crate) automaton: Option<usize>,
@@ -46,7 +46,7 @@ pub(crate) struct Tick {
 }
 
 impl Clocks {
-    /// Those of a run that starts at `from`, with the conditions' times and what they are afterwards.
+    /// The clocks of a run that starts at `from`, given the conditions' times and their values afterwards.
     pub(super) fn new(discrete: &Discrete, times: &[f64], after: &[f64], from: f64) -> Self {
         let ticking = |clock: &crate::system::Clock| {
             let (first, period) = (times[clock.condition], times[clock.condition + 1]);
@@ -67,19 +67,19 @@ impl Clocks {
         self.all.is_empty()
     }
 
-    /// Whether a condition is one of a clock's two.
+    /// Whether a condition is one of the two of a clock.
     pub(super) fn has(&self, condition: usize) -> bool {
         self.all.iter().any(|one| (one.condition..one.condition + 2).contains(&condition))
     }
 
-    /// Writes the discrete numbers of conditions, of which these are the first.
+    /// Writes the discrete numbers of the clocks' conditions, which come first in `z`.
     pub(super) fn write(&self, z: &mut [f64]) {
         for one in &self.all {
             z[one.condition] = one.count;
         }
     }
 
-    /// Lets ticks that are as near to one of these times as rounding be there. The times ascend.
+    /// Moves ticks that are within rounding of one of these times onto it. The times ascend.
     pub(crate) fn align(&mut self, marks: Vec<f64>) {
         self.marks = marks;
         for one in &mut self.all {
@@ -94,7 +94,7 @@ impl Clocks {
         self.next
     }
 
-    /// Ticks that are made where the run starts, for what acts at them: the count has them already.
+    /// Ticks at the start of the run, for the automata that act at them; the count already includes them.
     pub(crate) fn first_ticks(&self) -> impl Iterator<Item = usize> {
         self.all.iter().filter(|one| one.begins).filter_map(|one| one.automaton)
     }
@@ -117,7 +117,7 @@ impl Clocks {
 }
 
 impl Ticking {
-    /// A clock that ticks never has the count that `level` makes.
+    /// A clock that never ticks has the count that `level` gives.
     fn new(first: f64, period: f64, level: f64, from: f64) -> Self {
         let mut clock = Ticking {
             condition: 0,
@@ -150,7 +150,7 @@ impl Ticking {
         self.first + number * self.period
     }
 
-    /// The tick that comes next is made.
+    /// Passes the next tick.
     fn pass(&mut self) {
         if self.period > 0.0 {
             (self.count, self.next) = (self.next, self.next + 1.0);
@@ -158,7 +158,7 @@ impl Ticking {
             (self.count, self.next) = (self.next - 1.0, self.next - 1.0);
         }
         let next = self.time_of(self.next);
-        // Where ticks are nearer than rounding, time does not move on.
+        // If the period is below rounding, time does not advance.
         self.at = if next > self.at { next } else { f64::INFINITY };
     }
 }
@@ -167,7 +167,7 @@ fn is_one_time(a: f64, b: f64, other: f64) -> bool {
     (a - b).abs() <= ONE_TIME * a.abs().max(b.abs()).max(other.abs())
 }
 
-/// The mark that a time is as near to as rounding, or else the time itself.
+/// The mark within rounding of a time, or else the time itself.
 fn aligned(marks: &[f64], t: f64) -> f64 {
     if !t.is_finite() {
         return t;
@@ -200,7 +200,7 @@ mod tests {
         // ⌊−t/10⌋ is −1 just after 0 and −2 just after 10.
         assert_eq!(ticks(0.0, -10.0, 0.0, 2), (vec![(10.0, -2.0), (20.0, -3.0)], -1.0));
         assert_eq!(ticks(0.0, -10.0, 5.0, 1), (vec![(10.0, -2.0)], -1.0));
-        // 3 · 0.1 is not 0.3, but as near as rounding.
+        // 3 · 0.1 equals 0.3 only to rounding.
         assert_eq!(ticks(0.0, 0.1, 0.3, 1).1, 3.0);
         assert_eq!(ticks(f64::NAN, f64::INFINITY, 0.0, 1).0[0].0, f64::INFINITY);
     }

@@ -6,19 +6,18 @@ pub(crate) mod state_selection;
 use self::clock::Clocks;
 use crate::system::{Automaton, Crossing, Discrete, Point, Signature, System, Transition, Trigger};
 
-/// The discrete numbers of a simulation that starts at `t`: every automaton in the mode it starts
-/// in, conditions on time as they are just after `t`.
+/// The discrete numbers of a simulation that starts at `t`: every automaton in its starting mode, conditions on time as
+/// they are just after `t`.
 ///
 /// # Panics
 ///
-/// If there are not as many parameters as the model has.
+/// If the number of parameters differs from that of the model.
 pub fn discrete_numbers<S: System>(system: &S, p: &[f64], t: f64) -> Vec<f64> {
     Schedule::new(system, p, t).z
 }
 
-/// Puts automata into the modes that conditions on the start choose, of each the first that holds; the
-/// others stay where they are. `at` has the start values, `z` takes the place of its own discrete numbers, and `e`
-/// is work space for the event functions.
+/// Puts each automaton into the mode of the first of its start conditions that holds; without one it stays in its mode.
+/// `at` has the start values, `z` replaces its discrete numbers, and `e` is work space for the event functions.
 pub(crate) fn choose_start_modes<S: System>(
     system: &S,
     at: Point<'_>,
@@ -47,7 +46,7 @@ pub(crate) fn choose_start_modes<S: System>(
     }
 }
 
-/// The transitions of modes and of `when`s that hold here, by their positions.
+/// Positions of the transitions of modes and of `when`s whose conditions hold here.
 pub(crate) fn waiting<S: System>(system: &S, at: Point<'_>, e: &mut [f64]) -> Vec<usize> {
     let discrete = &system.signature().discrete;
     system.event_functions(at, e);
@@ -62,9 +61,8 @@ pub(crate) fn waiting<S: System>(system: &S, at: Point<'_>, e: &mut [f64]) -> Ve
     discrete.transitions().enumerate().filter_map(holds).collect()
 }
 
-/// Puts switches on the side of their surfaces that y is on, and algebraic unknowns with bounds at
-/// those beyond which they would be. `z` takes the place of the discrete numbers of `at`, and `e` is work space for the
-/// event functions.
+/// Puts switches on the side of their surfaces that y is on, and algebraic unknowns that would exceed a bound at that
+/// bound. `z` replaces the discrete numbers of `at`, and `e` is work space for the event functions.
 pub fn choose_sides<S: System>(system: &S, at: Point<'_>, e: &mut [f64], z: &mut [f64]) {
     let Signature { discrete, unknowns, .. } = system.signature();
     if !discrete.automata.iter().any(|automaton| automaton.kind.chooses_side()) {
@@ -94,7 +92,7 @@ pub fn choose_sides<S: System>(system: &S, at: Point<'_>, e: &mut [f64], z: &mut
     }
 }
 
-/// Makes the numbers of steps what they are, by the event functions with the numbers as they were.
+/// Updates the numbers of steps from the event functions, which were evaluated with the old numbers.
 pub(crate) fn count_steps(discrete: &Discrete, e: &[f64], z: &mut [f64]) {
     for (position, automaton) in discrete.automata.iter().enumerate() {
         if automaton.kind.counts() {
@@ -103,7 +101,7 @@ pub(crate) fn count_steps(discrete: &Discrete, e: &[f64], z: &mut [f64]) {
     }
 }
 
-/// The same for one automaton that counts.
+/// The same for one counting automaton.
 pub(crate) fn count_steps_of(discrete: &Discrete, position: usize, e: &[f64], z: &mut [f64]) {
     // x − z is the event function that falls below zero.
     let above = discrete.transitions().zip(e).find_map(|((of, transition), e)| {
@@ -115,24 +113,24 @@ pub(crate) fn count_steps_of(discrete: &Discrete, position: usize, e: &[f64], z:
     }
 }
 
-/// Whether each unknown is differential in some combination of modes.
+/// For each unknown, whether it is differential in some combination of modes.
 pub fn differential_somewhere<S: System>(system: &S) -> Vec<bool> {
     mass_of_all_modes(system).into_iter().map(|[somewhere, _]| somewhere).collect()
 }
 
-/// Whether each unknown is differential in some combination of modes and algebraic in another.
+/// For each unknown, whether it is differential in some combination of modes and algebraic in another.
 pub fn changes_by_mode<S: System>(system: &S) -> Vec<bool> {
     let all = mass_of_all_modes(system).into_iter();
     all.map(|[somewhere, everywhere]| somewhere && !everywhere).collect()
 }
 
-/// For each unknown, whether it is differential in some combination of modes, and whether in all.
+/// For each unknown, whether it is differential in some combination of modes and whether in all.
 fn mass_of_all_modes<S: System>(system: &S) -> Vec<[bool; 2]> {
     let signature = system.signature();
     let unknowns = &signature.unknowns;
     let n = unknowns.len();
     let mut found: Vec<[bool; 2]> = (0..n).map(|i| [unknowns.is_differential(i); 2]).collect();
-    // Bounds and switches leave M as it is. The compiler allows so many combinations that all can be tried.
+    // Bounds and switches do not change M. The compiler limits the number of combinations, so that all can be tried.
     let automata = &signature.discrete.automata;
     let decides = |k: &usize| automata[*k].kind.has_masses_by_mode();
     let deciding: Vec<usize> = (0..automata.len()).filter(decides).collect();
@@ -162,11 +160,11 @@ fn mass_of_all_modes<S: System>(system: &S) -> Vec<[bool; 2]> {
     }
 }
 
-/// When conditions on time switch after a start, and the discrete numbers as they are.
+/// The times at which conditions on time switch after a start, and the current discrete numbers.
 #[derive(Debug, Clone)]
 pub(crate) struct Schedule {
     pub(crate) z: Vec<f64>,
-    /// Conditions that switch after the start: by time, then those that move together.
+    /// Conditions that switch after the start, by time, then by group.
     switches: Vec<Switch>,
     next: usize,
     pub(crate) clocks: Clocks,
@@ -200,7 +198,7 @@ impl Schedule {
                 z.push(0.0);
                 continue;
             }
-            // A time that is not a number never comes.
+            // A NaN time never comes.
             z.push(if t <= from { after } else { 1.0 - after });
             if t > from {
                 switches.push(Switch { t, condition, after, group: 0 });
@@ -212,8 +210,8 @@ impl Schedule {
         schedule
     }
 
-    /// Takes account of the derivatives of the times, n_c × n_s by columns: conditions that switch
-    /// at one time, but would not for other parameters, switch one after the other.
+    /// Uses the derivatives of the times, n_c × n_s by columns, to separate conditions that switch at one time but
+    /// would not for other parameters: these switch one after the other.
     pub(crate) fn tell_apart(&mut self, dtimes: &[f64], n_s: usize) {
         let n = dtimes.len().checked_div(n_s).unwrap_or(0);
         let derivatives =
@@ -236,13 +234,13 @@ impl Schedule {
         });
     }
 
-    /// When the next condition switches or clock ticks; infinity when none does.
+    /// Time at which the next condition switches or clock ticks; infinity if none does.
     #[inline]
     pub(crate) fn next_time(&self) -> f64 {
         self.next_switch().min(self.clocks.next_time())
     }
 
-    /// When the next condition switches; infinity when none does.
+    /// Time at which the next condition switches; infinity if none does.
     #[inline]
     pub(crate) fn next_switch(&self) -> f64 {
         self.switches.get(self.next).map_or(f64::INFINITY, |switch| switch.t)
@@ -253,8 +251,8 @@ impl Schedule {
         self.switches.get(self.next).map(|switch| switch.condition)
     }
 
-    /// Switches what is next, all that moves together at one time; modes are the first
-    /// `n_automata` discrete numbers.
+    /// Switches the next condition and all that switch together with it; modes are the first `n_automata` discrete
+    /// numbers.
     pub(crate) fn switch(&mut self, n_automata: usize) {
         let Some(first) = self.switches.get(self.next).copied() else { return };
         while let Some(switch) = self.switches.get(self.next)

@@ -1,23 +1,23 @@
-//! Which unknowns are states, where constraints leave a choice that changes along a solution.
+//! Selects which unknowns are states if constraints leave a choice that changes along a solution.
 //!
 //! The event functions of automata of the kind [`States`](crate::system::AutomatonKind::States) compare how well the
-//! constraints determine the unknowns that are not states; the solution is the
-//! same in all of their modes, so that they may change at any time.
+//! constraints determine the unknowns that are not states. The solution is the same in all of their modes, so they may
+//! change at any time.
 
 use crate::system::{Point, Signature, Storage, System};
 
-/// Whether each automaton chooses states.
+/// For each automaton, whether it selects states.
 pub(crate) fn selecting(signature: &Signature) -> impl Iterator<Item = bool> + '_ {
     signature.discrete.automata.iter().map(|automaton| automaton.kind.chooses_states())
 }
 
-/// Changes the modes of these automata in `z` to those that suit `at`, whose own `z` is not read;
-/// whether one has changed. `e` is work space for the event functions.
+/// Changes the modes of these automata in `z` to those that suit `at`, whose own `z` is not read. Returns whether one
+/// changed. `e` is work space for the event functions.
 pub fn select_states<S: System>(system: &S, at: Point<'_>, z: &mut [f64], e: &mut [f64]) -> bool {
     let signature = system.signature();
     let discrete = &signature.discrete;
     let mut has_changed = false;
-    // Each change makes a pivot the larger one, so that they come to an end.
+    // Each change increases a pivot, so the loop ends.
     for _ in 0..discrete.transitions().count() {
         system.event_functions(Point { z, ..at }, e);
         let mut transitions = discrete.transitions().zip(e.iter());
@@ -33,8 +33,8 @@ pub fn select_states<S: System>(system: &S, at: Point<'_>, z: &mut [f64], e: &mu
     has_changed
 }
 
-/// Gives unknowns that are tied together, in one unit and without a declared size, the largest of
-/// their sizes: a rod of 1 m that starts level has y near 0 for a while, and is 1 m long all the same.
+/// Gives unknowns that are tied together, share a unit and have no declared size the largest of their sizes: y of a
+/// level rod of 1 m starts near 0, but its scale is 1 m.
 pub(crate) fn share_sizes<S: System>(system: &S, sizes: &mut [f64]) {
     let signature = system.signature();
     for (k, _) in selecting(signature).enumerate().filter(|(_, selects)| *selects) {
@@ -62,7 +62,7 @@ fn tied_by<S: System>(system: &S, k: usize) -> Vec<bool> {
     let p = vec![0.0; signature.parameters.len()];
     let (mut first, mut mass) = (S::Vector::zeros(n), S::Vector::zeros(n));
     let mut is_tied = vec![false; n];
-    // Other modes decide whether there is anything to be chosen.
+    // Modes of other automata decide whether there is a choice.
     for (other, automaton) in automata.iter().enumerate() {
         for mode in 0..automaton.modes.len() {
             let mut z: Vec<f64> = automata.iter().map(|automaton| automaton.start as f64).collect();

@@ -1,4 +1,4 @@
-//! Linear combinations of the states that the equations leave as they are.
+//! Linear combinations of the states that the equations conserve.
 //!
 //! With algebraic unknowns eliminated, ẋ = g(x). For a row of numbers c,
 //!
@@ -6,56 +6,56 @@
 //!   cᵀ g(x) = 0 for all x   ⇔   cᵀ ∂g/∂x = 0 for all x,  and  cᵀ g(x₀) = 0
 //! ```
 //!
-//! So c is a left null vector of the slopes A = ∂g/∂x of several points side by side, [A(x₀) A(x₁) …], which are
-//! the start and points at distances from it that suit no symmetry. What is conserved in one mode, or on one
-//! side of a switch, need not be in another: A is that of the modes asked for.
+//! So c is a left null vector of the Jacobians A = ∂g/∂x at several points side by side, [A(x₀) A(x₁) …]: the start and
+//! points around it that avoid symmetries. What is conserved in one mode, or on one side of a switch, need not be in
+//! another: A is that of the given modes.
 //!
-//! Where c moves with x, something is conserved that is not linear in the states, and the left null vectors at one
-//! point say what it is close to there.
+//! If c changes with x, the conserved quantity is not linear in the states, and the left null vectors at one point are
+//! its linearisation there.
 
 use nalgebra::DMatrix;
 
-/// Singular values below this part of the largest are zero, rows and columns in units of their largest entries.
+/// Singular values below this fraction of the largest are zero, with rows and columns scaled by their largest entries.
 const SINGULAR: f64 = 1e-11;
-/// A state that nothing depends on names what is conserved, if its share is at least this part of the largest.
+/// A state that nothing depends on names the conserved combination if its share is at least this fraction of the
+/// largest.
 const TAKES_PART: f64 = 1e-4;
-/// Shares below this part of the largest are rounding.
+/// Shares below this fraction of the largest are rounding.
 const ROUNDING: f64 = 1e-10;
 
-/// A linear combination of states that the equations leave as it is, in the modes of a point.
+/// A linear combination of states that the equations conserve in the modes of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Conserved {
-    /// Positions of states among the unknowns, ascending, with their coefficients: SI unit of the one that names
-    /// it over that of the state.
+    /// Positions of states among the unknowns, ascending, with their coefficients, whose unit is the SI unit of the
+    /// naming state over that of the state.
     pub terms: Vec<(usize, f64)>,
-    /// Position of the state that names it: its coefficient is one, and no other conserved combination has it.
+    /// Position of the naming state: its coefficient is one, and it occurs in no other conserved combination.
     pub named_by: usize,
-    /// Its value at the point, SI unit of the state that names it.
+    /// Its value at the point, SI unit of the naming state.
     pub value: f64,
-    /// Its value at the start; another one where modes on the way did not conserve it.
+    /// Its value at the start, which differs if modes on the way did not conserve it.
     pub at_start: f64,
-    /// Whether inputs leave it as it is, too; otherwise it is conserved with the inputs at hand.
+    /// Whether it is conserved for any inputs; otherwise only for the given ones.
     pub whatever_inputs: bool,
-    /// Whether it is conserved at all points; otherwise it is what the conserved quantity comes to close to this
-    /// one.
+    /// Whether it is conserved at all points; otherwise it linearises the conserved quantity at this one.
     pub is_linear: bool,
 }
 
 impl Conserved {
-    /// The combination at these unknowns.
+    /// The value of the combination at these unknowns.
     pub(super) fn of(&self, y: &[f64]) -> f64 {
         self.terms.iter().map(|(state, c)| c * y[*state]).sum()
     }
 }
 
-/// Combinations of rows that vanish in all of these matrices, which have the states for rows and columns.
+/// Combinations of rows that vanish in all of these matrices, whose rows and columns are the states.
 ///
 /// | name | shape |
 /// |---|---|
 /// | `slopes` | n_x × n_x each |
 /// | `sizes` | n_x, of the states |
 ///
-/// Gives for each combination its coefficients and the state that names it, whose coefficient is one.
+/// Returns the coefficients of each combination and its naming state, whose coefficient is one.
 pub(super) fn left_null(slopes: &[DMatrix<f64>], sizes: &[f64]) -> Vec<(Vec<f64>, usize)> {
     let n = sizes.len();
     if n == 0 || slopes.is_empty() {
@@ -91,7 +91,7 @@ pub(super) fn left_null(slopes: &[DMatrix<f64>], sizes: &[f64]) -> Vec<(Vec<f64>
     let Some(left) = svd.u else { return Vec::new() };
     let cutoff = SINGULAR * svd.singular_values.max();
     let null: Vec<usize> = (0..n).filter(|k| svd.singular_values[*k] <= cutoff).collect();
-    // In units of the sizes, so that entries compare.
+    // In units of the sizes, so that entries are comparable.
     let mut basis = DMatrix::from_fn(null.len(), n, |k, i| left[(i, null[k])] / rows[i] * sizes[i]);
     let names = reduce(&mut basis, &is_read);
     let mut found: Vec<(Vec<f64>, usize)> = names
@@ -111,7 +111,7 @@ pub(super) fn left_null(slopes: &[DMatrix<f64>], sizes: &[f64]) -> Vec<(Vec<f64>
     found
 }
 
-/// Gauss and Jordan's elimination of the rows: each is left with one column that no other has, and one there.
+/// Gauss–Jordan elimination: each row keeps a one in a pivot column where all other rows are zero.
 fn reduce(basis: &mut DMatrix<f64>, is_read: &[bool]) -> Vec<usize> {
     let (m, n) = basis.shape();
     let mut names: Vec<usize> = Vec::with_capacity(m);
@@ -120,7 +120,7 @@ fn reduce(basis: &mut DMatrix<f64>, is_read: &[bool]) -> Vec<usize> {
         let candidates = || (k..m).flat_map(|r| (0..n).filter(free).map(move |j| (r, j)));
         let largest = candidates().map(|at| basis[at].abs()).fold(0.0, f64::max);
         let by_size = |a: &(usize, usize), b: &(usize, usize)| {
-            // Of two alike the first, so that states are named in their order.
+            // Ties go to the first, so that naming states come in order.
             basis[*a].abs().total_cmp(&basis[*b].abs()).then(b.cmp(a))
         };
         let sums_up =
@@ -144,8 +144,8 @@ fn reduce(basis: &mut DMatrix<f64>, is_read: &[bool]) -> Vec<usize> {
     names
 }
 
-/// A without the states that name what is conserved, which follow from the others: its eigenvalues beside the
-/// zeros that belong to what is conserved.
+/// A without the naming states, which follow from the others: it has the eigenvalues of A except the zeros that belong
+/// to conserved combinations.
 pub(super) fn without(a: &DMatrix<f64>, states: &[usize], conserved: &[Conserved]) -> DMatrix<f64> {
     let place = |unknown: usize| states.binary_search(&unknown).ok();
     let names: Vec<usize> = conserved.iter().filter_map(|own| place(own.named_by)).collect();
@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn each_of_two_has_a_name_of_its_own() {
-        // Two loops of two, mixed by nothing, in units a million apart; the last of each sums up.
+        // Two uncoupled loops of two states, in units a million apart; the last state of each is the sum.
         let mut slopes = DMatrix::zeros(4, 4);
         for (from, to, rate) in [(0, 1, 1e-6), (2, 3, 1e6)] {
             slopes[(from, from)] = -rate;

@@ -1,6 +1,6 @@
-//! Algebraic unknowns, eliminated from rows of derivatives.
+//! Eliminates algebraic unknowns from rows of derivatives.
 //!
-//! With rows and columns of d those of states and of a those of the others, * all columns but those of a:
+//! The subscript d means rows or columns of states, a those of the other unknowns, and * all columns but a:
 //!
 //! ```text
 //!   K = −(∂f_a/∂y_a)⁻¹ ∂f_a/∂*          R = rows_* + rows_a K
@@ -8,7 +8,7 @@
 //!   R' = rows_*' + rows_a' K + rows_a K'
 //! ```
 //!
-//! where ' is the derivative to a parameter.
+//! where ' is the derivative with respect to a parameter.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, Dyn, LU, OMatrix};
@@ -18,21 +18,21 @@ use super::singular;
 use crate::solved::Solved;
 use crate::system::{Point, Storage};
 
-/// Which unknowns are states at a point, and how the others follow.
+/// Which unknowns are states at a point, and how the others follow from them.
 #[derive(Debug, Clone)]
 pub struct Elimination {
     /// Positions of the states among the unknowns.
     pub states: Vec<usize>,
     /// Positions of the others.
     pub eliminated: Vec<usize>,
-    /// K: by states, then by what is behind the unknowns.
+    /// K: columns of the states, then those after the unknowns.
     pub follows: DMatrix<f64>,
     own: Option<LU<f64, Dyn, Dyn>>,
     n: usize,
 }
 
 impl Elimination {
-    /// From ∂f/∂(y, …), with rows of all n equations.
+    /// The elimination from ∂f/∂(y, …), with rows of all n equations.
     ///
     /// # Errors
     ///
@@ -71,7 +71,7 @@ impl Elimination {
         }
     }
 
-    /// −(∂f_a/∂y_a)⁻¹ f_a: Newton's step of the eliminated unknowns, from what all equations leave.
+    /// −(∂f_a/∂y_a)⁻¹ f_a: Newton's step of the eliminated unknowns, from the residuals of all equations.
     pub fn step(&self, f: &[f64]) -> DVector<f64> {
         let right = DVector::from_fn(self.eliminated.len(), |i, _| -f[self.eliminated[i]]);
         self.solved(right)
@@ -92,13 +92,13 @@ impl Elimination {
         self.solved(-self.reduced(&f.select_rows(&self.eliminated)))
     }
 
-    /// (∂f_a/∂y_a)⁻¹ of this.
+    /// (∂f_a/∂y_a)⁻¹ applied to `right`.
     fn solved<C: Dim>(&self, right: OMatrix<f64, Dyn, C>) -> OMatrix<f64, Dyn, C>
     where
         DefaultAllocator: Allocator<Dyn, C>,
     {
         match &self.own {
-            // It was solved with before.
+            // The factorisation succeeded before, so this cannot fail.
             Some(own) => own.solve(&right).unwrap_or(right),
             None => right,
         }
@@ -115,7 +115,7 @@ impl Elimination {
     }
 }
 
-/// Columns of `rows` that belong to the states, then those behind all n unknowns.
+/// Columns of `rows` that belong to the states, then those after all n unknowns.
 fn select(rows: &DMatrix<f64>, states: &[usize], n: usize) -> DMatrix<f64> {
     let chosen: Vec<usize> = states.iter().copied().chain(n..rows.ncols()).collect();
     rows.select_columns(&chosen)

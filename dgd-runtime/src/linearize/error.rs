@@ -1,4 +1,4 @@
-//! Why there is no linear model.
+//! Errors of linearisation and of the search for a steady state.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use dgd_signature::number::short;
 
 use crate::error::IntegrateError;
 
-/// Why a model is not linearised at a point.
+/// Why a model cannot be linearised at a point.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LinearizeError {
     /// A derivative of an equation or output is not a finite number.
@@ -20,24 +20,24 @@ pub enum LinearizeError {
     Undetermined {
         /// The time, s.
         t: f64,
-        /// The equation that depends on others most.
+        /// The equation that depends most strongly on others.
         equation: String,
-        /// The unknown that is left open.
+        /// An unknown that it leaves undetermined.
         unknown: String,
     },
-    /// The equations read the slope that an unknown had.
+    /// The equations read the slope of a delayed unknown.
     LateSlope {
         /// The unknown.
         unknown: String,
     },
-    /// The matrices, which are dense, would be too large.
+    /// The dense matrices would be too large.
     TooLarge {
         /// Number of unknowns.
         n: usize,
-        /// The most there may be.
+        /// Maximum number of unknowns.
         most: usize,
     },
-    /// The iteration for the poles does not converge.
+    /// The eigenvalue iteration for the poles does not converge.
     NoEigenvalues,
 }
 
@@ -46,77 +46,76 @@ pub enum LinearizeError {
 pub enum SteadyStateError {
     /// The model cannot be started.
     Start(IntegrateError),
-    /// The equations at rest leave an unknown open, or contradict each other.
+    /// The equations at rest do not determine an unknown, or contradict each other.
     Undetermined {
         /// The time, s.
         t: f64,
-        /// The equation that depends on others most.
+        /// The equation that depends most strongly on others.
         equation: String,
-        /// What is left of it where the search ended, in its own SI unit: nothing where there are many
-        /// steady states.
+        /// Its residual where the search ended, in its own SI unit; zero if there are many steady states.
         residual: f64,
-        /// The unknown that is left open.
+        /// The unknown that is not determined.
         unknown: String,
     },
-    /// Something changes by as much whatever the states are.
+    /// A combination of states changes at a rate that does not depend on the states.
     Drifts {
         /// The time, s.
         t: f64,
         /// The equation of the unknown.
         equation: String,
-        /// The unknown that changes, or that names a combination that does.
+        /// The unknown that changes, or that names the changing combination.
         unknown: String,
         /// The other unknowns of the combination.
         with: Vec<String>,
         /// How fast it changes, in the unknown's unit per s.
         rate: f64,
-        /// That unit.
+        /// The unknown's unit.
         unit: String,
     },
-    /// Newton's method finds none, and a run with the inputs held does not come to rest.
+    /// Newton's method does not converge, and a run with the inputs held does not come to rest.
     NotAtRest {
         /// The time, s.
         t: f64,
         /// How long the run was, s.
         ran: f64,
-        /// The equation that is furthest from rest.
+        /// The equation furthest from rest.
         equation: String,
-        /// The unknown that moves most for its size.
+        /// The unknown that moves fastest relative to its size.
         unknown: String,
         /// How fast it still moves, in its unit per s.
         rate: f64,
-        /// That unit.
+        /// The unknown's unit.
         unit: String,
     },
 }
 
-/// Why a recording is not simulated by a linear model.
+/// Why a recording cannot be simulated with a linear model.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NotLinearised {
     /// There is no steady state to linearise at.
     NoSteadyState(SteadyStateError),
-    /// The steady state is left by itself.
+    /// The steady state is unstable.
     Unstable {
         /// The time, s.
         t: f64,
         /// Real part of the pole furthest to the right, 1/s.
         re: f64,
     },
-    /// The run does not get to the point, or does not start.
+    /// The run does not reach the point, or does not start.
     Run(IntegrateError),
     /// There is no linear model at the point.
     NoModel(LinearizeError),
-    /// The equations read an unknown late.
+    /// The model has a delayed unknown.
     LateUnknown {
         /// The unknown.
         unknown: String,
     },
-    /// The equations or outputs read the time.
+    /// The equations or outputs depend on time.
     ReadsTime {
         /// The equation or the output.
         equation: String,
     },
-    /// Other unknowns have a derivative at the point than at the start.
+    /// The states at the point are not those at the start.
     OtherStates {
         /// One of them.
         unknown: String,

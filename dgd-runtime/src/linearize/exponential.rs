@@ -1,17 +1,17 @@
-//! What a linear system does in a time h, exactly, and how that changes with A.
+//! The exact response of a linear system after a time h, and its derivatives with respect to A.
 //!
 //! ```text
 //!   ẋ = A x + b₀ + b₁ t    ⇒    x(h) = Φ x(0) + Γ₀ b₀ + Γ₁ b₁
 //!   Φ = e^(Ah),   Γ₀ = ∫₀ʰ e^(As) ds,   Γ₁ = ∫₀ʰ Γ₀(s) ds
 //! ```
 //!
-//! By their series where ‖Ah‖ is small, then by doubling,
+//! Computed from series where ‖Ah‖ is small, then by doubling,
 //!
 //! ```text
 //!   Γ₁(2h) = Φ Γ₁ + h Γ₀ + Γ₁,   Γ₀(2h) = Φ Γ₀ + Γ₀,   Φ(2h) = Φ²
 //! ```
 //!
-//! and for directions A' of A by the product rule in every operation.
+//! and for directions A' of A with the product rule in every operation.
 //!
 //! Al-Mohy, Higham, Computing the Fréchet derivative of the matrix exponential, SIAM J. Matrix Anal.
 //! Appl. 30 (2009) 1639–1657, differentiate their algorithm likewise.
@@ -19,12 +19,12 @@
 use nalgebra::DMatrix;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 
-/// Where series begin: ‖Ah‖ is at most this.
+/// Largest ‖Ah‖ for which the series are used.
 const SMALL: f64 = 0.5;
-/// Terms of the series of Γ₁/h²: what follows is below 0.5¹⁶/18!.
+/// Terms of the series of Γ₁/h²: the remainder is below 0.5¹⁶/18!.
 const TERMS: u32 = 16;
 
-/// Φ, Γ₀ and Γ₁ of one length of time.
+/// Φ, Γ₀ and Γ₁ for one length of time.
 #[derive(Debug, Clone)]
 pub struct Response {
     pub phi: DMatrix<f64>,
@@ -39,7 +39,7 @@ pub struct Differentiated {
     pub slopes: Vec<Response>,
 }
 
-/// Responses of one system by length of time, each computed once.
+/// Responses of one system, cached by length of time.
 pub struct Responses<'a> {
     a: &'a DMatrix<f64>,
     directions: Vec<&'a DMatrix<f64>>,
@@ -49,7 +49,7 @@ pub struct Responses<'a> {
 }
 
 impl<'a> Responses<'a> {
-    /// Of ẋ = A x + …, states having these sizes.
+    /// For ẋ = A x + …, with states of these sizes.
     pub fn new(a: &'a DMatrix<f64>, directions: Vec<&'a DMatrix<f64>>, sizes: &[f64]) -> Self {
         let column = |j: usize| -> f64 {
             (0..a.nrows()).map(|i| (a[(i, j)] * sizes[j] / sizes[i]).abs()).sum()
@@ -58,14 +58,14 @@ impl<'a> Responses<'a> {
         Self { a, directions, norm, known: Vec::new() }
     }
 
-    /// Of ẋ = A x + …, the sizes of whose states are nowhere given: those that balance A (Parlett & Reinsch,
-    /// Balancing a matrix for calculation of eigenvalues and eigenvectors, Numer. Math. 13 (1969) 293–304).
+    /// For ẋ = A x + … without given sizes of the states: uses sizes that balance A (Parlett & Reinsch, Balancing a
+    /// matrix for calculation of eigenvalues and eigenvectors, Numer. Math. 13 (1969) 293–304).
     pub fn balanced(a: &'a DMatrix<f64>) -> Self {
         let sizes = balance_parlett_reinsch(&mut a.clone());
         Self::new(a, Vec::new(), sizes.as_slice())
     }
 
-    /// Those of a time h, give or take the rounding of the times that it lies between.
+    /// The response after a time h; `rounding` is that of the times whose difference h is.
     pub fn of(&mut self, h: f64, rounding: f64) -> &Differentiated {
         let known = self.known.iter().position(|(known, _)| (known - h).abs() <= rounding);
         if known.is_none() {
@@ -78,7 +78,7 @@ impl<'a> Responses<'a> {
     fn computed(&self, h: f64) -> Differentiated {
         let mut doublings = 0;
         let mut part = h;
-        // A norm of NaN ends the loop, and the caller sees NaN in the result.
+        // A NaN norm ends the loop, and the result is NaN.
         while self.norm * part > SMALL && doublings < 1100 {
             part *= 0.5;
             doublings += 1;
@@ -147,7 +147,7 @@ mod tests {
         (response.phi, response.gamma_0)
     }
 
-    /// x(h) of ẋ₁ = −k x₁ + b, ẋ₂ = x₁ − c x₂, from its closed form and that of its derivative to k.
+    /// x(h) of ẋ₁ = −k x₁ + b, ẋ₂ = x₁ − c x₂, from its closed form and that of its derivative with respect to k.
     #[test]
     fn responses_of_two_stages_are_those_of_the_formula() {
         for (k, c, h) in [(0.3, 2.0, 0.1), (0.3, 2.0, 7.0), (400.0, 0.01, 30.0)] {
@@ -177,8 +177,8 @@ mod tests {
         }
     }
 
-    /// x(h) of a linear ramp: derivatives of all three against extrapolated differences, states that act on
-    /// each other both ways and in units far apart.
+    /// x(h) of a linear ramp: derivatives of all three against extrapolated differences, for states that are coupled
+    /// both ways and whose units are far apart.
     #[test]
     fn derivatives_are_those_of_differences() {
         let a = DMatrix::from_row_slice(
@@ -224,7 +224,7 @@ mod tests {
 
     #[test]
     fn an_oscillator_and_its_integral_have_closed_forms() {
-        // ẋ = [0 ω; −ω 0] x in units that differ by 10⁶: e^{hA} is a turn by ωh.
+        // ẋ = [0 ω; −ω 0] x in units that differ by 10⁶: e^{hA} is a rotation by ωh.
         let (omega, unit, h) = (3.0f64, 1e6, 0.7);
         let a = DMatrix::from_row_slice(2, 2, &[0.0, omega * unit, -omega / unit, 0.0]);
         let (exponential, integral) = exponentials(&a, h);

@@ -1,13 +1,13 @@
-//! Steady states next to others: what is conserved keeps the value that it has, and the rest is at rest.
+//! Steady states in families: conserved combinations keep their values, and all else is at rest.
 //!
-//! Where c₁ᵀẋ = 0, …, some equations of 0 = f follow from the others, and 0 = f has a family of solutions. In the
-//! place of the equation of the state that names it, each combination is held:
+//! Where c₁ᵀẋ = 0, …, some equations of 0 = f follow from the others, and 0 = f has a family of solutions. Each
+//! conserved combination is held, in place of the equation of its naming state:
 //!
 //! ```text
 //!   0 = f_i(y)  for all equations but those,      0 = cₖᵀ (x − x₀)
 //! ```
 //!
-//! which is as many equations as before, and regular where the steady state is the only one with those values.
+//! which has as many equations as before, and is regular if the steady state is the only one with those values.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -22,32 +22,32 @@ use crate::problem::Problem;
 use crate::solved::Solved;
 use crate::system::{Point, Storage};
 
-/// Points beside the start, their distances in sizes of the unknowns.
+/// Distances of test points from the start, in sizes of the unknowns.
 const DISTANCES: [f64; 5] = [0.03, 0.1, 0.3, 0.01, 1e-3];
-/// Fewest of them at which the equations can be solved.
+/// Minimum number of test points at which the equations must be solvable.
 const LEAST_POINTS: usize = 2;
-/// What is left of c's products, as part of their terms, is rounding.
+/// Products with c below this fraction of their terms are rounding.
 const ROUNDING: f64 = 1e-9;
-/// Most corrections by Newton's method, the smallest part taken of one, and how small the last is.
+/// Maximum number of Newton corrections, the smallest damping factor, and the size of the last correction.
 const MOST_CORRECTIONS: usize = 100;
 const LEAST_DAMPING: f64 = 1.0 / 4096.0;
 const CORRECTED: f64 = 1e-11;
-/// Corrections this small that do not get smaller are rounding.
+/// Corrections this small that stop shrinking are rounding.
 const STALLED: f64 = 1e-7;
 /// Tolerances of algebraic unknowns.
 const POLISHED: Tolerances = Tolerances { rtol: 1e-10, atol: 1e-10 };
 
-/// Where steady states are looked for.
+/// The equations whose steady states are sought.
 pub(super) struct Held<'a, S: Solved> {
     pub problem: &'a Problem<'a, S>,
     pub t: f64,
-    /// Inputs with nothing late.
+    /// Inputs without delays.
     pub u: &'a [f64],
-    /// Of the unknowns.
+    /// Sizes of the unknowns.
     pub sizes: &'a [f64],
 }
 
-/// The states' equations at a point, algebraic unknowns eliminated.
+/// The states' equations at a point, with algebraic unknowns eliminated.
 struct OfStates {
     states: Vec<usize>,
     a: DMatrix<f64>,
@@ -57,8 +57,8 @@ struct OfStates {
 }
 
 impl<S: Solved> Held<'_, S> {
-    /// What is conserved in the modes `z`, with its value at `y`, and the rates of what only seems so: what changes
-    /// by as much whatever the states are.
+    /// Combinations that are conserved in the modes `z`, with their values at `y`. Includes those that drift: their
+    /// rates do not depend on the states.
     pub(super) fn conserved(&self, y: &[f64], z: &[f64], start: &[f64]) -> Vec<Conserved> {
         let Some(y) = self.consistent(y, z) else { return Vec::new() };
         let Some(here) = self.slopes(&y, self.u, z) else { return Vec::new() };
@@ -79,7 +79,7 @@ impl<S: Solved> Held<'_, S> {
         found
     }
 
-    /// What stays as it is close to `y`, where that is at rest and others beside it are, too.
+    /// What is conserved close to `y`, if `y` and neighbouring points are at rest.
     pub(super) fn conserved_close(&self, y: &[f64], z: &[f64], start: &[f64]) -> Vec<Conserved> {
         let slopes = self.consistent(y, z).and_then(|y| self.slopes(&y, self.u, z));
         slopes.map_or_else(Vec::new, |here| {
@@ -111,7 +111,7 @@ impl<S: Solved> Held<'_, S> {
         left_null(slopes, &sizes).into_iter().map(combination).collect()
     }
 
-    /// What changes by as much whatever the states are, if something does.
+    /// A combination that changes at a rate that does not depend on the states, if any.
     pub(super) fn drift(
         &self,
         conserved: &[Conserved],
@@ -145,7 +145,7 @@ impl<S: Solved> Held<'_, S> {
         })
     }
 
-    /// Puts `y` onto 0 = f with what is conserved at its values; whether that succeeds.
+    /// Solves 0 = f for `y` with conserved combinations held at their values. Returns whether that succeeds.
     pub(super) fn solve(&self, conserved: &[Conserved], y: &mut Vec<f64>, z: &[f64]) -> bool {
         let norm = |step: &DVector<f64>| {
             step.iter().zip(self.sizes).map(|(x, size)| (x / size).abs()).fold(0.0, f64::max)
@@ -182,7 +182,7 @@ impl<S: Solved> Held<'_, S> {
         false
     }
 
-    /// The equation and the unknown that are open though what is conserved is held.
+    /// The equation and the unknown that stay undetermined even with conserved combinations held.
     pub(super) fn open(
         &self,
         conserved: &[Conserved],
@@ -196,7 +196,7 @@ impl<S: Solved> Held<'_, S> {
         singular::open(&matrix)
     }
 
-    /// What the equations leave, and their derivatives to the unknowns.
+    /// Residuals of the equations, and their derivatives with respect to the unknowns.
     fn equations(
         &self,
         conserved: &[Conserved],
@@ -230,7 +230,7 @@ impl<S: Solved> Held<'_, S> {
         (f, jacobian)
     }
 
-    /// With algebraic unknowns on their equations.
+    /// `y` with algebraic unknowns that satisfy their equations.
     fn consistent(&self, y: &[f64], z: &[f64]) -> Option<Vec<f64>> {
         let system = self.problem.system;
         let mut y = y.to_vec();
@@ -271,13 +271,13 @@ impl<S: Solved> Held<'_, S> {
         })
     }
 
-    /// A point beside this one, in a direction that suits no symmetry.
+    /// A nearby point, in a direction that avoids symmetries.
     fn moved(&self, y: &[f64], distance: f64, k: usize) -> Vec<f64> {
         let pairs = y.iter().zip(self.sizes).enumerate();
         pairs.map(|(i, (y, size))| y + distance * size * spread(i, k)).collect()
     }
 
-    /// Whether inputs leave a combination as it is, at points beside this one with other inputs.
+    /// Whether a combination is conserved for any inputs, tested at nearby points with other inputs.
     fn is_beyond_inputs(&self, own: &Conserved, y: &[f64], z: &[f64]) -> bool {
         let signature = self.problem.system.signature();
         let read = signature.past().held().start.min(self.u.len());

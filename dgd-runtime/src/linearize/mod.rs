@@ -1,4 +1,4 @@
-//! Linear models of a compiled model at a point: matrices, poles, steady states.
+//! Linearisation of a compiled model at a point: matrices, poles, steady states.
 //!
 //! ```text
 //!   OperatingPoint::reached(problem, from, t, options)  where a run is at a time
@@ -17,17 +17,17 @@
 //!   w = C x + D u + C₁ v             v_k(t) = r_k(t − τ_k),  r = E x + F u + G v
 //! ```
 //!
-//! where v are unknowns that equations read late, if there are any. Algebraic unknowns are eliminated:
-//! with rows and columns of d those of states and of a those of the others,
+//! where v are delayed unknowns, if there are any. Algebraic unknowns are eliminated: with d for rows and columns of
+//! the states and a for those of the others,
 //!
 //! ```text
 //!   0 = f_a  ⇒  ∂y_a/∂(x, u, v) = −(∂f_a/∂y_a)⁻¹ ∂f_a/∂(x, u, v)
 //!   A = ∂f_d/∂y_d + ∂f_d/∂y_a ∂y_a/∂x,  and so on
 //! ```
 //!
-//! All derivatives are the compiled ones. Modes, and the sides of switches, are those at the point: the
-//! linear model knows of no transition. Time itself stands still; a model that reads it, and a point that
-//! is not at rest, are described for a short while only.
+//! All derivatives are the compiled ones. Modes and the sides of switches are those at the point: the linear model has
+//! no transitions. Time itself is frozen, so the linear model of a time-dependent model, or at a point that is not at
+//! rest, is valid only for a short while.
 
 mod conserved;
 mod elimination;
@@ -57,22 +57,22 @@ pub use steady::{Rest, rest, steady_state};
 pub use exponential::Responses;
 pub use parametric::{Matrices, Parametric};
 
-/// Most unknowns of a linear model, whose matrices are dense.
+/// Maximum number of unknowns of a linear model, whose matrices are dense.
 const MOST_UNKNOWNS: usize = 4000;
 
-/// Where something acts on the linear model from outside.
+/// An external input of the linear model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Channel {
     /// The input at this position.
     Input(usize),
-    /// The same, as it was a time τ ago.
+    /// The same, delayed by τ.
     Late {
         /// Position of the input.
         input: usize,
         /// τ, s.
         tau: f64,
     },
-    /// The slope of that: an equation was differentiated through it.
+    /// The slope of a delayed input through which an equation was differentiated.
     Slope {
         /// Position of the input.
         input: usize,
@@ -92,12 +92,12 @@ impl Channel {
     }
 }
 
-/// An unknown that acts late.
+/// A delayed unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LateUnknown {
     /// Position of the unknown.
     pub unknown: usize,
-    /// τ at the point, s. What it moves by where it varies is in A, B, C and D.
+    /// τ at the point, s. If τ varies, its derivatives are included in A, B, C and D.
     pub tau: f64,
 }
 
@@ -108,9 +108,9 @@ pub struct LateUnknown {
 /// | `a` | A | n_x × n_x | SI unit of the row's state, over that of the column's, per s |
 /// | `b` | B | n_x × n_m | the same, over that of the column's channel |
 /// | `c`, `d` | C, D | n_w × n_x, n_w × n_m | SI unit of the row's output, over that of the column |
-/// | `late_a`, `late_c` | A₁, C₁ | n_x × n_v, n_w × n_v | the same with unknowns that act late for columns |
-/// | `late_x`, `late_u`, `late_v` | E, F, G | n_v × n_x, n_v × n_m, n_v × n_v | of what acts late |
-/// | `by_x`, `by_u`, `by_v` | ∂y_a/∂(x, u, v) | n_a × n_x, n_a × n_m, n_a × n_v | of what was eliminated |
+/// | `late_a`, `late_c` | A₁, C₁ | n_x × n_v, n_w × n_v | the same with delayed unknowns for columns |
+/// | `late_x`, `late_u`, `late_v` | E, F, G | n_v × n_x, n_v × n_m, n_v × n_v | of delayed unknowns |
+/// | `by_x`, `by_u`, `by_v` | ∂y_a/∂(x, u, v) | n_a × n_x, n_a × n_m, n_a × n_v | of eliminated unknowns |
 /// | `rates` | ẋ at the point | n_x | SI unit of the state, per s |
 /// | `u`, `v`, `w` | at the point | n_m, n_v, n_w | SI units |
 #[derive(Debug, Clone, PartialEq)]
@@ -119,11 +119,11 @@ pub struct StateSpace {
     pub states: Vec<usize>,
     /// Positions of the unknowns that follow from the states.
     pub eliminated: Vec<usize>,
-    /// What acts from outside: the inputs as declared, then what else equations read of them.
+    /// External inputs: the declared inputs, then their delayed values and slopes that equations read.
     pub channels: Vec<Channel>,
-    /// Unknowns that act late.
+    /// Delayed unknowns.
     pub late: Vec<LateUnknown>,
-    /// By how much each output is read late: its rows are those of w(t + τ).
+    /// Delay τ of each output: its rows are those of w(t + τ).
     pub output_delays: Vec<f64>,
     /// ∂ẋ/∂x.
     pub a: DMatrix<f64>,
@@ -151,9 +151,9 @@ pub struct StateSpace {
     pub by_v: DMatrix<f64>,
     /// ẋ at the point: zero where it is at rest.
     pub rates: Vec<f64>,
-    /// What acts from outside, at the point.
+    /// Values of `channels` at the point.
     pub u: Vec<f64>,
-    /// What acts late, at the point.
+    /// Values of the delayed unknowns at the point.
     pub v: Vec<f64>,
     /// Outputs at the point.
     pub w: Vec<f64>,
@@ -163,12 +163,12 @@ pub struct StateSpace {
 ///
 /// # Errors
 ///
-/// [`LinearizeError`]: a derivative is not finite there, algebraic unknowns are not determined, the
-/// equations read the slope of an unknown late, or there are too many unknowns for dense matrices.
+/// [`LinearizeError`]: a derivative is not finite there, algebraic unknowns are not determined, the equations read the
+/// slope of a delayed unknown, or there are too many unknowns for dense matrices.
 ///
 /// # Panics
 ///
-/// When the point is that of another problem.
+/// If the point belongs to another problem.
 pub fn linearize<S: Solved>(
     problem: &Problem<'_, S>,
     at: &OperatingPoint,
@@ -194,7 +194,7 @@ pub fn linearize<S: Solved>(
     let [c, d, late_c] = split(&elimination.reduced(&slopes.w));
     let Elimination { states, eliminated, follows, .. } = elimination;
     let [by_x, by_u, by_v] = split(&follows);
-    // r: a state itself, or what follows for an eliminated unknown.
+    // r: a state itself, or the expression for an eliminated unknown.
     let mut sources = DMatrix::zeros(n_v, n_x + n_m + n_v);
     for (k, late) in columns.late.iter().enumerate() {
         if let Ok(state) = states.binary_search(&late.unknown) {
@@ -238,7 +238,7 @@ pub fn linearize<S: Solved>(
 impl StateSpace {
     /// Poles of the linear model.
     ///
-    /// Where unknowns act late there are infinitely many of them, and those furthest to the right are given.
+    /// With delayed unknowns there are infinitely many, and those furthest to the right are returned.
     ///
     /// # Errors
     ///
@@ -247,7 +247,7 @@ impl StateSpace {
         poles::poles(self, &[])
     }
 
-    /// The same where something is conserved: to each such quantity belongs a pole at zero, exactly.
+    /// The same with conserved combinations, each of which gives a pole at exactly zero.
     ///
     /// # Errors
     ///
@@ -257,14 +257,14 @@ impl StateSpace {
     }
 }
 
-/// What the columns behind those of the unknowns stand for, and where u has it.
+/// The meaning of the columns after those of the unknowns, and their positions in u.
 struct Columns {
     channels: Vec<Channel>,
     late: Vec<LateUnknown>,
     /// Their values at the point.
     u: Vec<f64>,
     v: Vec<f64>,
-    /// For each number of u its column, counted behind the unknowns.
+    /// For each number of u its column, counted from the end of the unknowns.
     places: Vec<Option<usize>>,
 }
 
@@ -307,7 +307,7 @@ impl Columns {
         let past = signature.past();
         let mut late = Vec::new();
         for (k, delayed) in signature.delayed_unknowns.iter().enumerate() {
-            // A value read now, its delay being zero, is in the Jacobian.
+            // With a delay of zero the value is the current one, which is in the Jacobian.
             if at.u[past.held().start + k] == 0.0 {
                 continue;
             }
@@ -336,7 +336,7 @@ impl Columns {
     }
 }
 
-/// Derivatives to the unknowns, then to the columns behind them.
+/// Derivatives with respect to the unknowns, then to the columns after them.
 struct Slopes {
     f: DMatrix<f64>,
     w: DMatrix<f64>,
@@ -346,7 +346,7 @@ struct Slopes {
 }
 
 impl Slopes {
-    /// For each number of u, `places` has its column behind the unknowns, of so `many`.
+    /// For each number of u, `places` has its column after the unknowns; there are `many` of these.
     fn new<S: Solved>(
         system: &S,
         at: Point<'_>,
@@ -392,7 +392,7 @@ impl Slopes {
                     };
                     return Err(LinearizeError::NotFinite { t: at.t, equation: label.to_string() });
                 }
-                // An input that is read late by no time has two places in u and one column.
+                // An input with a delay of zero has two places in u but one column.
                 matrices[matrix][(row, place)] += value;
             }
         }

@@ -1,21 +1,21 @@
-//! A linear model and its derivatives to θ, the operating point going along.
+//! A linear model and its derivatives with respect to θ, including the motion of the operating point.
 //!
 //! ```text
 //!   ẋ = r + A (x − x₀) + B (u − u₀)
 //!   w = w₀ + C (x − x₀) + D (u − u₀)           A, B, C, D, r, x₀ and w₀ are functions of θ
 //! ```
 //!
-//! The point y₀(θ) moves with S = dy₀/dθ: at rest 0 = f(y₀, u₀, θ) gives ∂f/∂y S = −∂f/∂θ, and a run
-//! has its sensitivities. Derivatives of the equations are the compiled ones: of g = ∂f/∂y S + ∂f/∂θ,
+//! The point y₀(θ) moves with S = dy₀/dθ: at rest 0 = f(y₀, u₀, θ) gives ∂f/∂y S = −∂f/∂θ, and a run gives its own
+//! sensitivities. Derivatives of the equations are the compiled ones, of g = ∂f/∂y S + ∂f/∂θ:
 //!
 //! ```text
 //!   ∂g/∂y = d(∂f/∂y)/dθ,   ∂g/∂u = d(∂f/∂u)/dθ          along y₀(θ)
 //! ```
 //!
-//! Of outputs only first derivatives are compiled. d(∂w/∂y)/dθ and d(∂w/∂u)/dθ are central
-//! differences of those along (S, θ), extrapolated from two steps.
+//! Only first derivatives of outputs are compiled. d(∂w/∂y)/dθ and d(∂w/∂u)/dθ are central differences of these along
+//! (S, θ), extrapolated from two steps.
 //!
-//! Columns of B and D are those of u as equations read it: declared inputs, late ones, slopes of late ones.
+//! Columns of B and D are those of u as equations read it: declared inputs, delayed ones, slopes of delayed ones.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -30,15 +30,15 @@ use crate::signal::Inputs;
 use crate::solved::Solved;
 use crate::system::{Direction, Point, Storage};
 
-/// Steps of differences, in sizes: their error is 1e-12, and so is that of rounding.
+/// Step of the differences, in sizes: truncation and rounding errors are both about 1e-12.
 const STEP: f64 = 1e-3;
 
-/// Where the linear model of a recording is.
+/// The point at which a recording is linearised.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LinearAt {
-    /// Where the model is at rest with these inputs, SI: [`Inputs::mean`] gives the recording's mean.
+    /// The steady state with these inputs, SI: [`Inputs::mean`] gives the recording's mean.
     Rest(Vec<f64>),
-    /// Where the recording's run is at this time, s.
+    /// The point that the recording's run reaches at this time, s.
     Reached(f64),
 }
 
@@ -67,7 +67,7 @@ impl LinearAt {
     }
 }
 
-/// The linear model's numbers, or their derivatives to one of θ.
+/// The matrices of a linear model, or their derivatives with respect to one of θ.
 #[derive(Debug, Clone)]
 pub struct Matrices {
     /// A.
@@ -96,12 +96,12 @@ pub struct Parametric {
     pub sizes: Vec<f64>,
     /// The model itself.
     pub model: Matrices,
-    /// By direction; `None` for one that the model does not depend on. Empty where none were asked for.
+    /// Derivatives by direction; `None` for one that the model does not depend on. Empty if none were requested.
     pub slopes: Vec<Option<Matrices>>,
 }
 
 impl Parametric {
-    /// The linear model of a run over these times, with its derivatives if they are wanted.
+    /// The linear model of a run over these times, with its derivatives if requested.
     pub fn new<S: Solved>(
         problem: &Problem<'_, S>,
         at: &LinearAt,
@@ -153,7 +153,7 @@ impl Parametric {
     }
 }
 
-/// Time has no part in a linear model: at the point all is the same at other times of the run.
+/// Checks that the model does not depend on time, by evaluating it at the point at other times of the run.
 fn verify_still<S: Solved>(
     system: &S,
     at: Point<'_>,
@@ -162,7 +162,7 @@ fn verify_still<S: Solved>(
 ) -> Result<(), NotLinearised> {
     let signature = system.signature();
     let (Some(first), Some(last)) = (times.first(), times.last()) else { return Ok(()) };
-    // Twice, lest a period is met.
+    // Two times, in case one is a period of the model.
     for part in [0.618, 1.0] {
         let t = first + part * (last - first);
         let now = &linear.slopes;
@@ -193,7 +193,7 @@ fn output_jacobians<S: Solved>(system: &S, at: Point<'_>) -> [Vec<f64>; 2] {
     [dwdy, dwdu]
 }
 
-/// All derivatives at a point, and which unknowns are states there.
+/// All derivatives at a point, and the unknowns that are states there.
 struct Linear {
     slopes: Slopes,
     elimination: Elimination,
@@ -252,16 +252,16 @@ impl Linear {
     }
 }
 
-/// Derivatives along a point that moves.
+/// Derivatives along a moving point.
 struct Along<'a, S> {
     problem: &'a Problem<'a, S>,
     point: &'a OperatingPoint,
     linear: &'a Linear,
-    /// Of all unknowns.
+    /// Sizes of all unknowns.
     sizes: &'a [f64],
 }
 
-/// f, g and their derivatives for one direction of time.
+/// g and its derivatives, with dg/dt along one slope of the inputs.
 struct Equations<S: Solved> {
     g: S::Sensitivity,
     dgdy: S::SensitivityJacobian,
@@ -269,7 +269,7 @@ struct Equations<S: Solved> {
 }
 
 impl<S: Solved> Along<'_, S> {
-    /// By direction, with the sensitivities of a run that led to the point, or those of rest.
+    /// Derivatives by direction, with the sensitivities of a run that led to the point, or of the steady state.
     fn slopes(&self, of_run: Option<Vec<f64>>) -> Result<Vec<Option<Matrices>>, LinearizeError> {
         let signature = self.problem.system.signature();
         let (n, n_u) = (signature.unknowns.len(), signature.n_u());
@@ -326,7 +326,7 @@ impl<S: Solved> Along<'_, S> {
             let rows =
                 elimination.reduced_slope(&states(&self.linear.slopes.f), &states(f), &follows);
             let outputs = elimination.reduced_slope(&self.linear.slopes.w, &w, &follows);
-            // r stands for ẋ at the point, where u is u₀: at rest it stays zero.
+            // r is ẋ at the point, where u is u₀: at rest it stays zero.
             let rates = of_states(&own(still.g.as_ref(), n));
             let dw = DVector::from_vec(own(&dw, signature.outputs.len()));
             let parts = [rates, of_states(&s), DVector::from_vec(u), dw];
@@ -344,7 +344,7 @@ impl<S: Solved> Along<'_, S> {
         let none = vec![0.0; n * n_s];
         let (mut f, mut g) = (vec![0.0; n], vec![0.0; n * n_s]);
         system.sensitivity_rhs(place, &none, &mut f, &mut g);
-        // Unknowns in units of their sizes, rows in units of their largest entries.
+        // Unknowns are scaled by their sizes, rows by their largest entries.
         let mut matrix = self.linear.slopes.f.columns(0, n).into_owned();
         for (mut column, size) in matrix.column_iter_mut().zip(self.sizes) {
             column *= *size;
@@ -372,7 +372,7 @@ impl<S: Solved> Along<'_, S> {
         }
     }
 
-    /// du₀/dθ, by columns: where late inputs are read moves with their delays.
+    /// du₀/dθ, by columns: delayed inputs change with their delays.
     fn inputs_moved(&self) -> Vec<f64> {
         let signature = self.problem.system.signature();
         let (n_in, n_late) = (signature.inputs.len(), signature.delayed_inputs.len());
@@ -418,8 +418,8 @@ impl<S: Solved> Along<'_, S> {
         Equations { g, dgdy, dgdt }
     }
 
-    /// g reads slopes of late inputs for what a delay moves, −∂f/∂v v̇ dτ/dθ, which is not a derivative of
-    /// ∂f/∂v̇.
+    /// Removes the contribution of moving delays, −∂f/∂v v̇ dτ/dθ, for which g reads the slopes of delayed inputs: it
+    /// is not a derivative of ∂f/∂v̇.
     fn forget_slopes(&self, f: &mut [DMatrix<f64>]) {
         let signature = self.problem.system.signature();
         let n = signature.unknowns.len();

@@ -1,4 +1,4 @@
-//! Where a model is linearised.
+//! The point at which a model is linearised.
 
 use crate::error::{Failure, IntegrateError};
 use crate::integrate::fixed_step::Steps;
@@ -7,25 +7,25 @@ use crate::signal::Side;
 use crate::solved::Solved;
 use crate::system::Point;
 
-/// All that a model's equations read at a point, SI.
+/// All values that a model's equations read at a point, SI.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OperatingPoint {
     /// Time, s.
     pub t: f64,
     /// Unknowns.
     pub y: Vec<f64>,
-    /// Inputs as [`Point::u`] has them.
+    /// Inputs as in [`Point::u`].
     pub u: Vec<f64>,
     /// Discrete numbers.
     pub z: Vec<f64>,
 }
 
 impl OperatingPoint {
-    /// Where a run that begins at `from` is at `t`; just after what happens at `t`.
+    /// The point that a run from `from` reaches at `t`, just after any event at `t`.
     ///
     /// # Errors
     ///
-    /// Why the run does not get there.
+    /// The error of the run if it does not reach `t`.
     pub fn reached<S: Solved>(
         problem: &Problem<'_, S>,
         from: f64,
@@ -56,7 +56,7 @@ impl OperatingPoint {
         options: &Options,
         wanted: Wanted<'_>,
     ) -> Result<(Self, Vec<f64>), IntegrateError> {
-        // Equal steps are made between rows, and there are none on the way.
+        // Fixed steps need rows of data, and there are none on the way.
         let options = Options { steps: Steps::Adaptive, ..*options };
         let solution = S::integrate(problem, times, &options, wanted)
             .map_err(|Failure { error, .. }| error)?;
@@ -71,7 +71,7 @@ impl OperatingPoint {
         Ok((at, solution.s(last).to_vec()))
     }
 
-    /// Where functions of the model are evaluated.
+    /// The point as an argument of the model's functions.
     pub fn point<'a>(&'a self, p: &'a [f64]) -> Point<'a> {
         Point { t: self.t, y: &self.y, u: &self.u, p, z: &self.z }
     }

@@ -1,13 +1,13 @@
-//! Poles: where s I − A is singular; with unknowns that act late, where
+//! Poles: the s at which s I − A is singular or, with delayed unknowns, at which
 //!
 //! ```text
 //!   Δ(s) = ⎡ s I − A   −A₁          ⎤        v = e^(−sτ) (E x + G v)
 //!          ⎣ −e^(−sτ)E  I − e^(−sτ)G ⎦
 //! ```
 //!
-//! is, which has infinitely many solutions. What is on its way, r_k(t + θ) for −τ_k ≤ θ ≤ 0, obeys
-//! ∂r/∂t = ∂r/∂θ; by its values at Chebyshev points a matrix of finite size has eigenvalues close to those
-//! furthest to the right, from which Newton's method goes on with Δ itself.
+//! is singular, of which there are infinitely many. The history in transit, r_k(t + θ) for −τ_k ≤ θ ≤ 0, obeys ∂r/∂t =
+//! ∂r/∂θ. Discretised at Chebyshev points it gives a finite matrix whose eigenvalues approximate the poles furthest to
+//! the right; Newton's method on Δ refines them.
 //!
 //! Breda, Maset, Vermiglio, Pseudospectral differencing methods for characteristic roots of delay
 //! differential equations, SIAM J. Sci. Comput. 27 (2005) 482–495; the matrix is that of Trefethen,
@@ -25,32 +25,32 @@ use super::error::LinearizeError;
 use crate::linalg::blocks::blocks;
 use crate::system::Pattern;
 
-/// Iterations for each eigenvalue; three are usual.
+/// Maximum iterations for each eigenvalue; three are usual.
 const MOST_ITERATIONS: usize = 100;
-/// Intervals between Chebyshev points along each delay, least and most. Half as many resolve the waves
-/// along a delay, |s| τ.
+/// Minimum and maximum number of intervals between Chebyshev points along each delay. N intervals resolve |s| τ up to
+/// N/2.
 const INTERVALS: [usize; 2] = [24, 120];
-/// Most corrections by Newton's method, and how small the last is, relative to the pole.
+/// Maximum number of Newton corrections, and the size of the last relative to the pole.
 const MOST_CORRECTIONS: usize = 20;
 const CORRECTED: f64 = 1e-12;
-/// Poles of delays closer than this, relative to their size, are one.
+/// Poles of delay systems closer than this, relative to their size, count as one.
 const SAME: f64 = 1e-7;
-/// Poles that are given where there are infinitely many.
+/// Number of poles returned if there are infinitely many.
 const MOST_GIVEN: usize = 12;
 
 /// A pole, 1/s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pole {
-    /// Real part: negative where the mode fades.
+    /// Real part: negative for a decaying mode.
     pub re: f64,
     /// Imaginary part.
     pub im: f64,
-    /// How far rounding may have moved it, 1/s.
+    /// Bound on the rounding error, 1/s.
     pub rounding: f64,
 }
 
 impl Pole {
-    /// |s|, the angular frequency without damping, 1/s.
+    /// |s|, the undamped angular frequency, 1/s.
     pub fn frequency(self) -> f64 {
         self.re.hypot(self.im)
     }
@@ -60,7 +60,7 @@ impl Pole {
         self.re.abs() <= self.rounding
     }
 
-    /// −1/Re s: the time in which the mode falls to 1/e, or, where it is negative, grows by e; s.
+    /// −1/Re s, s: the time in which the mode decays to 1/e or, if negative, grows by a factor e.
     pub fn time_constant(self) -> f64 {
         -1.0 / self.re
     }
@@ -76,32 +76,32 @@ impl Pole {
     }
 }
 
-/// Whether disturbances fade.
+/// Whether disturbances decay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stability {
     /// All poles are left of the imaginary axis.
     Stable,
-    /// A pole is on it, to rounding, and none right of it.
+    /// A pole is on the axis, to rounding, and none is right of it.
     Marginal,
     /// A pole is right of it.
     Unstable,
-    /// None was found right of it, and unknowns that act late may have some that were not looked for.
+    /// None was found right of it, but delayed unknowns may cause some outside the searched region.
     Unknown,
 }
 
 /// The poles of a linear model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Poles {
-    /// From the right to the left; of a pair the one above comes first.
+    /// From right to left; of a pair, the one with positive imaginary part comes first.
     pub poles: Vec<Pole>,
-    /// Whether these are all: with unknowns that act late there are infinitely many.
+    /// Whether these are all: with delayed unknowns there are infinitely many.
     pub complete: bool,
-    /// Whether no other pole is right of the imaginary axis.
+    /// Whether it is certain that no other pole is right of the imaginary axis.
     pub certain: bool,
 }
 
 impl Poles {
-    /// Whether disturbances fade.
+    /// Whether disturbances decay.
     pub fn stability(&self) -> Stability {
         let (on_axis, off): (Vec<Pole>, Vec<Pole>) =
             self.poles.iter().partition(|pole| pole.is_on_axis());
@@ -135,7 +135,7 @@ pub(super) fn poles(system: &StateSpace, conserved: &[Conserved]) -> Result<Pole
     let candidates = eigenvalues(&transported(system, intervals))?;
     let mut poles: Vec<Pole> = Vec::new();
     for candidate in candidates {
-        // Conjugates follow.
+        // Conjugates are added later.
         if candidate.im < 0.0 || candidate.frequency() * longest > resolved {
             continue;
         }
@@ -155,9 +155,9 @@ pub(super) fn poles(system: &StateSpace, conserved: &[Conserved]) -> Result<Pole
     Ok(Poles { poles, complete: false, certain })
 }
 
-/// No pole right of the imaginary axis is further from zero than this: there |e^(−sτ)| ≤ 1, and s is an
-/// eigenvalue of a matrix of entries up to those of |A| + |A₁| (1 + |G| + |G|² + …) |E|. `None` where what acts
-/// late goes round among itself, and the sum has no end.
+/// Bound on |s| for poles right of the imaginary axis: there |e^(−sτ)| ≤ 1, and s is an eigenvalue of a matrix whose
+/// entries are bounded by those of |A| + |A₁| (1 + |G| + |G|² + …) |E|. `None` if delayed unknowns depend on each other
+/// in a cycle, so that the sum does not end.
 fn radius(system: &StateSpace) -> Option<f64> {
     let mut way = system.late_x.abs();
     let mut bound = system.a.abs();
@@ -177,8 +177,8 @@ fn sort(poles: &mut [Pole]) {
     });
 }
 
-/// Eigenvalues, those of each block of states that act on each other by themselves: fast states that are
-/// driven by slow ones, or drive them, leave no rounding in these.
+/// Eigenvalues, block by block of mutually coupled states: fast states that drive slow ones, or are driven by them,
+/// then add no rounding errors to the slow eigenvalues.
 pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Pole>, LinearizeError> {
     let n = matrix.nrows();
     let places: Vec<(usize, usize)> =
@@ -197,12 +197,12 @@ fn of_block(mut matrix: DMatrix<f64>) -> Result<Vec<Pole>, LinearizeError> {
     if n == 1 {
         return Ok(vec![Pole { re: matrix[(0, 0)], im: 0.0, rounding: 0.0 }]);
     }
-    // States have units of very different sizes.
+    // Units of states differ greatly in size.
     balance_parlett_reinsch(&mut matrix);
     let rounding = 16.0 * f64::EPSILON * n as f64 * matrix.norm();
     let most = MOST_ITERATIONS * n;
     let schur = Schur::try_new(matrix.clone(), f64::EPSILON, most).or_else(|| {
-        // Double shifts leave a few matrices as they are, a cycle for example; none in another basis.
+        // Double shifts leave a few matrices unchanged, a cycle for example; a change of basis helps.
         let axis = DVector::from_fn(n, |i, _| 1.0 / (1.0 + i as f64)).normalize();
         let turn = DMatrix::identity(n, n) - &axis * axis.transpose() * 2.0;
         Schur::try_new(&turn * &matrix * &turn, f64::EPSILON, most)
@@ -214,8 +214,8 @@ fn of_block(mut matrix: DMatrix<f64>) -> Result<Vec<Pole>, LinearizeError> {
     Ok(found.iter().map(|s| Pole { re: s.re, im: s.im, rounding }).collect())
 }
 
-/// The matrix of the states and of what is on its way: x, then for each late unknown r at the
-/// Chebyshev points behind the first, at which r = E x + G v.
+/// The matrix of the states and the history in transit: x, then for each delayed unknown r at the Chebyshev points
+/// after the first, at which r = E x + G v.
 fn transported(system: &StateSpace, intervals: usize) -> DMatrix<f64> {
     let (n, n_v) = (system.a.nrows(), system.late.len());
     let len = n + n_v * intervals;
@@ -248,7 +248,7 @@ fn transported(system: &StateSpace, intervals: usize) -> DMatrix<f64> {
     matrix
 }
 
-/// Derivatives at the points cos(iπ/N), from 1 to −1, of the polynomial through values there.
+/// Differentiation matrix of the polynomial through values at the points cos(iπ/N), from 1 to −1.
 fn chebyshev_derivative(n: usize) -> DMatrix<f64> {
     let x = |i: usize| (PI * i as f64 / n as f64).cos();
     let weight = |i: usize| {
@@ -260,7 +260,7 @@ fn chebyshev_derivative(n: usize) -> DMatrix<f64> {
         for j in (0..=n).filter(|j| *j != i) {
             derivative[(i, j)] = weight(i) / (weight(j) * (x(i) - x(j)));
         }
-        // Of a constant it is zero.
+        // The derivative of a constant is zero.
         derivative[(i, i)] = -derivative.row(i).sum();
     }
     derivative
@@ -294,7 +294,7 @@ fn corrected(system: &StateSpace, candidate: Pole, longest: f64) -> Option<Pole>
             delta[(n + k, n + k)].re += 1.0;
         }
         let Some(solved) = delta.lu().solve(&slope) else {
-            // Singular to the last bit.
+            // Singular to the last bit: the pole is exact.
             return Some(Pole { re: s.re, im: s.im, ..candidate });
         };
         let step = solved.trace().inv();
@@ -305,7 +305,7 @@ fn corrected(system: &StateSpace, candidate: Pole, longest: f64) -> Option<Pole>
         if step.norm() <= CORRECTED * (s.norm() + 1.0 / longest) {
             let moved = (s - Complex::new(candidate.re, candidate.im)).norm();
             let is_near = moved <= 0.1 * (candidate.frequency() + 1.0 / longest);
-            // Of a real pole nothing is left but rounding.
+            // The imaginary part of a real pole is rounding.
             let im = if s.im.abs() <= SAME * (s.norm() + 1.0 / longest) { 0.0 } else { s.im.abs() };
             return is_near.then_some(Pole { re: s.re, im, rounding: CORRECTED * s.norm() });
         }
@@ -325,7 +325,7 @@ mod tests {
 
     #[test]
     fn a_cycle_has_roots_of_one() {
-        // Each state drives the next: double shifts of the implicit kind leave this as it is.
+        // Each state drives the next: implicit double shifts leave this unchanged.
         for n in 3..9 {
             let cycle = DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(i == (j + 1) % n)));
             let poles = of(&cycle);
@@ -333,7 +333,7 @@ mod tests {
                 let root = Complex::from_polar(1.0, TAU * k as f64 / n as f64);
                 let near = poles.iter().map(|pole| (Complex::new(pole.re, pole.im) - root).norm());
                 let nearest = near.fold(f64::INFINITY, f64::min);
-                // The matrix is normal: rounding moves its eigenvalues by no more than itself.
+                // The matrix is normal: its eigenvalues move by no more than the rounding.
                 assert!(nearest < 1e-13, "{n}: {nearest:e} from {root} in {poles:?}");
             }
             assert_eq!(poles.len(), n);
@@ -342,7 +342,7 @@ mod tests {
 
     #[test]
     fn what_fast_states_drive_keeps_its_digits() {
-        // Rates from 1e-12 to 1e10 1/s in a chain: they are the poles, to the bit.
+        // Rates from 1e-12 to 1e10 1/s in a chain: the poles equal them bit for bit.
         let n = 12;
         let rate = |i: usize| -(100_f64.powf(i as f64) * 1e-12);
         let chain = DMatrix::from_fn(n, n, |i, j| match () {

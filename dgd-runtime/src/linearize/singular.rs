@@ -1,14 +1,14 @@
-//! Whether a matrix is singular, and where it is open.
+//! Whether a matrix is singular, and which row and column are to blame.
 
 use nalgebra::DMatrix;
 
-/// Singular values below this part of the largest are zero, rows and columns in units of their sizes.
+/// Singular values below this fraction of the largest are zero, with rows and columns scaled by their sizes.
 const SINGULAR: f64 = 1e-12;
-/// Pivots above this part of the largest are not looked at twice.
+/// Pivots above this fraction of the largest need no singular value decomposition.
 const FAR_FROM_SINGULAR: f64 = 1e-8;
 
-/// The row that depends most on others, and the column that is open most, if the matrix is singular
-/// with its rows in units of their largest entries.
+/// If the matrix is singular with its rows scaled by their largest entries, the row that depends most on others and the
+/// least determined column.
 pub(super) fn open(matrix: &DMatrix<f64>) -> Option<(usize, usize)> {
     if matrix.is_empty() || matrix.iter().any(|value| !value.is_finite()) {
         return None;
@@ -20,7 +20,7 @@ pub(super) fn open(matrix: &DMatrix<f64>) -> Option<(usize, usize)> {
             row /= largest;
         }
     }
-    // So that units of unknowns do not matter.
+    // Scales columns so that units of unknowns do not matter.
     for mut column in scaled.column_iter_mut() {
         let largest = column.amax();
         if largest > 0.0 {

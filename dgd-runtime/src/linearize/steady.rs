@@ -1,9 +1,8 @@
 //! Steady states: 0 = f(t, y, u, p) with inputs and time standing still.
 //!
-//! Damped Newton from where the model starts, for all unknowns together, in the modes that hold there.
-//! If that fails, or ends where other modes would hold, a run with the inputs held goes on until it
-//! comes to rest, through whatever modes it meets, and Newton goes on from its end. What is read
-//! late is what is read now.
+//! Damped Newton from the model's start, for all unknowns together, in the modes that hold there. If that fails, or
+//! ends where other modes would hold, a run with the inputs held continues until it comes to rest, through any mode
+//! changes, and Newton starts again from its end. Delayed values equal current ones.
 
 use nalgebra::DMatrix;
 
@@ -26,35 +25,35 @@ use crate::signal::{Inputs, Side};
 use crate::solved::Solved;
 use crate::system::{Point, Storage};
 
-/// The run that is to come to rest goes on to 10^k seconds, for k up to this.
+/// The run towards rest lasts 10^k seconds, for k up to this.
 const LONGEST: i32 = 9;
-/// Most steps of it.
+/// Maximum number of its steps.
 const MOST_STEPS: usize = 20_000;
-/// How often the sides of switches are chosen again.
+/// Maximum number of times the sides of switches are chosen again.
 const MOST_SIDES: usize = 8;
-/// Residuals below this part of the equation's terms, with unknowns of their sizes, are none.
+/// Residuals below this fraction of the equation's terms, at unknowns of their sizes, count as zero.
 const AT_REST: f64 = 1e-9;
-/// Errors of a run at rest, in units of its tolerance.
+/// Error allowed for a run at rest, in units of its tolerance.
 const RUN: f64 = 10.0;
 /// Tolerances of the last corrections.
 const POLISHED: Tolerances = Tolerances { rtol: 1e-10, atol: 1e-10 };
 
-/// A steady state, and what is held at it.
+/// A steady state, and the conserved combinations held there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rest {
-    /// Where it is.
+    /// The point.
     pub at: OperatingPoint,
-    /// What the equations leave as it is; nothing where no other steady state is next to this one.
+    /// Conserved combinations; empty if the steady state is isolated.
     pub conserved: Vec<Conserved>,
 }
 
 /// The steady state of `problem` with the inputs as they are at `t`, found from its start values there.
 ///
-/// Of several steady states it is one near the start values; it need not be stable.
+/// If there are several, it is one near the start values; it need not be stable.
 ///
 /// # Errors
 ///
-/// [`SteadyStateError`]: there is none, there are many next to each other, or none is found.
+/// [`SteadyStateError`]: there is none, there is a continuous family of them, or none is found.
 pub fn steady_state<S: Solved>(
     problem: &Problem<'_, S>,
     t: f64,
@@ -63,8 +62,8 @@ pub fn steady_state<S: Solved>(
     found(problem, t, options, false).map(|rest| rest.at)
 }
 
-/// The same, where of steady states next to each other that one is taken that a run from the start values comes to:
-/// with the values of what is conserved.
+/// The same, but from a family of steady states takes the one that a run from the start values approaches: conserved
+/// combinations keep their values.
 ///
 /// # Errors
 ///
@@ -108,7 +107,7 @@ fn found<S: Solved>(
         Ok(solution) => solution,
         Err(failure) => *failure.partial,
     };
-    // Later is closer to rest, unless the run came to an end before.
+    // Later rows are closer to rest, unless the run ended early.
     for k in (0..solution.len()).rev() {
         if let Some(found) = search.rest(solution.y(k), solution.z(k), Guess::Run)? {
             return Ok(found);
@@ -124,7 +123,7 @@ fn found<S: Solved>(
     Err(search.failure(&y, &z, ran))
 }
 
-/// Where a guess comes from.
+/// The origin of a guess.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Guess {
     /// The start values.
@@ -137,7 +136,7 @@ enum Guess {
 struct Search<'a, S: Solved> {
     problem: &'a Problem<'a, S>,
     t: f64,
-    /// Inputs with nothing late.
+    /// Inputs without delays.
     u: Vec<f64>,
     /// Discrete numbers at the start.
     z: Vec<f64>,
@@ -146,7 +145,7 @@ struct Search<'a, S: Solved> {
     equations: Algebraic<S>,
     jacobian: S::Jacobian,
     start: Vec<f64>,
-    /// Whether what is conserved may be held.
+    /// Whether conserved combinations may be held.
     may_hold: bool,
 }
 
@@ -185,7 +184,7 @@ impl<'a, S: Solved> Search<'a, S> {
         Point { t: self.t, y, u: &self.u, p: self.problem.p, z }
     }
 
-    /// A steady state from this guess: the only one there is close by, or with what is conserved held.
+    /// A steady state from this guess: an isolated one, or one with conserved combinations held.
     fn rest(
         &mut self,
         guess: &[f64],
@@ -202,13 +201,13 @@ impl<'a, S: Solved> Search<'a, S> {
         Ok(self.rest_held(guess, z, of, false))
     }
 
-    /// The last row of a run, if it is at rest beside others.
+    /// The last row of a run, if it is at rest in a family of steady states.
     fn rest_close(&mut self, y: &[f64], z: &[f64]) -> Option<Rest> {
         self.rest_held(y, z, Guess::Run, true)
     }
 
-    /// A steady state with what is conserved at its values at the guess; with `close`, what is conserved
-    /// close to it.
+    /// A steady state with conserved combinations held at their values at the guess; with `close`, those that are
+    /// conserved only close to it.
     fn rest_held(&mut self, guess: &[f64], z: &[f64], of: Guess, close: bool) -> Option<Rest> {
         let knows_late = !self.problem.system.signature().delayed_unknowns.is_empty();
         if !self.may_hold || knows_late || self.undetermined(guess, z).is_none() {
@@ -250,7 +249,7 @@ impl<'a, S: Solved> Search<'a, S> {
         Held { problem: self.problem, t: self.t, u: &self.u, sizes: &self.sizes }
     }
 
-    /// Conditions on time as they are at t, however long a run was.
+    /// Conditions on time as they are at t, regardless of how long the run was.
     fn at_start(&self, mut z: Vec<f64>) -> Vec<f64> {
         let n_automata = self.problem.system.signature().discrete.automata.len();
         z[n_automata..].copy_from_slice(&self.z[n_automata..]);
@@ -272,7 +271,7 @@ impl<'a, S: Solved> Search<'a, S> {
             if y.iter().any(|y| !y.is_finite()) {
                 return None;
             }
-            // A run at rest may rest on a threshold.
+            // A run may come to rest on a threshold.
             let rests = of == Guess::Run && self.is_near(&y, guess);
             if rests || self.holds(&y, &z, &mut e) {
                 self.polish(&mut y, &z);
@@ -288,7 +287,7 @@ impl<'a, S: Solved> Search<'a, S> {
         None
     }
 
-    /// Whether Newton's method has moved by what a run is wrong by, and no more.
+    /// Whether Newton's method moved by no more than the error of a run.
     fn is_near(&self, y: &[f64], guess: &[f64]) -> bool {
         let weights = y.iter().zip(&self.sizes).map(|(y, size)| self.tolerances.weight(*y, *size));
         y.iter()
@@ -297,7 +296,7 @@ impl<'a, S: Solved> Search<'a, S> {
             .all(|((y, guess), weight)| (y - guess).abs() <= RUN * weight)
     }
 
-    /// Goes on until nothing but rounding is left, as far as that is to be had.
+    /// Iterates until only rounding is left, if possible.
     fn polish(&mut self, y: &mut Vec<f64>, z: &[f64]) {
         let mut polished = y.clone();
         let place = AlgebraicPoint { t: self.t, u: &self.u, p: self.problem.p, z };
@@ -309,7 +308,7 @@ impl<'a, S: Solved> Search<'a, S> {
         }
     }
 
-    /// Whether no transition out of these modes is due.
+    /// Whether no transition out of these modes is pending.
     fn holds(&self, y: &[f64], z: &[f64], e: &mut [f64]) -> bool {
         let system = self.problem.system;
         let discrete = &system.signature().discrete;
@@ -321,7 +320,7 @@ impl<'a, S: Solved> Search<'a, S> {
         })
     }
 
-    /// The point as a run at rest would see it: what is read late has been what it is.
+    /// The point as a run at rest would see it, with a constant past of delayed unknowns.
     fn seen_late(&self, y: Vec<f64>, z: Vec<f64>) -> OperatingPoint {
         let signature = self.problem.system.signature();
         let mut u = self.u.clone();
@@ -363,7 +362,7 @@ impl<'a, S: Solved> Search<'a, S> {
         }
     }
 
-    /// What is wrong where ∂f/∂y is singular.
+    /// The error to report if ∂f/∂y is singular.
     fn undetermined(&mut self, y: &[f64], z: &[f64]) -> Option<SteadyStateError> {
         let system = self.problem.system;
         let signature = system.signature();

@@ -1,12 +1,12 @@
-//! A compiled model behind one pointer, for code that is compiled once for all models.
+//! A compiled model behind a pointer, for code that is compiled once for all models.
 //!
-//! [`System`] is a bound: what solves it is compiled for each model, with its sizes as constants. [`Model`]
-//! is a pointer: whoever runs a model many times and does little between the runs asks for a whole run, or
-//! for functions at single points, by one virtual call each. Within a run there is none.
+//! [`System`] is a bound: solvers are compiled for each model, with its sizes as constants. [`Model`] is for trait
+//! objects: code that runs a model many times and does little between the runs makes one virtual call for each run or
+//! function evaluation, and none within a run.
 //!
-//! `&dyn Model` is [`Solved`], too, so that functions which are generic over systems take it. What would
-//! take long that way has a namesake here, by which the model's own code does the work: [`observe`],
-//! [`stream`], [`measure`], [`per_sample_of_head`] and [`choose_per_sample`].
+//! `&dyn Model` is also [`Solved`], so that functions generic over systems accept it. Functions that would be slow that
+//! way have a namesake here, which runs the model's own compiled code: [`observe`], [`stream`], [`measure`],
+//! [`per_sample_of_head`] and [`choose_per_sample`].
 
 #[doc(hidden)]
 pub mod for_identify;
@@ -24,10 +24,10 @@ use crate::solution::Solution;
 use crate::solved::Solved;
 use crate::system::{Point, Signature, Storage, System};
 
-/// What a model is run with: a [`Problem`] without its system.
+/// The data of a run: a [`Problem`] without its system.
 #[derive(Debug, Clone, Copy)]
 pub struct Given<'a> {
-    /// Parameters, all of them, SI.
+    /// All parameters, SI.
     pub p: &'a [f64],
     /// Inputs, in the order of the signature.
     pub inputs: &'a Inputs,
@@ -47,16 +47,16 @@ impl<'a> Given<'a> {
     }
 }
 
-/// Takes the outputs of a run as its samples are reached.
+/// Receives the outputs of a run as it reaches the samples.
 pub trait Samples {
-    /// Whether outputs are wanted at the asked time of this position; times come in their order.
+    /// Whether outputs are wanted at the k-th requested time. Called in the order of the times.
     fn wants(&mut self, k: usize) -> bool;
 
-    /// The outputs w there, and ∂w/∂θ, n_w × n_s dense by columns.
+    /// Receives the outputs w there, and ∂w/∂θ, n_w × n_s dense by columns.
     fn take(&mut self, k: usize, w: &[f64], dw: &[f64]);
 }
 
-/// Hands a list of the functions of [`System`] at a point to another macro.
+/// Passes a list of the point functions of [`System`] to another macro.
 macro_rules! for_point_functions {
     ($use:ident) => {
         $use! {
@@ -106,10 +106,10 @@ macro_rules! for_point_functions {
 
 macro_rules! declare {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
-        /// A compiled model that can be copied for another thread. Implemented for every [`Solved`] that
-        /// can.
+        /// A compiled model that can be copied for another thread. Implemented for every [`Solved`] type that is
+        /// `Clone` and `Send`.
         ///
-        /// Functions at a point are those of their names in [`System`].
+        /// Functions at a point are those of the same name in [`System`].
         #[allow(missing_docs, clippy::too_many_arguments)]
         pub trait Model: Send {
             /// Names, sizes, units, defaults and sparsity.
@@ -123,11 +123,11 @@ macro_rules! declare {
             #[doc(hidden)]
             fn taylor_series(&self) -> Result<KeptSeries, NoTaylor>;
 
-            /// Integrates, as [`Solved::integrate`].
+            /// Integrates, like [`Solved::integrate`].
             ///
             /// # Errors
             ///
-            /// [`Failure`], with what was reached.
+            /// [`Failure`], with the part of the solution that was reached.
             fn integrate(
                 &self,
                 given: Given<'_>,
@@ -297,17 +297,17 @@ impl fmt::Debug for dyn Model + '_ {
 /// A [`Problem`] with a model behind a pointer.
 pub type ModelProblem<'a> = Problem<'a, &'a dyn Model>;
 
-/// [`crate::observe`].
+/// Evaluates outputs, like [`crate::observe`].
 pub fn observe(problem: &ModelProblem<'_>, solution: &Solution) -> Observations {
     problem.system.observe(Given::of(problem), solution)
 }
 
-/// Runs with sensitivities and so many steps per sample, and keeps nothing: the outputs at every asked time
-/// that is wanted are handed on as it is reached.
+/// Runs with sensitivities and a fixed number of steps per sample, and stores nothing: the outputs at each wanted time
+/// are passed to `samples` as the run reaches it.
 ///
 /// # Errors
 ///
-/// [`IntegrateError`], where the run ends.
+/// [`IntegrateError`] if the run fails.
 pub fn stream(
     problem: &ModelProblem<'_>,
     times: &[f64],
@@ -317,11 +317,11 @@ pub fn stream(
     problem.system.stream(Given::of(problem), times, options, samples)
 }
 
-/// The unknowns' errors in a run with so many steps per sample.
+/// The unknowns' errors in a run with a fixed number of steps per sample.
 ///
 /// # Errors
 ///
-/// [`IntegrateError`], where the run ends.
+/// [`IntegrateError`] if the run fails.
 pub fn measure(
     problem: &ModelProblem<'_>,
     times: &[f64],
@@ -331,11 +331,11 @@ pub fn measure(
     problem.system.measure(Given::of(problem), times, per_sample, options)
 }
 
-/// How many steps per sample the beginning of a run needs for the unknowns to have the tolerance.
+/// The number of steps per sample that the beginning of a run needs for the unknowns to meet the tolerance.
 ///
 /// # Errors
 ///
-/// [`IntegrateError`], where that cannot be said.
+/// [`IntegrateError`] if it cannot be determined.
 pub fn per_sample_of_head(
     problem: &ModelProblem<'_>,
     times: &[f64],
@@ -344,11 +344,11 @@ pub fn per_sample_of_head(
     problem.system.per_sample_of_head(Given::of(problem), times, options)
 }
 
-/// [`crate::choose_per_sample`].
+/// Chooses the steps per sample, like [`crate::choose_per_sample`].
 ///
 /// # Errors
 ///
-/// As there.
+/// The same as there.
 pub fn choose_per_sample(
     problem: &ModelProblem<'_>,
     times: &[f64],
@@ -357,7 +357,7 @@ pub fn choose_per_sample(
     problem.system.choose_per_sample(Given::of(problem), times, options)
 }
 
-/// Evaluates outputs for [`Samples`] by the code of the model itself.
+/// Evaluates outputs for [`Samples`] with the model's own compiled code.
 struct Sampling<'a, S: Solved> {
     problem: Problem<'a, S>,
     samples: &'a mut dyn Samples,

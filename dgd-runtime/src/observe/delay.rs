@@ -1,8 +1,8 @@
-//! Outputs that are read late: which times a run must reach for them, and what it found there.
+//! Outputs with delays: the times that a run must reach for them, and its values there.
 //!
-//! An output with the delay τ is w(t) = E(t − τ). Before the first asked time, y, u and the discrete
-//! numbers have their values at it. For τ < 0 the run goes on beyond the last asked time, as far as inputs are known;
-//! from there on y and u keep their values.
+//! An output with the delay τ is w(t) = E(t − τ). Before the first requested time, y, u and the discrete numbers have
+//! their values at it. For τ < 0 the run continues beyond the last requested time, as far as inputs are known; from
+//! there on y and u keep their values.
 
 use crate::error::{BadRequest, IntegrateError};
 use crate::problem::Problem;
@@ -10,20 +10,20 @@ use crate::signal::Side;
 use crate::solution::{LateValues, Solution, side};
 use crate::system::{Point, System};
 
-/// The times of a run with late outputs.
+/// The times of a run with delayed outputs.
 pub struct LateTimes {
-    /// All that are needed, ascending; twice where a left limit is.
+    /// All times needed, ascending; twice where a left limit is needed.
     pub all: Vec<f64>,
-    /// The asked ones, by position in `all`.
+    /// Positions of the requested times in `all`.
     asked: Vec<usize>,
     clocks: Vec<Clock>,
 }
 
-/// Reading times of the outputs with one delay.
+/// Times at which the outputs with one delay are read.
 struct Clock {
     delay: usize,
     tau: f64,
-    /// By position in `all`.
+    /// Their positions in `all`.
     rows: Vec<usize>,
 }
 
@@ -48,8 +48,7 @@ pub fn delay_sensitivities<S: System>(problem: &Problem<'_, S>) -> Vec<f64> {
 }
 
 impl LateTimes {
-    /// The times that a run needs so that outputs can be had at all of the asked `times`; `None`
-    /// where no output is late. The asked times ascend.
+    /// The times that a run needs for outputs at all requested `times`, which ascend; `None` if no output has a delay.
     pub fn new<S: System>(
         problem: &Problem<'_, S>,
         times: &[f64],
@@ -90,7 +89,7 @@ impl LateTimes {
             let is_new = i == 0 || needed[i - 1].0 != *t;
             if is_new {
                 all.push(*t);
-                // The left limit comes with the right one.
+                // A left limit is recorded together with the right one.
                 if *side == Side::Left {
                     all.push(*t);
                 }
@@ -111,7 +110,7 @@ impl LateTimes {
         Ok(Some(LateTimes { all, asked, clocks }))
     }
 
-    /// The solution at the asked `times`, from that at all times, or at the first of them.
+    /// The solution at the requested `times`, from that at all times or at the first of them.
     pub fn split(&self, times: &[f64], all: Solution) -> Solution {
         let reached = self.asked.iter().take_while(|row| **row < all.len()).count();
         let (y, s, z) = pick(&all, &self.asked[..reached]);
@@ -132,7 +131,7 @@ impl LateTimes {
     }
 }
 
-/// y, S and z at some rows of a solution; NaN at those that it does not reach.
+/// y, S and z at some rows of a solution; NaN at rows that it did not reach.
 fn pick(all: &Solution, rows: &[usize]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
     let mut y = Vec::with_capacity(rows.len() * all.n);
     let mut s = Vec::with_capacity(rows.len() * all.n * all.n_s);

@@ -41,19 +41,19 @@ impl Observations {
 
 /// Evaluates the outputs at the times of a solution of `problem`.
 ///
-/// Those that the run evaluated itself are given as they are. Where inputs jump, they are taken on the side that the solution's values are on. An output with
-/// a delay is read at t − τ, and
+/// Outputs that the run evaluated itself are returned unchanged. Where inputs jump, they are taken on the same side as
+/// the solution's values. An output with a delay is read at t − τ, and
 ///
 /// ```text
 ///   ∂w/∂θ = (∂w/∂y S + ∂w/∂θ|_y)(t − τ) − ẇ(t − τ) ∂τ/∂θ,   ẇ = ∂w/∂y ẏ + ∂w/∂u u̇ + ∂w/∂t
 /// ```
 ///
-/// with ẏ and u̇ on that side: where w itself jumps, the jump is not differentiated. Before the
-/// start, and beyond what was integrated, ẏ and u̇ are zero.
+/// with ẏ and u̇ on that side: where w itself jumps, the jump is not differentiated. Before the start and beyond the
+/// end of the run, ẏ and u̇ are zero.
 ///
 /// # Panics
 ///
-/// When the solution is that of another problem.
+/// If the solution belongs to another problem.
 pub fn observe<S: Solved>(problem: &Problem<'_, S>, solution: &Solution) -> Observations {
     let system = problem.system;
     let n_w = system.signature().outputs.len();
@@ -134,7 +134,7 @@ impl<'a, S: Solved> Reading<'a, S> {
         }
     }
 
-    /// Replaces what the outputs were at t by what they were at t − τ.
+    /// Replaces the outputs at t by those at t − τ.
     fn read(&mut self, observations: &mut Observations) {
         let Problem { system, p, .. } = *self.problem;
         let (n_w, n_s) = (observations.n_w, observations.n_s);
@@ -144,7 +144,7 @@ impl<'a, S: Solved> Reading<'a, S> {
         let n_conditions = system.signature().discrete.n_time_conditions;
         let moves = self.dtau.iter().any(|dtau| *dtau != 0.0);
         for (k, &s) in self.late.times.iter().enumerate() {
-            // Time itself has neither begun nor ended with the run.
+            // Time itself is not clamped to the run.
             let t = self.solution.times[k] - self.late.tau;
             let y = &self.late.y[k * n..(k + 1) * n];
             let mut z = Cow::Borrowed(&self.late.z[k * n_z..(k + 1) * n_z]);
@@ -195,7 +195,7 @@ impl<'a, S: Solved> Reading<'a, S> {
         }
     }
 
-    /// ẇ along the solution; with y and u at rest where it is not `inside` the run.
+    /// ẇ along the solution; y and u are constant where it is not `inside` the run.
     fn output_rates(&mut self, t: f64, y: &[f64], z: &[f64], inside: bool, wdot: &mut [f64]) {
         let Problem { system, p, .. } = *self.problem;
         let at = Point { t, y, u: self.u.as_ref(), p, z };

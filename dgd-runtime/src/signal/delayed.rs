@@ -1,23 +1,23 @@
-//! Inputs that arrive late, as inputs of their own.
+//! Delayed inputs, as inputs of their own.
 
 use super::Inputs;
 
-/// How late an input arrives.
+/// The delay of an input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Delayed {
     /// Position of the input.
     pub input: usize,
-    /// τ, s: finite, and not below zero.
+    /// τ, s: finite and non-negative.
     pub tau: f64,
 }
 
-/// Times closer than this, relative to themselves or to the delay, are one: the rounding of t + τ.
+/// Times closer than this, relative to themselves or to the delay, count as equal: the rounding of t + τ.
 const ONE_TIME: f64 = 4.0 * f64::EPSILON;
 
 impl Inputs {
     /// These inputs, then v(t) = u(t − τ) for each of the `delayed` ones, then the slopes of all v.
     ///
-    /// Before its first sample an input has the sample's value. With τ = 0, v equals u to the bit.
+    /// Before its first sample an input has that sample's value. With τ = 0, v equals u bit for bit.
     ///
     /// # Panics
     ///
@@ -42,7 +42,7 @@ impl Inputs {
         Inputs { n_u, starts, values, slopes, ..self.clone() }
     }
 
-    /// These inputs, then `more` that are zero.
+    /// These inputs, then `more` zero inputs.
     pub(crate) fn widened(&self, more: usize) -> Inputs {
         let n_u = self.n_u + more;
         let widen = |numbers: &[f64]| {
@@ -57,7 +57,7 @@ impl Inputs {
         Inputs { n_u, values, slopes, ..self.clone() }
     }
 
-    /// All starts of segments, and those of the delayed inputs that change there.
+    /// All starts of segments, including those where delayed inputs change.
     fn starts_with(&self, delayed: &[Delayed]) -> Vec<f64> {
         let mut late: Vec<(f64, f64)> = Vec::new();
         for &Delayed { input, tau } in delayed {

@@ -1,8 +1,8 @@
 //! Recorded inputs, and the points where they are not smooth.
 //!
-//! Samples of one clock become segments on which every input is a straight line,
-//! u(t) = u(t₀) + u̇ (t − t₀). Neighbouring samples between which nothing changes share a segment,
-//! so that constant inputs cost nothing and a solver restarts only where it must.
+//! Samples that share their times become segments on which every input is a straight line, u(t) = u(t₀) + u̇ (t − t₀).
+//! Adjacent intervals on the same line share a segment, so that constant inputs cost nothing and a solver restarts only
+//! where it must.
 
 mod delayed;
 
@@ -16,7 +16,7 @@ pub use delayed::Delayed;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Inputs {
     n_u: usize,
-    /// Start of each segment, ascending; the last goes on for ever.
+    /// Start of each segment, ascending; the last has no end.
     starts: Vec<f64>,
     /// u and u̇ at the start of each segment, n_u numbers each.
     values: Vec<f64>,
@@ -37,26 +37,26 @@ struct Edge {
 pub struct Column<'a> {
     /// The input's name.
     pub name: &'a str,
-    /// Between samples.
+    /// How values between samples follow.
     pub interpolation: Interpolation,
     /// One number per sample time, SI.
     pub values: &'a [f64],
 }
 
-/// A stretch of time on which inputs are straight lines.
+/// A time interval on which inputs are straight lines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment<'a> {
-    /// Where it starts; minus infinity for inputs that were always constant.
+    /// Its start, s; minus infinity for inputs that are constant at all times.
     pub t0: f64,
-    /// Where the next starts; infinity for the last.
+    /// Start of the next, s; infinity for the last.
     pub t1: f64,
     /// Inputs just after `t0`.
     pub u: &'a [f64],
-    /// Slopes.
+    /// Their slopes.
     pub udot: &'a [f64],
 }
 
-/// Which limit is meant where inputs jump.
+/// Which limit to take where inputs jump.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// Just before.
@@ -65,12 +65,12 @@ pub enum Side {
     Right,
 }
 
-/// Samples that make no function of time, or do not reach as far as asked.
+/// Samples that do not define a function of time, or do not cover the requested times.
 #[derive(Debug, Clone, PartialEq)]
 pub enum InputError {
     /// Inputs without a sample.
     NoSamples,
-    /// A column has more or fewer values than there are sample times.
+    /// The number of values of a column differs from the number of sample times.
     Length {
         /// The input.
         input: String,
@@ -98,11 +98,11 @@ pub enum InputError {
         /// Its predecessor, s.
         previous: f64,
     },
-    /// More than two samples at one time, which differ.
+    /// More than two samples at one time that differ.
     TimeRepeated {
         /// The time, s.
         at: f64,
-        /// An input in which they do.
+        /// An input in which they differ.
         input: String,
     },
     /// A time before the first sample was asked for.
@@ -123,7 +123,7 @@ pub enum InputError {
         /// Time of the last sample, s.
         last: f64,
     },
-    /// An input was asked for before it is known, or by no finite time late.
+    /// The delay of an input is negative or not finite.
     Delay {
         /// The input.
         input: String,
@@ -132,21 +132,21 @@ pub enum InputError {
         /// Value of the delay, s.
         value: f64,
     },
-    /// An input jumps that an equation is differentiated through.
+    /// An input jumps through which an equation was differentiated.
     Jump {
         /// The input.
         input: String,
-        /// When, s.
+        /// Time, s.
         at: f64,
         /// The equation.
         equation: String,
     },
 }
 
-/// How far a sample may lie from the line through its predecessors and still be on it, relative to
-/// its size: the rounding of a slope, a product and a sum.
+/// Distance up to which a sample counts as on the line through its predecessors, relative to its size: the rounding of
+/// a slope, a product and a sum.
 const ON_LINE: f64 = 8.0 * f64::EPSILON;
-/// Steps of an input up to this, relative to its size, are what lines through samples leave.
+/// Jumps of an input up to this, relative to its size, are rounding of lines through samples.
 const ROUNDING: f64 = 1e-12;
 
 impl Inputs {
@@ -169,8 +169,8 @@ impl Inputs {
 
     /// Inputs from samples at `times`, s.
     ///
-    /// Exactly two samples with one time are the values left and right of a jump; more of them agree. The last value
-    /// of a held input goes on for ever. A single sample means a constant.
+    /// Exactly two samples at one time are the values left and right of a jump; more than two must agree. The last
+    /// value of a held input applies from then on. A single sample means a constant.
     ///
     /// # Errors
     ///
@@ -197,8 +197,8 @@ impl Inputs {
                 .zip(times.last())
                 .map(|(column, &t)| Edge { t, input: column.name.to_owned() }),
         };
-        // The interval that starts at a sample ends at the next one; where two samples have one
-        // time, the first only ends an interval and the second only starts one.
+        // The interval that starts at a sample ends at the next one; of two samples at one time, the first only ends an
+        // interval and the second only starts one.
         for start in 0..times.len() {
             let end = start + 1;
             if end < times.len() && times[end] == times[start] {
@@ -230,7 +230,7 @@ impl Inputs {
         self.starts.len()
     }
 
-    /// A segment by its position.
+    /// The segment at a position.
     ///
     /// # Panics
     ///
@@ -246,8 +246,7 @@ impl Inputs {
         }
     }
 
-    /// Position of the segment that holds just before or just after `t`; the first one for times
-    /// before it.
+    /// Position of the segment that applies just before or just after `t`; the first one for times before it.
     pub fn segment_at(&self, t: f64, side: Side) -> usize {
         let started = match side {
             Side::Left => self.starts.partition_point(|&start| start < t),
@@ -268,7 +267,7 @@ impl Inputs {
         &self.starts[begin..end.max(begin)]
     }
 
-    /// The mean of each input over a stretch of time; its value where the stretch has no length.
+    /// The mean of each input over a time interval; its value if the interval has no length.
     pub fn mean(&self, from: f64, until: f64) -> Vec<f64> {
         let mut mean = vec![0.0; self.n_u];
         if until <= from {
@@ -279,7 +278,7 @@ impl Inputs {
         let ends = self.breakpoints(from, until).iter().copied().chain([until]);
         let mut begin = from;
         for end in ends {
-            // The mean of a straight line is what it is in the middle.
+            // The mean of a straight line is its value at the midpoint.
             let part = (end - begin) / (until - from);
             let segment = self.segment(self.segment_at(begin, Side::Right));
             segment.value(begin + 0.5 * (end - begin), &mut middle);
@@ -310,9 +309,9 @@ impl Inputs {
         Ok(())
     }
 
-    /// Whether an input moves between samples.
+    /// Whether an input changes between samples.
     pub(crate) fn has_slopes(&self, input: usize) -> bool {
-        // Held inputs have none at all.
+        // If all inputs are held there are no slopes.
         self.last_linear.is_some()
             && (0..self.segments()).any(|k| self.segment(k).udot[input] != 0.0)
     }
@@ -486,7 +485,7 @@ mod tests {
         let times: Vec<f64> = (0..1000).map(f64::from).collect();
         let ramp: Vec<f64> = times.iter().map(|t| 0.1 + 0.3 * t).collect();
         let inputs = Inputs::recorded(&times, &[held(&[2.0; 1000]), linear(&[5.0; 1000])]);
-        // The linear input ends at the last sample, the held one goes on.
+        // The linear input ends at the last sample, the held one continues.
         assert_eq!(inputs.unwrap().segments(), 2);
         let inputs = Inputs::recorded(&times, &[linear(&ramp)]).unwrap();
         assert!(inputs.segments() < 20, "{}", inputs.segments());

@@ -1,4 +1,4 @@
-//! What a compiled model is to the solvers: the contract between the compiler and the runtime.
+//! The trait that compiled models implement: the contract between the compiler and the runtime.
 //!
 //! A model is the semi-explicit differential-algebraic system
 //!
@@ -11,10 +11,9 @@
 //! of index 1 at most: ∂f_a/∂y_a is structurally non-singular over the rows and columns where M is
 //! zero. Row i belongs to unknown i: where Mᵢ is one it reads ẏᵢ = fᵢ.
 //!
-//! A model with modes, or with conditions on time, also depends on discrete numbers z, which change
-//! at events only: first the mode of each automaton, counted from 0, then for each condition on
-//! time 1 where it holds and 0 where it does not. M, f, w, the event functions e and the resets r
-//! depend on them.
+//! A model with modes, or with conditions on time, also depends on discrete numbers z, which change only at events:
+//! first the mode of each automaton, counted from 0, then for each condition on time 1 where it holds and 0 where it
+//! does not. M, f, w, the event functions e and the resets r depend on them.
 //!
 //! With the chosen directions θ, parameters and start values, the sensitivities S = ∂y/∂θ obey
 //!
@@ -36,15 +35,15 @@ pub use dgd_signature::{
 };
 pub use storage::Storage;
 
-/// Where a model is evaluated. Lengths are those of [`Signature`].
+/// A point at which a model is evaluated. Lengths are those of [`Signature`].
 #[derive(Debug, Clone, Copy)]
 pub struct Point<'a> {
     /// Time, s.
     pub t: f64,
     /// Unknowns.
     pub y: &'a [f64],
-    /// Inputs: the declared ones, then the delayed ones, then the slopes of the delayed ones, then what
-    /// is known of delayed unknowns ([`PastLayout`]).
+    /// Inputs: the declared ones, then the delayed ones, then the slopes of the delayed ones, then the past of delayed
+    /// unknowns ([`PastLayout`]).
     pub u: &'a [f64],
     /// Parameters.
     pub p: &'a [f64],
@@ -58,7 +57,7 @@ pub struct Point<'a> {
 /// |---|---|---|
 /// | `y`, `f` | n | unknowns and right-hand sides |
 /// | `u`, `udot` | n_u | inputs and their slopes, delayed inputs included |
-/// | `p` | n_p | parameters, all of them |
+/// | `p` | n_p | all parameters |
 /// | `s`, `g` | n · n_s | sensitivities to the n_s chosen directions, and their right-hand sides |
 /// | `w` | n_w | outputs |
 /// | `z` | n_z | discrete numbers: modes of automata, then conditions on time |
@@ -66,7 +65,7 @@ pub struct Point<'a> {
 ///
 /// # Panics
 ///
-/// Methods panic when a slice has another length.
+/// Methods panic if a slice has a different length.
 pub trait System {
     /// n numbers.
     type Vector: Storage;
@@ -79,7 +78,7 @@ pub trait System {
     /// Non-zeros of ∂g/∂y.
     type SensitivityJacobian: Storage;
 
-    /// What the signature may have; it never has what is not here.
+    /// Features that the signature may have; solvers skip code for all others.
     const FEATURES: Features = Features::ANY;
 
     /// Names, sizes, units, defaults and sparsity.
@@ -101,7 +100,7 @@ pub trait System {
     /// f and g = ∂f/∂y S + ∂f/∂θ, in one pass.
     fn sensitivity_rhs(&self, at: Point<'_>, s: &[f64], f: &mut [f64], g: &mut [f64]);
 
-    /// What [`System::linearize`] gives, and the same of g: g, ∂g/∂y and dg/dt.
+    /// The results of [`System::linearize`], and the same for g: g, ∂g/∂y and dg/dt.
     ///
     /// Row `j * n + i` of ∂g/∂y is ∂/∂y (Σₖ ∂fᵢ/∂yₖ Sₖⱼ + ∂fᵢ/∂θⱼ).
     #[allow(clippy::too_many_arguments)]
@@ -150,7 +149,7 @@ pub trait System {
     /// read.
     fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]);
 
-    /// The delays τ, n_τ of them. Only `at.p` is read. A system without delays need not say so.
+    /// The n_τ delays τ. Only `at.p` is read. A system without delays need not implement this.
     fn delays(&self, _at: Point<'_>, tau: &mut [f64]) {
         tau.fill(0.0);
     }
@@ -160,14 +159,13 @@ pub trait System {
         dtau.fill(0.0);
     }
 
-    /// The delays that vary.
+    /// The variable delays.
     fn varying_delays(&self, at: Point<'_>, tau: &mut [f64]) {
         let _ = at;
         tau.fill(0.0);
     }
 
-    /// dτ/dθ = ∂τ/∂y S + ∂τ/∂θ of the delays that vary, and ∂τ/∂y, both dense by columns, and
-    /// ∂τ/∂t + ∂τ/∂u u̇.
+    /// dτ/dθ = ∂τ/∂y S + ∂τ/∂θ of the variable delays, and ∂τ/∂y, both dense by columns, and ∂τ/∂t + ∂τ/∂u u̇.
     #[allow(clippy::too_many_arguments)]
     fn varying_delay_sensitivities(
         &self,
@@ -181,8 +179,8 @@ pub trait System {
         let _ = (at, udot, s, dtau, dtaudy, dtaudt);
     }
 
-    /// What each delayed unknown was at a time before the start, 0 where the model does not say, with
-    /// two derivatives to t. `at.y` and `at.u` are not read.
+    /// The value of each delayed unknown at a time before the start (0 if the model does not give it), and its first
+    /// two derivatives with respect to t. `at.y` and `at.u` are not read.
     fn histories(
         &self,
         at: Point<'_>,
@@ -193,7 +191,7 @@ pub trait System {
         let _ = (at, values, rates, curvatures);
     }
 
-    /// The derivatives of that to the directions, n_v × n_s dense by columns, and their slopes.
+    /// The derivatives of these values with respect to the directions, n_v × n_s dense by columns, and their slopes.
     fn history_sensitivities(&self, at: Point<'_>, s: &mut [f64], rates: &mut [f64]) {
         let _ = (at, s, rates);
     }
@@ -204,18 +202,18 @@ pub trait System {
         self.signature().write_mass(mass);
     }
 
-    /// When conditions on time switch, and their discrete numbers from then on. They depend on
-    /// parameters only.
+    /// The times at which conditions on time switch, and their discrete numbers from then on. They depend only on
+    /// parameters.
     fn condition_times(&self, at: Point<'_>, times: &mut [f64], after: &mut [f64]) {
         let _ = (at, times, after);
     }
 
-    /// Derivatives of those times to the directions, n_c × n_s dense by columns.
+    /// Derivatives of those times with respect to the directions, n_c × n_s dense by columns.
     fn condition_time_sensitivities(&self, at: Point<'_>, dtimes: &mut [f64]) {
         let _ = (at, dtimes);
     }
 
-    /// Event functions e of all transitions, those of other modes too.
+    /// Event functions e of all transitions, including those of other modes.
     fn event_functions(&self, at: Point<'_>, e: &mut [f64]) {
         let _ = (at, e);
     }
@@ -233,7 +231,7 @@ pub trait System {
         let _ = (at, udot, s, de, dedy, dedt);
     }
 
-    /// Values r of all resets, read before the transition.
+    /// Values r of all resets, evaluated just before the transition.
     fn resets(&self, at: Point<'_>, r: &mut [f64]) {
         let _ = (at, r);
     }
@@ -251,7 +249,7 @@ pub trait System {
         let _ = (at, udot, s, dr, drdy, drdt);
     }
 
-    /// How many series [`System::taylor`] and [`System::sensitivity_taylor`] keep.
+    /// The number of series that [`System::taylor`] and [`System::sensitivity_taylor`] store.
     ///
     /// # Errors
     ///
@@ -260,14 +258,14 @@ pub trait System {
         Err(NoTaylor::NotCompiled)
     }
 
-    /// The Taylor series of the solution through `at`, whose inputs are straight lines, up to an order
-    /// from 1 to [`MOST_ORDER`](crate::codegen::taylor::MOST_ORDER): yₖ in
+    /// The Taylor series of the solution through `at`, with inputs that are straight lines, up to an order from 1 to
+    /// [`MOST_ORDER`](crate::codegen::taylor::MOST_ORDER): yₖ in
     ///
     /// ```text
     ///   y(t + τh) = Σₖ yₖ τᵏ
     /// ```
     ///
-    /// order by order, n numbers each. `kept` is work space of as many series as it takes.
+    /// order by order, n numbers each. `kept` is work space for the stored series.
     fn taylor(
         &self,
         at: Point<'_>,
@@ -280,8 +278,8 @@ pub trait System {
         let _ = (at, udot, h, order, kept, y);
     }
 
-    /// [`System::taylor`], with the series of S: those of order k at `s[(k * n + i) * n_s + j]` for
-    /// ∂yᵢ/∂θⱼ, of which order 0 is given.
+    /// [`System::taylor`], and the series of S: the coefficient of order k of ∂yᵢ/∂θⱼ is `s[(k * n + i) * n_s + j]`, of
+    /// which order 0 is given.
     #[allow(clippy::too_many_arguments)]
     fn sensitivity_taylor(
         &self,

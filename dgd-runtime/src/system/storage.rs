@@ -1,19 +1,18 @@
-//! The numbers of a model in memory: of one problem, and of eight members of an ensemble at a time.
+//! Storage for the numbers of a model: of one problem, or of eight members of an ensemble at a time.
 
-// Loops become vector operations of the caller's width only where they are inlined into it.
+// Loops become vector operations of the caller's width only if they are inlined into it.
 #![allow(clippy::inline_always)]
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Numbers of a size that is known when the program is compiled, `[f64; N]`, or when it runs,
-/// `Vec<f64>`.
+/// Numbers whose count is known at compile time, `[f64; N]`, or at run time, `Vec<f64>`.
 pub trait Storage: AsRef<[f64]> + AsMut<[f64]> + Clone {
-    /// As many numbers for each of several members of an ensemble.
+    /// The same count of numbers for several members of an ensemble.
     type Lanes: LaneStorage;
-    /// The square of as many.
+    /// A square matrix of that size, for several members.
     type LaneSquare: LaneStorage;
 
-    /// Whether their number is known when the program is compiled.
+    /// Whether the count is known at compile time.
     const FIXED: bool;
 
     /// `len` zeros.
@@ -23,8 +22,8 @@ pub trait Storage: AsRef<[f64]> + AsMut<[f64]> + Clone {
     /// If the size is fixed and is not `len`.
     fn zeros(len: usize) -> Self;
 
-    /// The numbers, to be put back: an array is copied, so that it can be in registers for a while, and
-    /// a vector is moved.
+    /// Takes the numbers, which the caller puts back: an array is copied, so that it can stay in registers for a while,
+    /// and a vector is moved.
     #[must_use]
     fn take(&mut self) -> Self;
 }
@@ -63,7 +62,7 @@ impl Storage for Vec<f64> {
     }
 }
 
-/// Numbers in one [`Lanes`].
+/// Number of members in one [`Lanes`].
 pub const LANES: usize = 8;
 
 /// One number for each of several members of an ensemble.
@@ -75,7 +74,7 @@ impl Lanes {
     /// Zeros.
     pub const ZERO: Self = Self([0.0; LANES]);
 
-    /// The same number for all.
+    /// The same number in all lanes.
     #[inline(always)]
     pub const fn splat(value: f64) -> Self {
         Self([value; LANES])
@@ -91,7 +90,7 @@ impl Lanes {
         self
     }
 
-    /// The numbers of `other` in these lanes.
+    /// Takes the numbers of `other` in these lanes.
     #[must_use]
     #[inline(always)]
     pub fn choose(mut self, other: Self, lanes: [bool; LANES]) -> Self {
@@ -101,7 +100,7 @@ impl Lanes {
         self
     }
 
-    /// In which lanes `holds` of the number and its counterpart.
+    /// The lanes in which `holds` is true of the number and its counterpart.
     #[inline(always)]
     pub fn lanes_where(self, other: Self, holds: impl Fn(f64, f64) -> bool) -> [bool; LANES] {
         let mut lanes = [false; LANES];
@@ -122,7 +121,7 @@ impl Lanes {
     }
 }
 
-/// Operations on values: all lanes are read before one is written.
+/// Operations on values: all lanes are read before any is written.
 macro_rules! operation {
     ($trait:ident, $method:ident, $operator:tt) => {
         impl $trait for Lanes {
@@ -159,7 +158,7 @@ impl Neg for Lanes {
     }
 }
 
-/// Numbers in lanes, of a size that is known when the program is compiled or when it runs.
+/// Numbers in lanes, whose count is known at compile time or at run time.
 pub trait LaneStorage: Clone {
     /// `len` zeros.
     ///
