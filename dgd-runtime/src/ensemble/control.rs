@@ -1,6 +1,6 @@
-//! How large the next step of each lane may be.
+//! Step-size control of each lane.
 //!
-//! The rules of the integrator's own controller, with selections in place of branches.
+//! The same rules as the integrator's controller, with selections instead of branches.
 
 #![allow(clippy::inline_always)]
 
@@ -8,9 +8,9 @@ use super::lanes::Lanes;
 use super::power::power;
 use crate::integrate::controller::{self, Law};
 
-/// What remains is gone at once up to this many natural steps.
+/// A remainder of up to this many natural steps is taken in one step.
 const WHOLE: f64 = 1.01;
-/// By how much a step is shortened that could not be evaluated.
+/// Factor by which a step that could not be evaluated is shortened.
 const ABANDONED: f64 = 0.25;
 
 /// Control of the step sizes.
@@ -28,7 +28,7 @@ pub(super) struct Control {
     previous_h: Lanes,
     /// e₋₁ squared; infinity then.
     previous_error: Lanes,
-    /// 1 where the step before was rejected.
+    /// 1 if the previous step was rejected.
     rejected: Lanes,
 }
 
@@ -57,7 +57,7 @@ impl Control {
         self.rejected.0[l] = 0.0;
     }
 
-    /// The next steps when `remaining` is left of the segment: equal steps up to its end.
+    /// The next steps if `remaining` is left of the segment: equal steps up to its end.
     #[inline(always)]
     pub(super) fn propose(&self, remaining: Lanes) -> Lanes {
         remaining.with(self.h, |remaining, h| {
@@ -66,7 +66,8 @@ impl Control {
         })
     }
 
-    /// Takes note of the errors (squares of e) of the steps tried: accepted where they are at most 1.
+    /// Updates the controller with the errors (squares of e) of the tried steps, which are accepted if these are at
+    /// most 1.
     #[inline(always)]
     pub(super) fn judge(&mut self, tried: Lanes, errors: Lanes) {
         use controller::{
@@ -85,7 +86,7 @@ impl Control {
             let known = before.with(correction, |e, c| if e < f64::INFINITY { c } else { 1.0 });
             root * known
         } else {
-            // h/h₋₁ (e₋₁/e)^(1/k), where errors rise and that is below 1.
+            // h/h₋₁ (e₋₁/e)^(1/k), if errors rise and it is below 1.
             let rise = (before / errors_used).map(|rise| if rise < 1.0 { rise } else { 1.0 });
             let prediction = tried / self.previous_h * power(rise, 0.5 * self.exponent);
             let least = prediction.map(|p| if p < 1.0 { p } else { 1.0 });

@@ -1,4 +1,4 @@
-//! What lies between the ends of a step in each lane, as a polynomial of its fraction.
+//! Dense output of a step in each lane, as a polynomial of its fraction.
 
 #![allow(clippy::inline_always)]
 
@@ -19,7 +19,7 @@ pub(super) struct Polynomials<S: Solved> {
 #[derive(Clone, Copy)]
 pub(super) struct LaneStep {
     pub(super) lane: usize,
-    /// Where it begins, and 1/h.
+    /// Its start, and 1/h.
     pub(super) t: f64,
     pub(super) per_h: f64,
 }
@@ -29,8 +29,8 @@ impl<S: Solved> Polynomials<S> {
         Self { c: std::array::from_fn(|_| <S::Vector as Storage>::Lanes::zeros(n)) }
     }
 
-    /// Writes unknown i of a lane, which is y where the lane's step begins, at the `asked` times, best a multiple of
-    /// eight.
+    /// Writes unknown i of a lane, which is y at the start of the lane's step, at the `asked` times, ideally a multiple
+    /// of eight of them.
     #[inline(always)]
     pub(super) fn write(&self, i: usize, y: f64, step: LaneStep, asked: &[f64], row: &mut [f64]) {
         let lane = |c: &<S::Vector as Storage>::Lanes| c.lanes()[i].0[step.lane];

@@ -1,6 +1,6 @@
 //! Elimination of small full matrices, one in each lane.
 //!
-//! The operations, and so the bits, of each lane are those of [`FixedLu`](crate::linalg::FixedLu):
+//! The operations of each lane, and so the bits of its results, are those of [`FixedLu`](crate::linalg::FixedLu):
 //! partial pivoting by exchanges of whole rows, which are selections here.
 
 #![allow(clippy::inline_always)]
@@ -14,7 +14,7 @@ pub(super) struct LaneLu<V: Storage> {
     /// Column by column: L below the diagonal, U on and above it.
     factors: V::LaneSquare,
     reciprocal_pivots: V::Lanes,
-    /// The row that was exchanged with row k, a number.
+    /// The row that was exchanged with row k, stored as a number.
     pivot_rows: V::Lanes,
     /// Whether there was an exchange in any lane.
     exchanged: bool,
@@ -30,7 +30,7 @@ impl<V: Storage> LaneLu<V> {
         }
     }
 
-    /// Factorises c M − J. What is singular gives solutions that are not finite.
+    /// Factorises c M − J. A singular matrix gives solutions that are not finite.
     #[inline(always)]
     pub(super) fn factorise(
         &mut self,
@@ -99,7 +99,7 @@ impl<V: Storage> LaneLu<V> {
     }
 }
 
-/// Brings the largest entry of column k, from row k on, into row k. Gives whether a lane exchanges.
+/// Brings the largest entry of column k, from row k on, into row k. Returns whether any lane exchanges.
 #[inline(always)]
 fn choose_pivot(a: &mut [Lanes], n: usize, k: usize, pivot_row: &mut Lanes) -> bool {
     let mut largest = a[k * n + k].map(f64::abs);

@@ -15,7 +15,7 @@ pub(super) struct Explicit<S: Solved> {
     stage: <S::Vector as Storage>::Lanes,
     k: [<S::Vector as Storage>::Lanes; MAX_STAGES],
     error: <S::Vector as Storage>::Lanes,
-    /// Whether k₁ is to be evaluated in a lane: its solution begins, or its inputs have changed.
+    /// Whether k₁ must be evaluated in a lane: its solution begins, or its inputs have changed.
     pub(super) is_fresh: [bool; LANES],
 }
 
@@ -30,7 +30,7 @@ impl<S: Solved> Explicit<S> {
         }
     }
 
-    /// Tries a step; gives y⁺.
+    /// Tries a step; returns y⁺.
     ///
     /// ```text
     ///   Yᵢ = y + h Σⱼ aᵢⱼ kⱼ,  kᵢ = f(t + cᵢ h, Yᵢ),  y⁺ = Y_s,  local error ≈ h Σ eᵢ kᵢ
@@ -47,7 +47,7 @@ impl<S: Solved> Explicit<S> {
         let (y, h) = (trial.y, trial.h);
         let last = tableau.stages() - 1;
         if is_fresh.contains(&true) {
-            // An evaluation that stands where the step before ended has its bits already.
+            // An evaluation at the end of the previous step would repeat its result bit for bit.
             let f = stage.lanes_mut();
             trial.rhs(0.0, y, inputs, f);
             for (k, f) in k[0].lanes_mut().iter_mut().zip(f) {
@@ -70,13 +70,13 @@ impl<S: Solved> Explicit<S> {
         }
     }
 
-    /// The local error of the step tried last.
+    /// The local error of the last tried step.
     #[inline(always)]
     pub(super) fn error(&self) -> &[Lanes] {
         self.error.lanes()
     }
 
-    /// Takes the slope at the end of the step tried last where it is accepted.
+    /// Keeps the slope at the end of the last tried step in lanes that accept it.
     #[inline(always)]
     pub(super) fn advance(&mut self, tableau: &RungeKuttaTableau, accepted: [bool; LANES]) {
         let (first, rest) = self.k.split_at_mut(1);
@@ -86,7 +86,7 @@ impl<S: Solved> Explicit<S> {
         }
     }
 
-    /// The dense output of the step tried last, by h: cₗ = h Σⱼ dⱼₗ kⱼ.
+    /// Writes the dense output of the last tried step: cₗ = h Σⱼ dⱼₗ kⱼ.
     #[inline(always)]
     pub(super) fn write_dense(
         &self,

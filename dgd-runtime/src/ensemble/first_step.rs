@@ -1,4 +1,4 @@
-//! How far a member goes at first: as the integrator does.
+//! The initial step size of a member, chosen as in the integrator.
 
 use super::lanes::Lanes;
 use super::power::power;
@@ -8,7 +8,7 @@ use crate::signal::Segment;
 use crate::solved::Solved;
 use crate::system::{Point, Storage};
 
-/// Where a member starts.
+/// The start of a member.
 #[derive(Clone, Copy)]
 pub(super) struct Start<'a> {
     pub(super) t: f64,
@@ -19,7 +19,7 @@ pub(super) struct Start<'a> {
     pub(super) mass: &'a [f64],
 }
 
-/// A step from the start that is small against the time in which the solution and its slope change.
+/// A step from the start that is small relative to the time in which the solution and its slope change.
 ///
 /// ```text
 ///   h₀ = 0.01 ‖y‖ / ‖ẏ‖,  ‖ÿ‖ ≈ ‖f(t + h₀, y + h₀ f) − f‖ / h₀
@@ -67,7 +67,7 @@ pub(super) fn first_step<S: Solved>(
     let steepest = d1.max(d2);
     let exponent = 1.0 / f64::from(estimate_order + 1);
     let h = power(Lanes::splat(0.01 / steepest), exponent).0[0].min(100.0 * h0);
-    // Nothing moves, or the trial point is outside the model's domain.
+    // The solution is at rest, or the trial point is outside the model's domain.
     let moves = steepest > 0.0 && steepest.is_finite() && h > 0.0;
     match moves {
         true if h.is_finite() => h.min(span),

@@ -1,19 +1,18 @@
-//! A model's functions at eight points at a time.
+//! Evaluates a model's functions at eight points at a time.
 //!
-//! A function at eight points is the function itself in a loop over lanes: the same operations, so
-//! the same bits. Where the numbers of a model have fixed sizes, and its function is inlined there,
-//! the loop is over arrays of which lane l of each is read and written, and compilers make vector
-//! operations of it. What is read is copied before, so that nothing written can be part of it.
+//! A function at eight points is the function itself in a loop over lanes: the same operations, so the same bits. If
+//! the model has fixed sizes and its function is inlined, the loop reads and writes lane l of arrays, and compilers
+//! vectorise it. Arguments are copied first, so that reads cannot alias writes.
 
-// Loops become vector operations of the caller's width only where they are inlined into it.
+// Loops become vector operations of the caller's width only if they are inlined into it.
 #![allow(clippy::inline_always)]
 
 use crate::system::{Point, Signature, System};
 
 pub use crate::system::storage::{LANES, LaneStorage, Lanes};
 
-/// Several points at which a model is evaluated; lengths are those of a
-/// [`Point`]. Models with discrete numbers have no such points.
+/// Several points at which a model is evaluated; lengths are those of a [`Point`]. Not for models with discrete
+/// numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct LanePoint<'a> {
     /// Time, s.
@@ -63,7 +62,7 @@ fn wrong_length(found: usize, expected: usize) -> ! {
 ///
 /// # Panics
 ///
-/// Where a slice has another length.
+/// If a slice has a different length.
 #[inline(always)]
 pub fn rhs<S: System, const N: usize, const U: usize, const P: usize>(
     system: &S,
@@ -81,11 +80,11 @@ pub fn rhs<S: System, const N: usize, const U: usize, const P: usize>(
     *fixed_mut::<N>(f) = all;
 }
 
-/// [`System::linearize`] lane by lane, for a model of these sizes, J of them of ∂f/∂y.
+/// [`System::linearize`] lane by lane, for a model of these sizes, with J non-zeros in ∂f/∂y.
 ///
 /// # Panics
 ///
-/// Where a slice has another length.
+/// If a slice has a different length.
 #[inline(always)]
 pub fn linearize<S: System, const N: usize, const U: usize, const P: usize, const J: usize>(
     system: &S,
@@ -117,7 +116,7 @@ pub fn linearize<S: System, const N: usize, const U: usize, const P: usize, cons
 ///
 /// # Panics
 ///
-/// Where a slice has another length.
+/// If a slice has a different length.
 #[inline(always)]
 pub fn outputs<S: System, const N: usize, const U: usize, const P: usize, const W: usize>(
     system: &S,
@@ -135,14 +134,14 @@ pub fn outputs<S: System, const N: usize, const U: usize, const P: usize, const 
     *fixed_mut::<W>(w) = all;
 }
 
-/// The most numbers of each kind, unknowns, inputs, parameters, outputs, of a model that is
-/// evaluated in lanes; non-zeros of ∂f/∂y are up to [`MOST_NONZEROS`].
+/// Maximum numbers of unknowns, inputs, parameters and outputs, each, of a model that is evaluated in lanes; ∂f/∂y has
+/// up to [`MOST_NONZEROS`] non-zeros.
 pub(super) const MOST: usize = 64;
 pub(super) const MOST_NONZEROS: usize = 576;
-/// The most unknowns: full elimination in all lanes is worth its while up to about here.
+/// Maximum number of unknowns: dense elimination in all lanes pays up to about here.
 const MOST_UNKNOWNS: usize = 24;
 
-/// Numbers of lane l of a model whose sizes are known when it runs.
+/// Numbers of lane l of a model whose sizes are known at run time.
 fn gather<'a>(numbers: &[Lanes], l: usize, into: &'a mut [f64]) -> &'a [f64] {
     let into = &mut into[..numbers.len()];
     for (value, number) in into.iter_mut().zip(numbers) {
@@ -208,7 +207,7 @@ pub(crate) fn outputs_of_any<S: System + ?Sized>(system: &S, at: LanePoint<'_>, 
     });
 }
 
-/// Whether a model can be run in lanes: nothing happens but what its equations say, and it is small.
+/// Whether a model can be run in lanes: it is small and has no events or delays.
 pub(super) fn suit(signature: &Signature) -> bool {
     let sizes = [
         signature.unknowns.len(),

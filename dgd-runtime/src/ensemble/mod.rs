@@ -1,13 +1,11 @@
-//! One model many times: other parameters, start values or inputs.
+//! Runs one model many times with different parameters, start values or inputs.
 //!
-//! Several members are run side by side, one in each lane of the machine's vector registers
-//! ([`lanes`]), and these by several threads. A member's result depends on itself alone: not on
-//! its neighbours, its place, or the number of threads. It is that of
+//! Several members run side by side, one in each lane of the machine's vector registers ([`lanes`]), on several
+//! threads. A member's result does not depend on its neighbours, its place, or the number of threads. It equals that of
 //! [`simulate`](crate::simulate) up to the rounding of step sizes.
 //!
-//! Lanes are for models without events, delays and sensitivities, with up to a few dozen unknowns, by
-//! Rosenbrock and explicit methods. Everything else, and a member of which something comes out
-//! wrong, is run by `simulate` itself.
+//! Lanes are for models without events, delays and sensitivities, with up to a few dozen unknowns, and for Rosenbrock
+//! and explicit methods. Everything else, and any member that fails in a lane, is run by `simulate` itself.
 
 mod control;
 mod dense;
@@ -35,7 +33,7 @@ use crate::solved::Solved;
 use crate::system::Signature;
 use pack::Pack;
 
-/// A model and what its members differ in.
+/// A model and its members.
 #[derive(Debug)]
 pub struct Ensemble<'a, S> {
     /// The model.
@@ -44,10 +42,10 @@ pub struct Ensemble<'a, S> {
     pub members: &'a [Member<'a>],
 }
 
-/// One of many.
+/// One member of an ensemble.
 #[derive(Debug, Clone, Copy)]
 pub struct Member<'a> {
-    /// Parameters, all of them, SI.
+    /// All parameters, SI.
     pub p: &'a [f64],
     /// Inputs, in the order of the signature.
     pub inputs: &'a Inputs,
@@ -62,18 +60,17 @@ impl<'a> Member<'a> {
     }
 }
 
-/// What a member gives, quantity by quantity: the unknowns y, the outputs w, and where they were asked
-/// for, the sensitivities of both, in the order of
-/// [`System`](crate::system::System).
+/// The results of a member, quantity by quantity: the unknowns y, the outputs w and, if requested, the sensitivities of
+/// both, in the order of [`System`](crate::system::System).
 #[derive(Debug, Clone, Copy)]
 pub struct Trajectory<'a> {
-    /// The asked times, s.
+    /// The requested times, s.
     pub times: &'a [f64],
-    /// Work done.
+    /// Counts of the work done.
     pub statistics: Statistics,
     /// y, w, ∂y/∂θ and ∂w/∂θ.
     values: [&'a [f64]; 4],
-    /// From one quantity to the next.
+    /// Distance from one quantity to the next in `values`.
     stride: usize,
 }
 
@@ -100,7 +97,7 @@ impl<'a> Trajectory<'a> {
     ///
     /// # Panics
     ///
-    /// If there is none, or none was asked for.
+    /// If there is none, or sensitivities were not requested.
     pub fn sensitivity(&self, i: usize) -> &'a [f64] {
         self.quantity(2, i)
     }
@@ -109,7 +106,7 @@ impl<'a> Trajectory<'a> {
     ///
     /// # Panics
     ///
-    /// If there is none, or none was asked for.
+    /// If there is none, or sensitivities were not requested.
     pub fn output_sensitivity(&self, i: usize) -> &'a [f64] {
         self.quantity(3, i)
     }
@@ -119,7 +116,7 @@ impl<'a> Trajectory<'a> {
         &values[..self.times.len()]
     }
 
-    /// The same, to keep.
+    /// An owned copy.
     pub fn to_kept(&self) -> Kept {
         let all = |kind: usize| {
             let count = self.values[kind].len() / self.stride.max(1);
@@ -129,36 +126,36 @@ impl<'a> Trajectory<'a> {
     }
 }
 
-/// What a member has given.
+/// The owned results of a member.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kept {
-    /// Work done.
+    /// Counts of the work done.
     pub statistics: Statistics,
     /// As in [`Trajectory`], without gaps.
     values: [Vec<f64>; 4],
 }
 
 impl Kept {
-    /// Values that were had otherwise: unknowns and outputs, each at all times.
+    /// Values from another source: unknowns and outputs, each at all times.
     pub fn new(unknowns: Vec<f64>, outputs: Vec<f64>, statistics: Statistics) -> Self {
         Self { statistics, values: [unknowns, outputs, Vec::new(), Vec::new()] }
     }
 
-    /// It, at the times that it was asked for.
+    /// The results as a trajectory at the requested times.
     ///
     /// # Panics
     ///
-    /// When quantities are read at another number of times.
+    /// If quantities are read with a different number of times.
     pub fn at<'a>(&'a self, times: &'a [f64]) -> Trajectory<'a> {
         let values = self.values.each_ref().map(Vec::as_slice);
         Trajectory { times, statistics: self.statistics, values, stride: times.len() }
     }
 }
 
-/// What is computed of each member.
+/// The quantities to compute for each member.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Wanted {
-    /// Unknowns alone.
+    /// Only unknowns.
     Unknowns,
     /// Unknowns and outputs.
     #[default]
@@ -167,8 +164,8 @@ pub enum Wanted {
     Sensitivities,
 }
 
-/// Runs all members to all asked `times`, by up to so many threads, and gives what they give in their
-/// order; the failure of one is its own.
+/// Runs all members to all requested `times` on up to `threads` threads, and returns their results in order; a failure
+/// concerns only its own member.
 pub fn simulate<S: Solved + Clone + Send>(
     ensemble: &Ensemble<'_, S>,
     times: &[f64],
@@ -180,12 +177,12 @@ pub fn simulate<S: Solved + Clone + Send>(
     })
 }
 
-/// Members that a thread runs at a time.
+/// Number of members that a thread runs at a time.
 pub fn members_at_a_time(signature: &Signature) -> usize {
     if lanes::suit(signature) { LANES } else { 1 }
 }
 
-/// [`simulate`], with what `reduce` makes of each member in place of all its values; it is given the
+/// Like [`simulate`], but returns what `reduce` makes of each member instead of all its values; `reduce` receives the
 /// member's number.
 pub fn reduce<S: Solved + Clone + Send, T: Send>(
     ensemble: &Ensemble<'_, S>,
@@ -197,7 +194,7 @@ pub fn reduce<S: Solved + Clone + Send, T: Send>(
 ) -> Vec<T> {
     let count = ensemble.members.len();
     let threads = threads_for(threads, count.div_ceil(LANES));
-    // Whole packs, so that no thread has lanes left over.
+    // Whole packs, so that no thread has empty lanes.
     let share = count.div_ceil(threads).next_multiple_of(LANES);
     let parts = in_parallel(ensemble.system, threads, threads, |system, part| {
         let range = (part * share).min(count)..((part + 1) * share).min(count);

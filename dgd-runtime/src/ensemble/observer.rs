@@ -1,4 +1,4 @@
-//! Outputs of one member, at several times at once.
+//! Evaluates the outputs of one member at several times at once.
 
 #![allow(clippy::inline_always)]
 
@@ -17,12 +17,12 @@ pub(super) struct Observer<S: Solved> {
     now: S::Inputs,
     p: Vec<Lanes>,
     w: Vec<Lanes>,
-    /// Output by output, each at all asked times.
+    /// Output by output, each at all requested times.
     pub(super) outputs: Vec<f64>,
 }
 
 impl<S: Solved> Observer<S> {
-    /// For so many numbers of each output; zero where none is wanted.
+    /// Work space for `stride` numbers of each output; zero if outputs are not wanted.
     pub(super) fn new(system: &S, stride: usize) -> Self {
         let signature = system.signature();
         let n_w = signature.outputs.len();
@@ -62,10 +62,10 @@ impl<S: Solved> Observer<S> {
         }
     }
 
-    /// Writes the inputs at these times; gives until when they stay what they are.
+    /// Writes the inputs at these times, and returns the time until which they do not change.
     fn read_inputs(&mut self, problem: &Problem<'_, S>, times: &[f64], first: usize) -> f64 {
         let inputs = problem.inputs;
-        // Beyond the last time lanes repeat it.
+        // Lanes beyond the last time repeat it.
         let last = (first + LANES - 1).min(times.len() - 1);
         for l in 0..LANES {
             let k = (first + l).min(last);

@@ -1,12 +1,11 @@
-//! Members under way, one in each lane.
+//! Runs members, one in each lane.
 //!
-//! Each lane has its own time, step size, segment of its inputs, and says yes or no to its own step:
-//! what a member gives depends neither on its neighbours nor on when it comes into its lane. A lane
-//! whose member is done takes the next one.
+//! Each lane has its own time, step size and input segment, and accepts or rejects its own step: a member's result
+//! depends neither on its neighbours nor on when it enters its lane. A lane whose member is done takes the next one.
 //!
-//! What happens seldom, the start of a member and the end of a segment, is done for one lane by the
-//! integrator's own functions. Whatever goes wrong ends the lane: the member is then run by
-//! [`simulate`](crate::simulate), which finds out what is the matter.
+//! Rare operations, the start of a member and the end of a segment, are done for one lane with the integrator's own
+//! functions. Any failure ends the lane: the member is then run by [`simulate`](crate::simulate), which finds the
+//! error.
 
 #![allow(clippy::inline_always)]
 
@@ -37,20 +36,20 @@ use crate::solution::{Statistics, side};
 use crate::solved::Solved;
 use crate::system::{Point, Storage};
 
-/// What a step of each lane is tried with.
+/// The method with which lanes step.
 enum LaneMethod<S: Solved> {
     Rosenbrock(Box<Rosenbrock<S>>),
     Explicit(Box<Explicit<S>>),
 }
 
-/// What becomes of a lane.
+/// State of a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fate {
-    /// It goes on.
+    /// It is running.
     UnderWay,
-    /// All asked times are recorded.
+    /// All requested times are recorded.
     Done,
-    /// Something is the matter.
+    /// It failed.
     Stopped,
 }
 
@@ -60,15 +59,15 @@ struct Seat<'a, S> {
     /// Its number.
     member: usize,
     segment: usize,
-    /// Asked times that are recorded.
+    /// Number of requested times recorded.
     recorded: usize,
     statistics: Statistics,
-    /// Unknown by unknown, each at all asked times.
+    /// Unknown by unknown, each at all requested times.
     rows: Vec<f64>,
     fate: Fate,
 }
 
-/// Members under way.
+/// Running members.
 pub(super) struct Pack<'a, S: Solved> {
     system: &'a S,
     times: Times<'a>,
@@ -79,7 +78,7 @@ pub(super) struct Pack<'a, S: Solved> {
     control: Control,
     inputs: LaneInputs<S>,
     t: Lanes,
-    /// Where the segment of each lane ends, or the run.
+    /// End of the segment of each lane, or of the run.
     end: Lanes,
     h: Lanes,
     t_new: Lanes,
@@ -99,19 +98,18 @@ pub(super) struct Pack<'a, S: Solved> {
     observer: Observer<S>,
 }
 
-/// What a member gives that is done.
+/// Results of a finished member.
 pub(super) struct Done<'a> {
     pub(super) member: usize,
     pub(super) unknowns: &'a [f64],
     pub(super) outputs: &'a [f64],
-    /// Numbers of one quantity; those beyond the asked times mean nothing.
+    /// Length of one quantity; values beyond the requested times are meaningless.
     pub(super) stride: usize,
     pub(super) statistics: Statistics,
 }
 
 impl<'a, S: Solved> Pack<'a, S> {
-    /// Lanes for members of this system; `None` where its method has no lanes, and where what is asked
-    /// makes no sense.
+    /// Lanes for members of this system; `None` if its method has no lanes, or the request is invalid.
     pub(super) fn new(
         system: &'a S,
         times: &'a [f64],
@@ -163,8 +161,8 @@ impl<'a, S: Solved> Pack<'a, S> {
         })
     }
 
-    /// Runs all members that `next` gives; `done` takes each that is done, and the number of each that
-    /// could not be run to the end here.
+    /// Runs all members that `next` gives; `done` receives each finished member, and the number of each that could not
+    /// be finished here.
     pub(super) fn run(
         &mut self,
         mut next: impl FnMut() -> Option<(usize, Problem<'a, S>)>,
@@ -173,7 +171,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         loop {
             let mut is_empty = true;
             for l in 0..LANES {
-                // A member may be done at once.
+                // A member may be finished immediately.
                 while self.seats[l].as_ref().is_none_or(|seat| seat.fate != Fate::UnderWay) {
                     if let Some(seat) = &self.seats[l] {
                         let (member, fate) = (seat.member, seat.fate);
@@ -190,7 +188,7 @@ impl<'a, S: Solved> Pack<'a, S> {
                 }
                 is_empty &= self.seats[l].is_none();
             }
-            // Who was to come is run one by one, and stops at once.
+            // Remaining members are run one by one, and stop at once.
             if is_empty || self.options.watched.is_some_and(Watched::is_stopped) {
                 return;
             }
@@ -201,7 +199,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         }
     }
 
-    /// Leaves lane l empty: with numbers that cost nothing.
+    /// Leaves lane l empty, with numbers that are cheap to compute with.
     fn vacate(&mut self, l: usize) {
         self.seats[l] = None;
         self.control.begin(l, 1.0);
@@ -228,7 +226,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         }
     }
 
-    /// Start values and the first step; `None` where something is the matter.
+    /// Computes start values and the first step; `None` on failure.
     fn begin(&mut self, l: usize, problem: Problem<'a, S>) -> Option<Fate> {
         problem.verify().ok()?;
         verify_inputs(&problem, self.times.asked).ok()?;
@@ -288,7 +286,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         Some(Fate::UnderWay)
     }
 
-    /// Tries a step in each lane, and records what was asked for where it is accepted.
+    /// Tries a step in each lane, and records requested values if it is accepted.
     #[inline(always)]
     fn step(&mut self) {
         let Self { system, family, control, inputs, t, end, h, t_new, y, y_new, p, mass, .. } =
@@ -329,7 +327,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         }
     }
 
-    /// Records the asked times in (t, t⁺] of the lanes whose steps are accepted.
+    /// Records the requested times in (t, t⁺] of the lanes whose steps are accepted.
     #[inline(always)]
     fn record_steps(&mut self) {
         let mut is_prepared = false;
@@ -370,7 +368,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         }
     }
 
-    /// The dense output of the steps tried last.
+    /// Writes the dense output of the last tried steps.
     #[inline(always)]
     fn write_dense(&mut self) {
         let Self { family, y, y_new, h, dense, .. } = self;
@@ -385,7 +383,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         }
     }
 
-    /// Records the asked times that are now.
+    /// Records the requested times equal to the current one.
     fn record_now(&mut self, l: usize) {
         let Some(seat) = &mut self.seats[l] else { return };
         let stride = self.times.stride();
@@ -397,7 +395,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         }
     }
 
-    /// What follows from the step that lane l has tried.
+    /// Acts on the outcome of the step that lane l tried.
     #[inline]
     fn follow_up(&mut self, l: usize) {
         let Some(seat) = &mut self.seats[l] else { return };
@@ -406,7 +404,7 @@ impl<'a, S: Solved> Pack<'a, S> {
             seat.statistics.steps += 1;
         } else {
             seat.statistics.rejected += 1;
-            // As the integrator gives up.
+            // The same limit as in the integrator.
             let least = 4.0 * f64::EPSILON * t.abs().max(f64::EPSILON * self.times.span);
             if self.control.h.0[l].is_nan() || self.control.h.0[l] <= least {
                 seat.fate = Fate::Stopped;
@@ -425,7 +423,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         }
     }
 
-    /// Goes on with the next segment in lane l; `None` where something is the matter.
+    /// Continues with the next segment in lane l; `None` on failure.
     fn end_segment(&mut self, l: usize) -> Option<Fate> {
         let (t, until) = (self.t.0[l], *self.times.asked.last()?);
         let seat = self.seats[l].as_mut()?;
@@ -452,7 +450,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         Some(if seat.recorded == self.times.asked.len() { Fate::Done } else { Fate::UnderWay })
     }
 
-    /// Makes algebraic unknowns of lane l consistent, where their equations see a jump of the inputs.
+    /// Makes algebraic unknowns of lane l consistent if a jump of the inputs affects their equations.
     fn make_consistent(&mut self, l: usize, before: Segment<'_>, after: Segment<'_>) -> Option<()> {
         let seat = self.seats[l].as_mut()?;
         let (t, p) = (self.t.0[l], seat.problem.p);
@@ -477,7 +475,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         }
         let at = AlgebraicPoint { t, u: u.as_ref(), p, z: &[] };
         let (sizes, jacobian) = (self.slope.as_ref(), self.jacobian.as_mut());
-        // Sizes of equations are learnt member by member.
+        // Sizes of equations are learnt anew for each member.
         self.algebraic.enter_modes(self.mass.as_ref());
         let (system, tolerances) = (self.system, self.tolerances);
         let algebraic = &mut self.algebraic;
@@ -501,7 +499,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         self.algebraic.enter_modes(self.mass.as_ref());
         let mut segment = inputs.segment_at(from, Side::Right);
         let mut drive = Drive::new(problem, inputs.segment(segment), from, 0, self.tolerances);
-        // The matrix of one row mostly serves the next.
+        // The matrix of one row usually serves the next.
         let mut projection = Projection::new(system, 0);
         let (sizes, tolerances) = (self.slope.as_ref(), self.tolerances);
         let of_member = Rows { system, p: problem.p, z: &[], sizes, tolerances };
@@ -523,7 +521,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         }
     }
 
-    /// The member in lane l that is done, with its outputs.
+    /// The finished member in lane l, with its outputs.
     fn show(&mut self, l: usize) -> Done<'_> {
         self.project(l);
         self.width.run(Observe(self, l));

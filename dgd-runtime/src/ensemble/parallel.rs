@@ -1,16 +1,16 @@
-//! Work shared among threads, with results that do not depend on how many there are.
+//! Work shared among threads, with results that do not depend on their number.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::model::Model;
 
-/// How many threads share so many pieces of work, where so many were asked for: one at least, and no more where
-/// this was built without threads.
+/// Number of threads that share `pieces` pieces of work if `asked` were requested: at least one, and only one in a
+/// build without threads.
 pub fn threads_for(asked: usize, pieces: usize) -> usize {
     if cfg!(feature = "threads") { asked.clamp(1, pieces.max(1)) } else { 1 }
 }
 
-/// Results of `work` for 0 … count − 1, in this order, by so many threads with a system each.
+/// Results of `work` for 0 … count − 1, in this order, computed by several threads with a system each.
 pub fn in_parallel<S: Clone + Send, T: Send>(
     system: &S,
     count: usize,
@@ -23,7 +23,7 @@ pub fn in_parallel<S: Clone + Send, T: Send>(
     }
 }
 
-/// [`in_parallel`], with a model behind a pointer.
+/// Like [`in_parallel`], with a model behind a pointer.
 pub fn in_parallel_by_model<T: Send>(
     model: &dyn Model,
     count: usize,
@@ -36,7 +36,7 @@ pub fn in_parallel_by_model<T: Send>(
     }
 }
 
-/// [`in_parallel`], of work that needs no system.
+/// Like [`in_parallel`], for work that does not need a system.
 pub fn in_parallel_stateless<T: Send>(
     count: usize,
     threads: usize,
@@ -45,7 +45,7 @@ pub fn in_parallel_stateless<T: Send>(
     in_parallel(&(), count, threads, |(), i| work(i))
 }
 
-/// Each thread takes the next piece when it is done with its last: pieces take very different times.
+/// Each thread takes the next piece when it has finished its last, since pieces take very different times.
 fn shared_out<S: Send, T: Send>(
     count: usize,
     threads: usize,

@@ -1,8 +1,8 @@
-//! Powers of positive numbers in lanes, from additions and products alone.
+//! Powers of positive numbers in lanes, from additions and products only.
 
 use super::lanes::Lanes;
 
-/// x^e for normal x > 0 and |e log₂ x| < 1000, to about 1e-14; anything where x is not such a number.
+/// x^e for normal x > 0 and |e log₂ x| < 1000, to about 1e-14; unspecified for other numbers.
 ///
 /// ```text
 ///   x = m 2^k, √½ ≤ m < √2,  log₂ m = 2/ln 2 · artanh s,  s = (m − 1)/(m + 1)
@@ -17,15 +17,15 @@ pub(super) fn power(x: Lanes, e: f64) -> Lanes {
     x.map(|x| power_of(x, e))
 }
 
-/// 2⁵² + 2⁵¹: a number to which this is added is rounded to an integer, in its last bits.
+/// 2⁵² + 2⁵¹: adding this rounds a number to an integer, held in the last bits of the sum.
 const ROUND: f64 = 6_755_399_441_055_744.0;
-/// 2⁵², whose last bits count.
+/// 2⁵²: integers added to it appear in its last bits.
 const COUNT: u64 = 0x4330_0000_0000_0000;
 
 #[inline(always)]
 #[allow(clippy::inline_always)]
 fn power_of(x: f64, e: f64) -> f64 {
-    // k and m: the exponent is taken where the mantissa passes √½.
+    // k and m: the exponent is split off where the mantissa passes √½.
     let bits = x.to_bits();
     let shifted = bits.wrapping_sub(std::f64::consts::FRAC_1_SQRT_2.to_bits());
     // Arithmetic shift by 52, in numbers that stay positive: |k| < 2048.
@@ -65,7 +65,7 @@ mod tests {
                 let x = 10.0_f64.powi(exponent) * 1.2345;
                 let found = power(Lanes::splat(x), e).0[3];
                 let expected = x.powf(e);
-                // The rounding of e log₂ x, up to 1000 · ε/2 · ln 2, and a few of the series.
+                // The rounding of e log₂ x, up to 1000 · ε/2 · ln 2, plus a few ε from the series.
                 let error = (found / expected - 1.0).abs();
                 assert!(error < 1e-13, "{x}^{e}: {found} {expected}");
             }

@@ -37,7 +37,7 @@ impl<S: Solved> Rosenbrock<S> {
         }
     }
 
-    /// Tries a step; gives y⁺.
+    /// Tries a step; returns y⁺.
     ///
     /// ```text
     ///   (M/(h γ) − J) Uᵢ = f(t + αᵢ h, Yᵢ) + (M/h) Σⱼ cᵢⱼ Uⱼ + h γᵢ ∂f/∂t,  Yᵢ = y + Σⱼ aᵢⱼ Uⱼ
@@ -89,13 +89,13 @@ impl<S: Solved> Rosenbrock<S> {
         }
     }
 
-    /// The local error of the step tried last.
+    /// The local error of the last tried step.
     #[inline(always)]
     pub(super) fn error(&self, tableau: &RosenbrockTableau) -> &[Lanes] {
         self.k[tableau.stages() - 1].lanes()
     }
 
-    /// The dense output of the step tried last, from y to y⁺, with kₗ = Σⱼ dₗⱼ Uⱼ:
+    /// Writes the dense output of the last tried step, from y to y⁺, with kₗ = Σⱼ dₗⱼ Uⱼ:
     ///
     /// ```text
     ///   c₁ = y⁺ − y + k₁,   c₂ = k₂ − k₁,   c₃ = k₃ − k₂,   c₄ = −k₃

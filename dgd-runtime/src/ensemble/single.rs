@@ -1,4 +1,4 @@
-//! Members one by one.
+//! Runs members one by one.
 
 use super::{Kept, Wanted};
 use crate::error::Failure;
@@ -28,7 +28,7 @@ pub(super) fn run<S: Solved>(
     Ok(Kept { statistics: solution.statistics, values })
 }
 
-/// Numbers that stand time by time, quantity by quantity.
+/// Reorders numbers from time by time to quantity by quantity.
 fn by_quantity(values: &[f64], times: usize) -> Vec<f64> {
     let width = values.len() / times.max(1);
     (0..width).flat_map(|i| values.iter().skip(i).step_by(width).copied()).collect()

@@ -1,4 +1,4 @@
-//! What steps of both families share: the numbers of all lanes, and inputs at a stage.
+//! Parts shared by steps of both families: the numbers of all lanes, and inputs at a stage.
 
 #![allow(clippy::inline_always)]
 
@@ -24,7 +24,7 @@ impl<S: Solved> LaneInputs<S> {
         Self { t0: Lanes::ZERO, start: zeros(), slope: zeros(), now: zeros(), is_constant: true }
     }
 
-    /// Goes on with this segment in lane l.
+    /// Continues with this segment in lane l.
     pub(super) fn enter(&mut self, l: usize, segment: Segment<'_>) {
         // A constant is defined at all times, and t₀ may be minus infinity.
         self.t0.0[l] = if segment.t0.is_finite() { segment.t0 } else { 0.0 };
@@ -42,7 +42,7 @@ impl<S: Solved> LaneInputs<S> {
         now.copy_from_slice(start);
     }
 
-    /// Makes `now` u at these times.
+    /// Sets `now` to u at these times.
     #[inline(always)]
     pub(super) fn set(&mut self, t: Lanes) {
         if self.is_constant {
@@ -59,7 +59,7 @@ impl<S: Solved> LaneInputs<S> {
 pub(super) struct LaneTrial<'a, S: Solved> {
     pub(super) system: &'a S,
     pub(super) p: &'a [Lanes],
-    /// 1 where the unknown is differential, 0 where it is algebraic.
+    /// 1 for a differential unknown, 0 for an algebraic one.
     pub(super) mass: &'a [f64],
     pub(super) t: &'a Lanes,
     pub(super) y: &'a [Lanes],

@@ -1,4 +1,4 @@
-//! The machine's vectors, against each other.
+//! Compares the machine's vector widths with each other.
 
 #![allow(clippy::duplicate_mod, reason = "the steppers' tests have the same problems")]
 

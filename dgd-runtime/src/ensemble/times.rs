@@ -1,10 +1,10 @@
-//! The asked times, eight at a time.
+//! The requested times, eight at a time.
 
 #![allow(clippy::inline_always)]
 
 use super::lanes::{LANES, Lanes};
 
-/// The asked times, with as many behind them as make eight from each of them on.
+/// The requested times, padded so that eight can be read from each of them on.
 pub(super) struct Times<'a> {
     pub(super) asked: &'a [f64],
     padded: Vec<f64>,
@@ -16,29 +16,29 @@ pub(super) struct Times<'a> {
 
 impl<'a> Times<'a> {
     pub(super) fn new(asked: &'a [f64]) -> Self {
-        // Never reached.
+        // Times that are never reached.
         let padding = [f64::INFINITY; LANES];
         let span = asked.last().zip(asked.first()).map_or(0.0, |(last, first)| last - first);
         let rate = if span > 0.0 { (asked.len() - 1) as f64 / span } else { 0.0 };
         Self { asked, padded: [asked, &padding].concat(), span, rate }
     }
 
-    /// The asked times, then others that are never reached.
+    /// The requested times, then padding that is never reached.
     #[inline(always)]
     pub(super) fn all(&self) -> &[f64] {
         &self.padded
     }
 
-    /// How many numbers of one quantity are kept.
+    /// Number of values stored for each quantity.
     #[inline(always)]
     pub(super) fn stride(&self) -> usize {
         self.padded.len()
     }
 
-    /// How many from this one on are before `t`.
+    /// The number of times from `first` on that are before `t`.
     #[inline(always)]
     pub(super) fn before(&self, first: usize, t: f64) -> usize {
-        // Where they are at equal distances.
+        // Exact if they are equidistant.
         let guess = first + ((t - self.padded[first]) * self.rate) as u32 as usize;
         for k in [guess, guess + 1] {
             if k > first && k < self.padded.len() && self.padded[k - 1] < t && self.padded[k] >= t {
@@ -48,14 +48,14 @@ impl<'a> Times<'a> {
         self.padded[first..].partition_point(|asked| *asked < t)
     }
 
-    /// Eight of them, from this one on.
+    /// Eight times from `first` on.
     #[inline(always)]
     pub(super) fn eight(&self, first: usize) -> Lanes {
         eight(&self.padded, first)
     }
 }
 
-/// Eight numbers, from this one on.
+/// Eight numbers from `first` on.
 #[inline(always)]
 pub(super) fn eight(values: &[f64], first: usize) -> Lanes {
     let mut eight = Lanes::ZERO;

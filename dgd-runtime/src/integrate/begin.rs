@@ -1,8 +1,8 @@
-//! Which method can begin a run.
+//! Chooses a method that can begin a run.
 //!
-//! Rosenbrock methods need the derivatives of f at the start of each step, with sensitivities its second
-//! ones, too. Of x^1.5 at x = 0 they are not finite there, and are at the end of any step. Whether that is
-//! so at the start is seen before the run, so that no run changes its method on the way.
+//! Rosenbrock methods need the derivatives of f at the start of each step and, with sensitivities, the second
+//! derivatives too. Those of x^1.5 are not finite at x = 0, but are at the end of any step. This is checked before the
+//! run, so that no run changes its method on the way.
 
 use crate::integrate::late::history;
 use crate::integrate::methods::catalogue::{METHODS, Method};
@@ -13,22 +13,22 @@ use crate::problem::{Options, Problem};
 use crate::solution::Solution;
 use crate::solved::Solved;
 
-/// A method for a run that another one cannot begin.
+/// A substitute for a method that cannot begin a run.
 #[derive(Debug, Clone)]
 pub struct OtherMethod {
-    /// The method that can.
+    /// The method that can begin it.
     pub method: &'static Method,
-    /// The equation of which a derivative is not finite where the run begins.
+    /// The equation with a derivative that is not finite where the run begins.
     pub equation: String,
-    /// Where that is, s.
+    /// The start of the run, s.
     pub t: f64,
 }
 
-/// The method for a run that begins at `t` and that `options.method` cannot begin: `kencarp4`, which needs no
-/// second derivatives, or `bdf`, which needs no derivative at the start of a step. `None` where the method
-/// can begin the run, where none can, and where what is asked makes no sense, as the run will say.
+/// The method for a run that begins at `t` and that `options.method` cannot begin: `kencarp4`, which needs no second
+/// derivatives, or `bdf`, which needs no derivative at the start of a step. `None` if the method can begin the run, if
+/// none can, or if the request is invalid, which the run will report.
 ///
-/// A model with directions is looked at as with sensitivities to them.
+/// A model with directions is checked as if sensitivities to them were requested.
 pub fn method_to_begin<S: Solved>(
     problem: &Problem<'_, S>,
     t: f64,
@@ -56,8 +56,8 @@ pub fn method_to_begin<S: Solved>(
 }
 
 impl<S: Solved> Simulation<'_, S> {
-    /// What can go where a Rosenbrock method cannot, from the linearisation at (t, y), and the equation with
-    /// a derivative that is not finite.
+    /// The method to use instead of a Rosenbrock method, from the linearisation at (t, y), and the equation with a
+    /// derivative that is not finite.
     fn other_method(&self) -> Option<(&'static Method, usize)> {
         let bad = |values: &[f64]| values.iter().position(|value| !value.is_finite());
         let signature = self.problem.system.signature();

@@ -1,9 +1,9 @@
-//! How large the next step may be.
+//! Step-size control.
 
 /// How a family's steps are controlled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Law {
-    /// Predictive control: for steps that cost little more when their size changes.
+    /// Predictive control, for methods with which changing the step size costs little.
     Predictive,
     /// Proportional and integral control: smoother steps at the limit of stability.
     ///
@@ -14,23 +14,22 @@ pub(crate) enum Law {
         /// β.
         beta: f64,
     },
-    /// Equal steps, changed by the family itself.
+    /// Equal steps, whose size the family itself changes.
     Piecewise,
 }
 
-/// Control of the step size; by [`Law::Predictive`]:
+/// Step-size controller. With [`Law::Predictive`]:
 ///
 /// ```text
 ///   accepted:  h ← h · clamp(0.9 e^(−1/k) min(1, (h/h₋₁) (e₋₁/e)^(1/k)), 0.2, 6)
 ///   rejected:  h ← h · clamp(0.9 e^(−1/k), 0.1, 0.9), and no growth in the step after
 /// ```
 ///
-/// e is the error in units of the tolerance, h₋₁ and e₋₁ are those of the accepted step before,
-/// k = 1 + order of the error estimate. Where errors rise from step to step, they are expected to go
-/// on rising.
+/// e is the error in units of the tolerance, h₋₁ and e₋₁ are those of the previous accepted step, k = 1 + order of the
+/// error estimate. Errors that rise from step to step are expected to keep rising.
 ///
-/// The natural step size outlives the segments of smooth inputs: a step that a segment's end made
-/// much shorter leaves it alone, unless its error shows that it was too large.
+/// The natural step size carries over between segments of smooth inputs: a step that a segment's end made much shorter
+/// does not change it, unless its error shows that it was too large.
 ///
 /// # Source
 ///
@@ -44,11 +43,11 @@ pub(crate) struct Controller {
     pub(crate) h: f64,
     /// 1/k.
     exponent: f64,
-    /// Of the accepted step before; none before the first one and after a step that was cut.
+    /// The previous accepted step; `None` before the first one and after a step that was cut.
     previous: Option<Accepted>,
     rejected: bool,
-    /// Of the step that was cut last: its part of the natural one, and the square of the error up to
-    /// which that is good.
+    /// Of the last step that was cut: its fraction of the natural step, and the square of the error up to which the
+    /// natural step is still good.
     cut: (f64, f64),
 }
 
@@ -65,11 +64,11 @@ pub(crate) const SAFETY: f64 = 0.9;
 pub(crate) const MOST_GROWTH: f64 = 6.0;
 pub(crate) const LEAST_AFTER_ACCEPTANCE: f64 = 0.2;
 pub(crate) const LEAST_AFTER_REJECTION: f64 = 0.1;
-/// The same where slopes agree.
+/// The same if slopes agree.
 const LEAST_BY_SLOPE: f64 = 1e-3;
-/// Errors below this (squared) say no more than that the step may grow as much as it can.
+/// Errors below this (squared) let the step grow by the maximum.
 pub(crate) const NEGLIGIBLE: f64 = 1e-12;
-/// The least error before (squared) that proportional and integral control remembers.
+/// Lower bound on the previous error (squared) in proportional and integral control.
 pub(crate) const REMEMBERED: f64 = 1e-8;
 /// A step this much shorter than the natural one was cut by a segment's end.
 pub(crate) const CUT: f64 = 0.5;
@@ -80,17 +79,17 @@ impl Controller {
         Self { law, h, exponent, previous: None, rejected: false, cut: (0.0, 0.0) }
     }
 
-    /// Errors are those of another order from now on.
+    /// Changes the order of the error estimate.
     pub(crate) fn set_order(&mut self, estimate_order: usize) {
         self.exponent = 1.0 / (estimate_order + 1) as f64;
         self.cut = (0.0, 0.0);
     }
 
-    /// The next step when `remaining` is left of the segment: equal steps up to its end.
+    /// The next step if `remaining` is left of the segment: equal steps up to its end.
     #[inline]
     pub(crate) fn propose(&self, remaining: f64) -> f64 {
         let ratio = remaining / self.h;
-        // A hundredth more than the natural step is better than two halves.
+        // One step that exceeds the natural step by 1 % is better than two halves.
         if ratio <= 1.01 {
             remaining
         } else if self.law == Law::Piecewise && ratio > 2.0 {
@@ -100,12 +99,12 @@ impl Controller {
         }
     }
 
-    /// Takes note of an accepted step; `error` is the square of e.
+    /// Updates the controller after an accepted step; `error` is the square of e.
     #[inline]
     pub(crate) fn accept(&mut self, tried: f64, error: f64) {
         if tried < CUT * self.h {
-            // e ~ h^k: the natural step is still good if 0.9 h₀ e^(−1/k) ≥ h. Samples of a recording
-            // are at equal distances.
+            // e ~ h^k: the natural step is still good if 0.9 h₀ e^(−1/k) ≥ h. Samples of a recording are equidistant,
+            // so the power is cached.
             let part = tried / self.h;
             if part != self.cut.0 {
                 self.cut = (part, (SAFETY * part).powf(2.0 / self.exponent));
@@ -137,19 +136,19 @@ impl Controller {
         self.rejected = false;
     }
 
-    /// Takes note of a step whose error was too large; `error` is the square of e.
+    /// Updates the controller after a step whose error was too large; `error` is the square of e.
     pub(crate) fn reject(&mut self, tried: f64, error: f64) {
         let factor = SAFETY * error.powf(-0.5 * self.exponent);
         self.h = tried * factor.clamp(LEAST_AFTER_REJECTION, SAFETY);
         self.rejected = true;
     }
 
-    /// After a rejection, goes no further than `most` for what the error says, but not to nothing.
+    /// After a rejection, limits the step to `most`, but does not shrink it to zero.
     pub(crate) fn limit(&mut self, tried: f64, most: f64) {
         self.h = self.h.min(SAFETY * most.max(LEAST_BY_SLOPE * tried));
     }
 
-    /// Takes note of a step that could not be evaluated.
+    /// Updates the controller after a step that could not be evaluated.
     pub(crate) fn abandon(&mut self, tried: f64) {
         self.h = 0.25 * tried;
         self.rejected = true;
@@ -165,7 +164,7 @@ mod tests {
         let mut controller = Controller::new(8.0, 4, Law::Predictive);
         controller.accept(1.0, 1e-12);
         assert_eq!(controller.h, 8.0);
-        // e = 1 at h = 1 means that 8 would be much too large.
+        // e = 1 at h = 1 shows that h = 8 is much too large.
         controller.accept(1.0, 1.0);
         assert_eq!(controller.h, 1.0);
     }
@@ -179,7 +178,7 @@ mod tests {
             controller.accept(1.0, (1.0_f64 / 16.0).powi(10));
         }
         assert_eq!(controller.h, 9.0);
-        // A shorter segment in between is judged by its own part of the natural step.
+        // A shorter segment in between is judged by its own fraction of the natural step.
         controller.accept(0.5, (0.5_f64 / 16.0).powi(10));
         assert_eq!(controller.h, 9.0);
         controller.accept(1.0, 1.0);

@@ -1,4 +1,4 @@
-//! Inputs while a run goes on, and what delayed unknowns were.
+//! Inputs during a run, and the past of delayed unknowns.
 
 use crate::integrate::late::history::{History, Past};
 use crate::linalg::norm::Tolerances;
@@ -10,19 +10,19 @@ use crate::system::Storage;
 /// Inputs along the current segment.
 pub(crate) struct Drive<'a, S: Solved> {
     problem: &'a Problem<'a, S>,
-    /// The segment: where it begins, u there, and u̇.
+    /// The segment: its start, u there, and u̇.
     t0: f64,
     start: S::Inputs,
     slope: S::Inputs,
     is_constant: bool,
-    /// u where it was asked for last.
+    /// u at the time of the last call.
     now: S::Inputs,
-    /// What is read late of the unknowns, behind the inputs; `None` where nothing is.
+    /// The past of delayed unknowns, which follows the inputs; `None` if there are none.
     pub(super) history: Option<Box<History>>,
 }
 
 impl<'a, S: Solved> Drive<'a, S> {
-    /// The inputs of a run from `from` on, with n_s directions.
+    /// The inputs of a run that starts at `from`, with n_s directions.
     pub(crate) fn new(
         problem: &'a Problem<'a, S>,
         segment: Segment<'_>,
@@ -56,7 +56,7 @@ impl<'a, S: Solved> Drive<'a, S> {
         self.is_constant = segment.is_constant();
     }
 
-    /// u(t); what is read late may depend on y(t).
+    /// u(t); delays may depend on y(t).
     #[inline]
     pub(crate) fn at(&mut self, t: f64, y: &[f64]) -> &[f64] {
         if !self.is_constant {
@@ -72,21 +72,21 @@ impl<'a, S: Solved> Drive<'a, S> {
         self.now.as_ref()
     }
 
-    /// u(t) and u̇; what was is known with its own slopes.
+    /// u(t) and u̇; the slopes of delayed unknowns are their own entries of u.
     #[inline]
     pub(crate) fn with_slope(&mut self, t: f64, y: &[f64]) -> (&[f64], &[f64]) {
         self.at(t, y);
         (self.now.as_ref(), self.slope.as_ref())
     }
 
-    /// Goes on from a past that is known until `t`.
+    /// Continues from a past that is known until `t`.
     pub(super) fn resume_history(&mut self, past: &Past, t: f64) {
         if let Some(history) = &mut self.history {
             history.resume(past, t);
         }
     }
 
-    /// Begins the history with consistent values at `t`.
+    /// Starts the history with consistent values at `t`.
     pub(crate) fn begin_history(&mut self, t: f64, y: &[f64], s: Option<&[f64]>, sizes: &[f64]) {
         self.at(t, y);
         if let Some(history) = &mut self.history {
@@ -94,7 +94,7 @@ impl<'a, S: Solved> Drive<'a, S> {
         }
     }
 
-    /// The first delay that varies and has passed a mark at (t, y), and whether backwards.
+    /// The first variable delay that has passed a mark at (t, y), and whether backwards.
     pub(super) fn passed_mark(&mut self, t: f64, y: &[f64]) -> Option<(usize, bool)> {
         if !S::FEATURES.past || !self.history.as_ref()?.varies() {
             return None;
@@ -103,7 +103,7 @@ impl<'a, S: Solved> Drive<'a, S> {
         self.history.as_mut()?.passed(self.problem, t, y, self.now.as_ref())
     }
 
-    /// The smallest of the delays that vary, and its value.
+    /// The smallest variable delay, and its value.
     #[inline]
     pub(super) fn earliest(&mut self, t: f64, y: &[f64]) -> Option<(usize, f64)> {
         if !S::FEATURES.past || !self.history.as_ref()?.varies() {

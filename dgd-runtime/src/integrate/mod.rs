@@ -1,19 +1,18 @@
-//! The loop: propose a step, try it, accept it or not, record what was asked for, go on.
+//! The loop: propose a step, try it, accept it or not, record requested values, continue.
 //!
 //! Inputs are smooth within a segment ([`Inputs`](crate::Inputs)). At the end of one
 //!
 //! 1. the step ends exactly there, and the natural step size is carried over;
-//! 2. all that was evaluated with the old inputs is discarded;
-//! 3. where the algebraic equations see the jump, their unknowns and then their sensitivities are
-//!    made consistent again.
+//! 2. everything evaluated with the old inputs is discarded;
+//! 3. if the jump affects the algebraic equations, their unknowns and then their sensitivities are made consistent
+//!    again.
 //!
-//! Where a condition on time switches, and where a transition between modes is due, a step ends too
-//! (`events`).
+//! A step also ends where a condition on time switches, and where a transition between modes is due (`events`).
 //!
-//! Errors are measured in the weighted root-mean-square norm with weights rtol |y| + atol · size,
-//! of the unknowns and of each direction's sensitivities apart; the largest counts.
+//! Errors are measured in the weighted root-mean-square norm with weights rtol |y| + atol · size, separately for the
+//! unknowns and for each direction's sensitivities; the largest counts.
 //!
-//! Where ∂f_a/∂y_a becomes singular, sensitivities end and the states go on alone
+//! Where ∂f_a/∂y_a becomes singular, sensitivities end and only the states continue
 //! ([`UndefinedSensitivity`](crate::UndefinedSensitivity)).
 
 pub(crate) mod begin;
@@ -72,14 +71,14 @@ impl<S: Solved> Simulation<'_, S> {
             if let Some(watched) = self.watched {
                 watched.passes(self.t)?;
             }
-            // A step may end with an event, which delays make a discontinuity of.
+            // A step may end with an event, which delays turn into a discontinuity.
             let end = self.stop().min(until);
             if self.t < end {
                 self.step(&mut controller, times, end, solution)?;
                 continue;
             }
             if solution.times.len() == times.len() {
-                // A method with several steps begins with its lowest order.
+                // A multistep method begins with its lowest order.
                 self.natural_step = (!self.stepper.traits.is_multistep()).then_some(controller.h);
                 return Ok(());
             }

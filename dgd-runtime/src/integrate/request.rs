@@ -1,4 +1,4 @@
-//! What a run is asked for: the public functions, and whether what they are given makes sense.
+//! The public functions that simulate, and the checks of their arguments.
 
 use crate::error::{BadRequest, Failure, IntegrateError};
 use crate::integrate::fixed_step::{self, Steps};
@@ -13,15 +13,14 @@ use crate::solution::Solution;
 use crate::solved::Solved;
 use crate::system::Signature;
 
-/// Integrates from the first of the asked `times` to the last and gives the unknowns at all of
-/// them.
+/// Integrates from the first of the requested `times` to the last and returns the unknowns at all of them.
 ///
 /// Times ascend; one that occurs twice means just before and just after a jump of the inputs, one that occurs
 /// more often just after ([`side`](crate::side)).
 ///
 /// # Errors
 ///
-/// [`Failure`], with what was reached.
+/// [`Failure`], with the part of the solution that was reached.
 pub fn simulate<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -30,12 +29,12 @@ pub fn simulate<S: Solved>(
     S::integrate(problem, times, options, Wanted::Unknowns)
 }
 
-/// [`simulate`], of which only the unknowns at the positions `chosen` are kept, in this order: a run of a
-/// large model then needs no memory for each of its unknowns at each time.
+/// Like [`simulate`], but keeps only the unknowns at the positions `chosen`, in this order, so that a run of a large
+/// model does not need memory for all of its unknowns at each time.
 ///
 /// # Errors
 ///
-/// [`Failure`], with what was reached.
+/// [`Failure`], with the part of the solution that was reached.
 pub fn simulate_chosen<S: Solved>(
     problem: &Problem<'_, S>,
     chosen: &[usize],
@@ -45,13 +44,13 @@ pub fn simulate_chosen<S: Solved>(
     S::integrate(problem, times, options, Wanted::Chosen(chosen))
 }
 
-/// [`simulate_chosen`], with the outputs, which are evaluated while the run goes on and may read any unknown:
-/// [`observe`](crate::observe) gives them. So a run of a large model needs memory for what it is asked for
-/// alone. Where an output is read late, or steps are equal, all is kept on the way.
+/// Like [`simulate_chosen`], but also evaluates the outputs during the run, which may read any unknown;
+/// [`observe`](crate::observe) returns them. So a run of a large model needs memory only for the requested values. If
+/// an output has a delay, or steps are equal, all unknowns are kept during the run.
 ///
 /// # Errors
 ///
-/// [`Failure`], with what was reached.
+/// [`Failure`], with the part of the solution that was reached.
 pub fn simulate_observed<S: Solved>(
     problem: &Problem<'_, S>,
     chosen: &[usize],
@@ -81,11 +80,11 @@ pub fn simulate_observed<S: Solved>(
     }
 }
 
-/// [`simulate`], with the sensitivities of all unknowns to the model's directions.
+/// Like [`simulate`], with the sensitivities of all unknowns to the model's directions.
 ///
 /// # Errors
 ///
-/// [`Failure`], with what was reached.
+/// [`Failure`], with the part of the solution that was reached.
 pub fn simulate_with_sensitivities<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -94,11 +93,11 @@ pub fn simulate_with_sensitivities<S: Solved>(
     S::integrate(problem, times, options, Wanted::Sensitivities)
 }
 
-/// What [`simulate`] and [`simulate_with_sensitivities`] do, with this very type of system.
+/// Implements [`simulate`] and [`simulate_with_sensitivities`] for this type of system.
 ///
 /// # Errors
 ///
-/// [`Failure`], with what was reached.
+/// [`Failure`], with the part of the solution that was reached.
 pub fn integrate<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -108,7 +107,7 @@ pub fn integrate<S: Solved>(
     run(problem, times, options, wanted)
 }
 
-/// Runs to all times that the outputs need, and gives the solution at the asked ones.
+/// Runs to all times that the outputs need, and returns the solution at the requested ones.
 fn run<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -203,8 +202,7 @@ fn run_to<'a, S: Solved>(
     outcome
 }
 
-/// Whether outputs may read what is known of delayed unknowns: in a condition, too, of which no derivative
-/// tells.
+/// Whether outputs may read the past of delayed unknowns, including in conditions, which have no derivatives.
 fn outputs_read_past(signature: &Signature) -> bool {
     !signature.past().is_empty() && !signature.outputs.is_empty()
 }
@@ -219,7 +217,7 @@ pub(super) fn verify<S: Solved>(
     verify_inputs(problem, times).map_err(IntegrateError::Inputs)
 }
 
-/// Whether the unknowns that are to be kept exist.
+/// Checks that the chosen unknowns exist.
 fn verify_chosen<S: Solved>(
     problem: &Problem<'_, S>,
     chosen: &[usize],
@@ -236,12 +234,12 @@ fn verify_chosen<S: Solved>(
     }
 }
 
-/// Whether options and times make sense.
+/// Checks that options and times are valid.
 pub fn verify_request(times: &[f64], options: &Options) -> Result<(), BadRequest> {
     options.verify().and_then(|()| verify_times(times))
 }
 
-/// Whether the inputs reach as far as the times, and are smooth where they must be.
+/// Checks that the inputs cover the times, and are smooth where they must be.
 pub fn verify_inputs<S: Solved>(problem: &Problem<'_, S>, times: &[f64]) -> Result<(), InputError> {
     match (times.first(), times.last()) {
         (Some(&from), Some(&until)) => {
@@ -253,8 +251,8 @@ pub fn verify_inputs<S: Solved>(problem: &Problem<'_, S>, times: &[f64]) -> Resu
 }
 
 fn verify_times(times: &[f64]) -> Result<(), BadRequest> {
-    // Counted without a way out in the middle, so that many are compared at once. What ascends from
-    // one finite number to another is finite.
+    // Counted without an early exit, so that the comparison vectorises. Values that ascend between two finite numbers
+    // are finite.
     let ascending = times.iter().zip(times.iter().skip(1)).filter(|(t, next)| t < next).count();
     if let (Some(first), Some(last)) = (times.first(), times.last())
         && first.is_finite()

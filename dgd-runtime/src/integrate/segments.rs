@@ -1,4 +1,4 @@
-//! Segments of smooth inputs, and how a run goes from one to the next.
+//! Moves a run from one segment of smooth inputs to the next.
 
 use crate::error::IntegrateError;
 use crate::integrate::drive::Drive;
@@ -11,7 +11,7 @@ use crate::solved::Solved;
 use crate::system::Point;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Lets clocks tick at the asked times and at samples, where they do so but for rounding.
+    /// Moves ticks of clocks onto requested times and samples that equal them to rounding.
     pub(super) fn align_clocks(&mut self, times: &[f64]) {
         if !S::FEATURES.events || self.discrete.schedule.clocks.is_empty() {
             return;
@@ -47,8 +47,8 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(())
     }
 
-    /// Goes on with the inputs of a segment that begins at a time of its own, and makes the
-    /// transitions that their jump triggers.
+    /// Continues with the inputs of a segment that begins at a time of its own, and makes the transitions that their
+    /// jump triggers.
     pub(super) fn jump(
         &mut self,
         segment: Segment<'_>,
@@ -59,7 +59,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.settle(solution)
     }
 
-    /// Goes on with the inputs of a segment.
+    /// Continues with the inputs of a segment.
     pub(super) fn enter(
         &mut self,
         segment: Segment<'_>,
@@ -68,7 +68,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.change_inputs(solution, |drive| drive.enter(segment))
     }
 
-    /// Goes on with inputs that change as `enter` says.
+    /// Continues with inputs changed by `enter`.
     pub(super) fn change_inputs(
         &mut self,
         solution: &mut Solution,
@@ -82,7 +82,7 @@ impl<S: Solved> Simulation<'_, S> {
             return Ok(());
         }
 
-        // Most jumps are not seen by algebraic equations.
+        // Most jumps do not affect algebraic equations.
         let (t, y, z) = (self.t, self.y.as_ref(), self.discrete.z());
         let (before, after) = (&mut self.stepper.f, &mut self.stepper.y_new);
         let mut evaluate = |drive: &mut Drive<S>, f: &mut S::Vector, place: At| {

@@ -1,6 +1,6 @@
-//! A simulation under way: all that a run carries from step to step.
+//! The state of a simulation from step to step.
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 use crate::algebraic::Algebraic;
@@ -24,20 +24,20 @@ use crate::system::Storage;
 pub(super) enum Stop {
     /// Nothing.
     None,
-    /// Inputs or modes change: values just after are not those just before.
+    /// Inputs or modes change: values just after differ from those just before.
     Change,
 }
 
-/// What a step is tried for.
+/// The variables for which a step is tried.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Variables {
-    /// Unknowns, and sensitivities where they are wanted.
+    /// Unknowns, and sensitivities if they are wanted.
     All,
-    /// Unknowns alone.
+    /// Only unknowns.
     Unknowns,
 }
 
-/// A simulation under way.
+/// The state of a simulation.
 pub(super) struct Simulation<'a, S: Solved> {
     pub(super) problem: &'a Problem<'a, S>,
     pub(super) tolerances: Tolerances,
@@ -49,15 +49,15 @@ pub(super) struct Simulation<'a, S: Solved> {
     /// `None` without sensitivities, and once they are undefined.
     pub(super) directions: Option<Directions<S>>,
     pub(super) algebraic: Algebraic<S>,
-    /// The current segment of the inputs, and where it ends.
+    /// The current segment of the inputs, and its end.
     pub(super) segment: usize,
     pub(super) segment_end: f64,
     pub(super) drive: Drive<'a, S>,
-    /// Modes, conditions on time, and what is known of the instant at which they change.
+    /// Modes, conditions on time, and the state of the instant at which they change.
     pub(super) discrete: Hybrid,
-    /// Where jumps of the inputs move with parameters.
+    /// Present if the times of input jumps depend on parameters.
     pub(super) moving: Option<MovingJumps<S>>,
-    /// Where unknowns are read late.
+    /// Present if there are delayed unknowns.
     pub(super) discontinuities: Option<Discontinuities<S>>,
     pub(super) t: f64,
     pub(super) y: S::Vector,
@@ -71,15 +71,15 @@ pub(super) struct Simulation<'a, S: Solved> {
     pub(super) span: f64,
     pub(super) row: S::Vector,
     pub(super) sensitivity_row: Option<S::Sensitivity>,
-    /// Of recorded rows; `None` where no mode has algebraic unknowns.
+    /// Projection of recorded rows; `None` if no mode has algebraic unknowns.
     pub(super) projection: Option<Box<Projection<S>>>,
-    /// The unknowns to be recorded; all without it.
+    /// The unknowns to record; `None` for all.
     pub(super) chosen: Option<&'a [usize]>,
-    /// Work space for outputs, where they are recorded.
+    /// Work space for outputs, if they are recorded.
     pub(super) observed: Option<Vec<f64>>,
-    /// What the run goes on from.
+    /// The memory from which the run continues.
     pub(super) resumed: Option<&'a Memory>,
-    /// The natural step size, for a run that goes on from this one.
+    /// The natural step size, for a run that continues this one.
     pub(super) natural_step: Option<f64>,
 }
 
@@ -96,8 +96,8 @@ impl<'a, S: Solved> Simulation<'a, S> {
         let segment = problem.inputs.segment_at(from, Side::Right);
         let n_s = if directions.is_some() { system.signature().directions.len() } else { 0 };
         let discrete = Hybrid::new(system, problem.p, from, n_s);
-        // With transitions the jumps are taken one by one in either case, so that one mode follows
-        // the other in the same way.
+        // With transitions the jumps are taken one by one in either case, so that modes follow one another in the same
+        // way.
         let moves = S::FEATURES.past && (n_s > 0 || discrete.has_transitions());
         let moving = moves.then(|| MovingJumps::new(problem));
         let tolerances = Tolerances { rtol: options.rtol, atol: options.atol };
@@ -142,7 +142,7 @@ impl<'a, S: Solved> Simulation<'a, S> {
         }
     }
 
-    /// Where the next step must end: something changes there.
+    /// The time at which the next step must end, because something changes.
     #[inline]
     pub(super) fn stop(&self) -> f64 {
         let mut stop = self.segment_end;
@@ -156,7 +156,7 @@ impl<'a, S: Solved> Simulation<'a, S> {
     }
 }
 
-/// Where a step from t starts.
+/// The start of a step from t.
 #[inline(always)]
 pub(super) fn base<'a, S: Solved>(
     problem: &Problem<'a, S>,

@@ -1,7 +1,7 @@
-//! How far a run is, and whether it is to stop: what it shares with whoever waits for it.
+//! Progress and cancellation of runs, shared with their callers.
 //!
-//! The run looks at one byte before each step. It writes where it is only where somebody wants to know, so that
-//! the threads of a fit share a line of memory that nobody writes to.
+//! A run reads one byte before each step. It writes its time only on request, so that the threads of a fit share a
+//! cache line that is not written to.
 
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
@@ -10,10 +10,9 @@ use crate::error::IntegrateError;
 const STOP: u8 = 1;
 const TELL: u8 = 2;
 
-/// What runs and those who wait for them share ([`Options::watched`](crate::Options::watched)).
+/// State shared by runs and their callers ([`Options::watched`](crate::Options::watched)).
 ///
-/// It lives as long as the program: runs look at it without a lock, and may be asked to stop when whoever began them is
-/// gone.
+/// It lives as long as the program: runs read it without a lock, and can be stopped after their callers are gone.
 #[derive(Debug, Default)]
 pub struct Watched {
     asked: AtomicU8,
@@ -21,12 +20,12 @@ pub struct Watched {
 }
 
 impl Watched {
-    /// Nothing is asked for.
+    /// No requests.
     pub const fn new() -> Self {
         Self { asked: AtomicU8::new(0), reached: AtomicU64::new(0) }
     }
 
-    /// Asks runs to stop before their next step; whether they were asked before.
+    /// Asks runs to stop before their next step. Returns whether they were already asked.
     pub fn stop(&self) -> bool {
         self.asked.fetch_or(STOP, Ordering::Relaxed) & STOP != 0
     }
@@ -36,12 +35,12 @@ impl Watched {
         self.asked.load(Ordering::Relaxed) & STOP != 0
     }
 
-    /// Forgets what was asked for.
+    /// Clears all requests.
     pub fn reset(&self) {
         self.asked.store(0, Ordering::Relaxed);
     }
 
-    /// Asks a run that is at `t`, s, to tell how far it is.
+    /// Asks a run that is at `t`, s, to report its time.
     pub fn tell(&self, t: f64) {
         self.reached.store(t.to_bits(), Ordering::Relaxed);
         self.asked.fetch_or(TELL, Ordering::Relaxed);
@@ -52,7 +51,7 @@ impl Watched {
         f64::from_bits(self.reached.load(Ordering::Relaxed))
     }
 
-    /// A run is at `t`, s.
+    /// Reports that a run is at `t`, s; fails if it is to stop.
     #[inline]
     pub(crate) fn passes(&self, t: f64) -> Result<(), IntegrateError> {
         match self.asked.load(Ordering::Relaxed) {

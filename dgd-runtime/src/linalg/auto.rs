@@ -1,4 +1,4 @@
-//! The factorisation that suits a pattern: dense, tridiagonal, banded or sparse.
+//! Chooses the factorisation for a pattern: dense, tridiagonal, banded or sparse.
 
 #[cfg(feature = "sparse")]
 use super::SparseLu;
@@ -7,27 +7,27 @@ use super::staircase::Staircase;
 use super::{BandedLu, DenseLu, Factorisation, Pivot, Singular, TridiagonalLu};
 use crate::system::Pattern;
 
-/// Up to here a full elimination is faster than any other, however empty the matrix.
+/// Size up to which dense elimination is faster than any other, however sparse the matrix.
 const DENSE_UP_TO: usize = 32;
-/// How often one factorisation is solved with, for the comparison of costs.
+/// Number of solutions per factorisation assumed in the comparison of costs.
 const SOLUTIONS: f64 = 8.0;
 
-/// The factorisation that suits size and pattern best, by the time that it would take.
+/// The factorisation that is fastest for a size and pattern.
 #[derive(Debug, Clone)]
 pub enum AutoLu {
-    /// A small or a full matrix.
+    /// For a small or full matrix.
     Dense(DenseLu),
-    /// A matrix with neighbours only, in some order.
+    /// For a matrix that is tridiagonal in some order.
     Tridiagonal(TridiagonalLu),
-    /// A matrix with a narrow band, or with small blocks beside its diagonal ones, in some order.
+    /// For a matrix that is narrowly banded, or block-tridiagonal with small blocks, in some order.
     Banded(BandedLu),
-    /// A large matrix with few non-zeros all over.
+    /// For a large matrix with few, scattered non-zeros.
     #[cfg(feature = "sparse")]
     Sparse(Box<SparseLu>),
 }
 
 impl AutoLu {
-    /// Whether it takes the matrix of `n` unknowns for a band.
+    /// Whether it treats the matrix of `n` unknowns as banded.
     pub(crate) fn is_for_band(n: usize, jacobian: &Pattern) -> bool {
         let (order, width) = narrowest(n, jacobian);
         width.lower.max(width.upper) <= 1
@@ -101,8 +101,8 @@ enum Kind {
     Sparse,
 }
 
-/// Which of them takes the least time for a factorisation and [`SOLUTIONS`] solutions, in units of one
-/// multiplication in a loop over consecutive numbers.
+/// The cheapest for a factorisation and [`SOLUTIONS`] solutions, in units of one multiplication in a loop over
+/// consecutive numbers.
 ///
 /// ```text
 ///   dense     n³/3 + s n²
@@ -110,8 +110,8 @@ enum Kind {
 ///   sparse    20 z̄ n log₂ n (z̄ + s)                        z̄ non-zeros a row; fill-in as on a grid
 /// ```
 ///
-/// Twenty is what an indexed access costs. A band has to save a fifth, as its columns are longer than
-/// those of a full matrix and its right-hand sides are put in order.
+/// Twenty is the cost of an indexed access. A band must save at least a fifth, since its columns are longer than those
+/// of a full matrix and its right-hand sides are permuted.
 #[cfg_attr(not(feature = "sparse"), allow(unused_variables))]
 fn cheapest(n: usize, non_zeros: usize, steps: &Staircase) -> Kind {
     let (elimination, solution) = steps.work();

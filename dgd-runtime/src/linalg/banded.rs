@@ -1,12 +1,11 @@
 //! LU factorisation of a banded or block-tridiagonal matrix with partial pivoting within the band.
 //!
-//! Columns are stored one after the other, each with the l + u places above the diagonal that the
-//! exchange of rows can fill, its diagonal element and the l below it, as LAPACK's `dgbtrf` has them.
+//! Columns are stored one after the other, each with the l + u places above the diagonal that row exchanges can fill,
+//! its diagonal element and the l below it, as in LAPACK's `dgbtrf`.
 //!
-//! Where the band ends in steps, elimination goes to the steps only ([`Staircase`]). Those of a matrix
-//! of b × b blocks beside its diagonal ones are the blocks' ends: 2b rows are then worked on for the
-//! columns of a block, b fewer than the band has at its widest, and 3b columns, which halves the work.
-//! Pivots are taken from the rows of both blocks, so that a block may be singular.
+//! If the band ends in steps, elimination stops at the steps ([`Staircase`]). In a block-tridiagonal matrix of b × b
+//! blocks these are the ends of the blocks: the columns of a block then involve 2b rows, b fewer than the band at its
+//! widest, and 3b columns, which halves the work. Pivots come from the rows of both blocks, so a block may be singular.
 //!
 //! Source: Golub and Van Loan, *Matrix Computations*, 4th ed. (2013), §4.3.
 
@@ -25,16 +24,16 @@ pub struct BandedLu {
     /// Column by column: U on and above the diagonal, the multiples of L below.
     factors: Vec<f64>,
     reciprocal_pivots: Vec<f64>,
-    /// How far below the diagonal each pivot was.
+    /// Distance of each pivot below the diagonal.
     exchanges: Vec<u32>,
-    /// The row of W, by its place, that is at each place.
+    /// The row of W that is at each place.
     rows: Vec<u32>,
     /// A right-hand side by places.
     permuted: Vec<f64>,
 }
 
 impl BandedLu {
-    /// Work space for `n` unknowns, whose `order` gives the matrix this bandwidth and these steps.
+    /// Work space for `n` unknowns, in whose `order` the matrix has this bandwidth and these steps.
     pub(super) fn with_order(n: usize, order: Order, width: Bandwidth, steps: Staircase) -> Self {
         let height = 2 * width.lower + width.upper + 1;
         let permuted = match order {

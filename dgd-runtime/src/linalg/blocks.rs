@@ -1,19 +1,18 @@
-//! Algebraic equations in the order in which they could be solved: block lower triangular form.
+//! Algebraic equations in the order in which they can be solved: block lower triangular form.
 //!
-//! Row i belongs to unknown i, so that blocks are the strongly connected components of the graph
-//! with an edge from i to each unknown that row i reads. Tarjan, SIAM J. Comput. 1 (1972) 146–160,
-//! gives them with what they depend on first. Messages need it, as a mistake in one block spoils those
-//! behind it and is told where it is; and poles, as each block has its own.
+//! Row i belongs to unknown i, so that blocks are the strongly connected components of the graph with an edge from i to
+//! each unknown that row i reads. Tarjan, SIAM J. Comput. 1 (1972) 146–160, gives them in order of dependence. Error
+//! messages need it, since a mistake in one block spoils later ones but must be reported where it is; and poles, since
+//! each block has its own.
 
 use crate::system::Pattern;
 
-/// Pivots below this part of their row make a block singular.
+/// Pivots below this fraction of their row make a block singular.
 const SINGULAR: f64 = 1e-12;
-/// The index of a row that has not been met.
+/// The index of a row that has not been visited.
 const OPEN: usize = usize::MAX;
 
-/// The algebraic rows in blocks, each behind those that it depends on, for the Jacobian with these
-/// non-zeros.
+/// The algebraic rows in blocks, each after those on which it depends, for the Jacobian with these non-zeros.
 pub(crate) fn blocks(pattern: &Pattern, jacobian: &[f64], mass: &[f64]) -> Vec<Vec<usize>> {
     let mut reads: Vec<Vec<usize>> = vec![Vec::new(); mass.len()];
     for ((row, column), value) in pattern.positions().zip(jacobian) {
@@ -29,7 +28,7 @@ pub(crate) fn blocks(pattern: &Pattern, jacobian: &[f64], mass: &[f64]) -> Vec<V
         if index[start] != OPEN {
             continue;
         }
-        // Rows on the way, and how many of what they read has been looked at.
+        // Rows on the current path, and how many of the unknowns that they read have been visited.
         let mut path = vec![(start, 0)];
         while let Some((row, looked_at)) = path.last_mut() {
             let row = *row;
@@ -85,7 +84,7 @@ pub(crate) fn is_singular(block: &[usize], pattern: &Pattern, jacobian: &[f64]) 
         let size = |row: &Vec<f64>| row[k].abs();
         let pivot = (k..n).max_by(|i, j| size(&rows[*i]).total_cmp(&size(&rows[*j]))).unwrap_or(k);
         rows.swap(k, pivot);
-        // A row of zeros has become not a number.
+        // A row of zeros has become NaN.
         if rows[k][k].is_nan() || rows[k][k].abs() <= SINGULAR {
             return true;
         }

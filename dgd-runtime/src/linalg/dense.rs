@@ -1,21 +1,21 @@
-//! LU with pivots of full matrices, with a size known when the program is compiled or not.
+//! LU factorisation of full matrices with partial pivoting, of a size known at compile time or at run time.
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 use super::{Factorisation, Pivot, Singular};
 use crate::system::Pattern;
 
-/// Columns up to this long are solved for where they are used, not by a call.
+/// Columns up to this length are solved inline, without a call.
 const FEW: usize = 4;
 
-/// LU factorisation of a matrix whose size is known when the program is compiled, on the stack.
+/// LU factorisation of a matrix whose size is known at compile time, on the stack.
 #[derive(Debug, Clone)]
 pub struct FixedLu<const N: usize> {
     /// Column by column: L below the diagonal, U on and above it.
     factors: [[f64; N]; N],
     reciprocal_pivots: [f64; N],
-    /// Row of W that became row k of U.
+    /// For each k, the row of W that became row k of U.
     order: [usize; N],
     /// Whether rows were exchanged.
     exchanged: bool,
@@ -67,7 +67,7 @@ impl<const N: usize> FixedLu<N> {
     fn solve_columns(&self, columns: &mut [[f64; N]]) {
         if self.exchanged {
             for column in &mut *columns {
-                // Of two rows only one exchange can be.
+                // Two rows allow only one exchange.
                 *column = if N == 2 { swapped(*column) } else { reordered(*column, &self.order) };
             }
         }
@@ -84,8 +84,8 @@ impl<const N: usize> FixedLu<N> {
         }
     }
 
-    /// x ← U⁻¹ L⁻¹ x for L columns at once, row by row: they are the lanes of vector instructions.
-    // Places by their numbers: iterators over rows and lanes are not taken apart into vectors.
+    /// x ← U⁻¹ L⁻¹ x for L columns at once, row by row: the columns are the lanes of vector instructions.
+    // Indexed loops: compilers do not vectorise iterators over rows and lanes.
     #[allow(clippy::needless_range_loop)]
     #[inline(always)]
     fn substitute_lanes<const L: usize>(&self, columns: &mut [[f64; N]; L]) {
@@ -132,13 +132,13 @@ fn swapped<const N: usize>(mut b: [f64; N]) -> [f64; N] {
     b
 }
 
-/// P b. Not inlined: an index that depends on data would keep b in memory where it is used.
+/// P b. Not inlined: an index that depends on data would force b into memory in the caller.
 #[inline(never)]
 fn reordered<const N: usize>(b: [f64; N], order: &[usize; N]) -> [f64; N] {
     order.map(|row| b[row])
 }
 
-/// LU factorisation of a full matrix whose size is known when the program runs.
+/// LU factorisation of a full matrix whose size is known at run time.
 #[derive(Debug, Clone)]
 pub struct DenseLu {
     n: usize,
@@ -209,7 +209,7 @@ fn assemble(
     }
 }
 
-/// P A = L U with partial pivoting, in place; whether P is not the identity. Inlined, so that n is a
+/// P A = L U with partial pivoting, in place. Returns whether P differs from the identity. Inlined, so that n is a
 /// constant in [`FixedLu`].
 #[inline(always)]
 fn eliminate(

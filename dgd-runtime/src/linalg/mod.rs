@@ -1,10 +1,10 @@
 //! Factorisations of the iteration matrix, chosen by size and pattern.
 //!
-//! [`FixedLu`] and [`DenseLu`] run the same elimination, on the stack and on the heap, so that a
-//! generated model and its interpreted twin give the same bits. Models of more than a few dozen unknowns
-//! have [`AutoLu`], which looks at the pattern: [`TridiagonalLu`] and [`BandedLu`] where an order of the
-//! unknowns with a narrow band, or with small blocks beside its diagonal, is found, otherwise `SparseLu`,
-//! of the feature `sparse`, or [`DenseLu`] where nothing is gained.
+//! [`FixedLu`] and [`DenseLu`] run the same elimination, on the stack and on the heap, so that a generated model and
+//! its interpreted twin give the same bits. Models of more than a few dozen unknowns use [`AutoLu`], which chooses by
+//! the pattern: [`TridiagonalLu`] or [`BandedLu`] if it finds an order of the unknowns in which the matrix is narrowly
+//! banded or block-tridiagonal with small blocks; otherwise `SparseLu`, of the feature `sparse`, or [`DenseLu`] if
+//! neither is faster.
 
 mod auto;
 mod banded;
@@ -27,25 +27,25 @@ pub use tridiagonal::TridiagonalLu;
 
 use crate::system::Pattern;
 
-/// A matrix could not be factorised.
+/// Error for a singular matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Singular {
-    /// A row that is zero, or depends on others, where the elimination stopped.
+    /// The row, zero or linearly dependent on others, at which the elimination stopped.
     pub row: usize,
 }
 
-/// What an elimination divided by.
+/// A pivot of an elimination.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pivot {
-    /// Row of the matrix it came from.
+    /// Its row in the matrix.
     pub row: usize,
     /// Its absolute value.
     pub magnitude: f64,
 }
 
-/// LU factorisation of W = c M − J, with M = diag(1 or 0) and J by its non-zeros.
+/// LU factorisation of W = c M − J, with M = diag(1 or 0) and J given by its non-zeros.
 ///
-/// Neither rows nor columns are scaled: pivots are those of W as it is given.
+/// Neither rows nor columns are scaled: pivots are those of W as given.
 pub trait Factorisation: Clone {
     /// Work space for n unknowns and this pattern of J.
     fn new(n: usize, jacobian: &Pattern) -> Self;
@@ -54,7 +54,7 @@ pub trait Factorisation: Clone {
     ///
     /// # Errors
     ///
-    /// [`Singular`] where a pivot is zero or not finite; the previous factors are gone then.
+    /// [`Singular`] if a pivot is zero or not finite; the previous factors are then lost.
     fn factorise(
         &mut self,
         c: f64,
@@ -84,8 +84,8 @@ mod tests {
         }
     }
 
-    /// A matrix of pseudo-random numbers at about a fifth of the places, by columns, with a full
-    /// diagonal off by one so that rows must be exchanged.
+    /// A matrix with pseudo-random entries in about a fifth of the places, by columns, and a full off-diagonal, so that
+    /// rows must be exchanged.
     fn scattered(n: usize) -> (Pattern, Vec<f64>) {
         let mut next = random_numbers();
         let (mut places, mut values) = (Vec::new(), Vec::new());
@@ -137,9 +137,9 @@ mod tests {
         assert!(residual::<AutoLu>(90, &pattern, &values) < 1e-10);
     }
 
-    /// A matrix with all places in the band, its unknowns and rows shuffled the same way.
+    /// A matrix with a full band, its unknowns and rows shuffled in the same way.
     fn shuffled_band(n: usize, width: usize) -> (Pattern, Vec<f64>) {
-        // 7 has no factor in common with n.
+        // 7 and n are coprime.
         let shuffled = |i: usize| (i * 7 + 3) % n;
         let mut next = random_numbers();
         let (mut places, mut values) = (Vec::new(), Vec::new());
@@ -193,7 +193,7 @@ mod tests {
         assert!(matches!(AutoLu::new(90, &pattern), AutoLu::Dense(_)));
         #[cfg(feature = "sparse")]
         {
-            // Each reads two that are far away.
+            // Each row reads two distant unknowns.
             let n = 3000;
             let far = (0..n).flat_map(|i| [1, 7919].map(|k| (i, (i * i * k + 5) % n)));
             let pattern = Pattern::of(&far.collect::<Vec<_>>());

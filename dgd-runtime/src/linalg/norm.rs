@@ -1,6 +1,6 @@
-//! The norm of local errors: weighted by tolerances, the mean square over blocks.
+//! The norm of local errors: weighted by tolerances, mean square over blocks.
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 /// Tolerances of a step.
@@ -17,8 +17,8 @@ impl Tolerances {
         self.rtol * y.abs() + self.atol * size
     }
 
-    /// Mean of (eᵢ / wᵢ)², the square of the weighted root-mean-square norm, with the larger of two
-    /// values of each unknown in its weight. Zero for no numbers.
+    /// Mean of (eᵢ / wᵢ)², the square of the weighted root-mean-square norm, with the larger of two values of each
+    /// unknown in its weight. Zero for empty slices.
     #[inline(always)]
     pub(crate) fn mean_square(self, e: &[f64], y: &[f64], y_new: &[f64], sizes: &[f64]) -> f64 {
         if e.is_empty() {
@@ -36,7 +36,7 @@ impl Tolerances {
     }
 }
 
-/// The largest mean square over blocks of n numbers; NaN if one is.
+/// The largest mean square over blocks of n numbers; NaN if one is NaN.
 #[inline(always)]
 pub(crate) fn largest_block(
     tolerances: Tolerances,
@@ -55,7 +55,7 @@ pub(crate) fn largest_block(
     largest
 }
 
-/// The larger of two numbers; NaN if one is.
+/// The larger of two numbers; NaN if one is NaN.
 #[inline(always)]
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a >= b || a.is_nan() { a } else { b }

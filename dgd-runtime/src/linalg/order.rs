@@ -1,15 +1,14 @@
 //! Orders of the unknowns in which a matrix has a narrow band.
 //!
-//! The order of Cuthill and McKee lists unknowns level by level from one end of the graph of W + Wᵀ,
-//! neighbours with few neighbours first; reversed it fills in less. Its ends are found as George and
-//! Liu do: from any unknown to one of the farthest, until that gets no farther. All of it takes time and
-//! memory in proportion to the non-zeros.
+//! The Cuthill–McKee order lists unknowns level by level from one end of the graph of W + Wᵀ, neighbours with few
+//! neighbours first; reversed it causes less fill-in. The ends are found as by George and Liu: from any unknown to one
+//! of the farthest, until the distance no longer grows. Time and memory are proportional to the number of non-zeros.
 //!
 //! Source: George and Liu, *Computer Solution of Large Sparse Positive Definite Systems* (1981), §4.3.
 
 use crate::system::Pattern;
 
-/// How far non-zeros are from the diagonal.
+/// Largest distances of non-zeros from the diagonal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Bandwidth {
     /// Below it.
@@ -21,11 +20,11 @@ pub(super) struct Bandwidth {
 /// The order of the unknowns, and of the rows with them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Order {
-    /// As they are.
+    /// The given order.
     Natural,
-    /// Another.
+    /// Another order.
     Permuted {
-        /// The unknown that stands at each place.
+        /// The unknown at each place.
         unknowns: Vec<u32>,
         /// The place of each unknown.
         places: Vec<u32>,
@@ -52,10 +51,10 @@ impl Order {
     }
 }
 
-/// The narrower of the order as it is and of the reversed one of Cuthill and McKee.
+/// The given order or the reverse Cuthill–McKee order, whichever has the narrower band.
 pub(super) fn narrowest(n: usize, places: &Pattern) -> (Order, Bandwidth) {
     let natural = bandwidth(places, &Order::Natural);
-    // A tridiagonal matrix is not made narrower.
+    // A tridiagonal matrix cannot be narrower.
     if natural.lower.max(natural.upper) <= 1 || u32::try_from(n).is_err() {
         return (Order::Natural, natural);
     }
@@ -78,7 +77,7 @@ fn bandwidth(places: &Pattern, order: &Order) -> Bandwidth {
     width
 }
 
-/// Who stands in a row with whom.
+/// Neighbours of each unknown in the pattern.
 struct Graph {
     starts: Vec<u32>,
     neighbours: Vec<u32>,
@@ -97,7 +96,7 @@ impl Graph {
             starts[i + 1] += starts[i];
         }
         let mut neighbours = vec![0; starts[n] as usize];
-        // Filled from behind, so that in the end each start is where it should be.
+        // Filled from the back, so that each start ends up in the right place.
         let mut next = starts[1..].to_vec();
         places.for_each_place(|row, column| {
             if row != column {
@@ -141,7 +140,7 @@ impl Graph {
     }
 }
 
-/// Unknowns level by level, component by component, and then from behind.
+/// Unknowns level by level, component by component, in reverse.
 fn reverse_cuthill_mckee(graph: &Graph) -> Order {
     let n = graph.len();
     let mut search = Search { graph, seen: vec![0; n], round: 0, listed: Vec::with_capacity(n) };
@@ -163,20 +162,20 @@ fn reverse_cuthill_mckee(graph: &Graph) -> Order {
 /// Breadth-first searches, component by component.
 struct Search<'a> {
     graph: &'a Graph,
-    /// The round in which an unknown was met last.
+    /// The last round in which each unknown was visited.
     seen: Vec<u32>,
     round: u32,
-    /// Unknowns of finished components, then those of the search under way.
+    /// Unknowns of finished components, then those of the current search.
     listed: Vec<u32>,
 }
 
 impl Search<'_> {
-    /// Of unknowns whose component is finished.
+    /// Round of unknowns whose component is finished.
     const DONE: u32 = u32::MAX;
-    /// So many searches for an end at most; two or three are the rule.
+    /// Maximum number of searches for an end; two or three are typical.
     const SEARCHES: usize = 8;
 
-    /// An unknown from which the component is as long as can be found.
+    /// An unknown from which the component has as many levels as can be found.
     fn end_of_component(&mut self, first: u32) -> u32 {
         let mut root = first;
         let mut longest = 0;
@@ -195,7 +194,7 @@ impl Search<'_> {
         root
     }
 
-    /// Lists the component of `root` by levels; their number, and where the last begins.
+    /// Lists the component of `root` by levels. Returns their number, and the start of the last.
     fn levels(&mut self, root: u32) -> (usize, usize) {
         self.round += 1;
         let (round, graph) = (self.round, self.graph);
@@ -221,7 +220,7 @@ impl Search<'_> {
         }
     }
 
-    /// Lists the component of `root` for good: neighbours with few neighbours first.
+    /// Lists the component of `root` permanently, neighbours with few neighbours first.
     fn list(&mut self, root: u32) {
         let graph = self.graph;
         let mut next = self.listed.len();
@@ -247,7 +246,7 @@ mod tests {
 
     #[test]
     fn two_arrays_that_alternate_are_interleaved() {
-        // p[i] reads q[i] and q[i+1], q[i] reads p[i−1] and p[i]; p stands before q.
+        // p[i] reads q[i] and q[i+1], q[i] reads p[i−1] and p[i]; p comes before q.
         let m = 50;
         let mut places = Vec::new();
         for i in 0..m {

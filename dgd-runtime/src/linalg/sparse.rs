@@ -1,4 +1,4 @@
-//! Sparse LU, by faer.
+//! Sparse LU factorisation with faer.
 
 use std::fmt;
 
@@ -16,19 +16,18 @@ use crate::system::Pattern;
 
 /// LU factorisation of a large matrix with few non-zeros.
 ///
-/// The fill-reducing order of the columns is found once, the order of the rows by partial pivoting
-/// in each factorisation. The factors grow when fill-in does; apart from that nothing is allocated
-/// after `new`.
+/// The fill-reducing order of the columns is computed once, the order of the rows by partial pivoting in each
+/// factorisation. The factors grow with fill-in; otherwise nothing is allocated after `new`.
 ///
-/// Column by column and not by blocks of columns: models are sparse enough for that, and the
-/// pivots, which tell a singular matrix, can be looked at.
+/// Works column by column rather than by blocks of columns: models are sparse enough for that, and the pivots, which
+/// reveal a singular matrix, are accessible.
 pub struct SparseLu {
     n: usize,
-    /// W by compressed columns.
+    /// W in compressed column storage.
     starts: Vec<usize>,
     rows: Vec<usize>,
     values: Vec<f64>,
-    /// Where in `values` each non-zero of J goes, and each diagonal element.
+    /// Positions in `values` of each non-zero of J, and of each diagonal element.
     jacobian_slots: Vec<usize>,
     diagonal_slots: Vec<usize>,
     column_order: Order,
@@ -159,7 +158,7 @@ impl Factorisation for SparseLu {
         )
         .map_err(|_| Singular { row: first_unused(&self.row_order.inverse, n) })?;
 
-        // A zero pivot is divided by all the same, and only shows afterwards.
+        // faer divides by a zero pivot without an error, so pivots are checked afterwards.
         match self.pivots().position(|pivot| pivot == 0.0 || !pivot.is_finite()) {
             None => Ok(()),
             Some(k) => Err(Singular { row: self.row_order.forward[k] }),

@@ -1,16 +1,16 @@
-//! Where the rows and columns of a banded matrix end.
+//! The ends of rows and columns of a banded matrix.
 
 use super::order::Order;
 use crate::system::Pattern;
 
-/// The steps in which a band ends, by places, after elimination with exchanged rows.
+/// The steps in which a band ends, by place, after elimination with row exchanges.
 #[derive(Debug, Clone)]
 pub(super) struct Staircase {
-    /// Last row that each column of L reaches.
+    /// Last row of each column of L.
     bottoms: Vec<u32>,
     /// Last column that each row of U can reach: that of any row it may have been exchanged with.
     reaches: Vec<u32>,
-    /// First row that reaches each column of U.
+    /// First row of each column of U.
     tops: Vec<u32>,
 }
 
@@ -23,7 +23,7 @@ impl Staircase {
             bottoms[column] = bottoms[column].max(row as u32);
             ends[row] = ends[row].max(column as u32);
         });
-        // A row that waits for its turn fills in below, and an exchanged one is longer than the others.
+        // Rows still to be eliminated fill in below, and an exchanged row is longer than the others.
         let mut last = 0;
         for bottom in &mut bottoms {
             last = last.max(*bottom);
@@ -67,7 +67,7 @@ impl Staircase {
         self.tops[k] as usize
     }
 
-    /// Multiplications of an elimination, and of a solution.
+    /// Number of multiplications of an elimination, and of a solution.
     pub(super) fn work(&self) -> (f64, f64) {
         let steps = self.bottoms.iter().zip(&self.reaches).zip(0_u32..);
         let sizes = steps.map(|((bottom, reach), k)| (f64::from(bottom - k), f64::from(reach - k)));

@@ -1,4 +1,4 @@
-//! LU factorisation of a tridiagonal matrix, from both ends to the middle.
+//! LU factorisation of a tridiagonal matrix, from both ends towards the middle.
 //!
 //! ```text
 //!   ⎡ × ×           ⎤   Rows are eliminated downwards from the first and upwards from the last; the
@@ -18,25 +18,25 @@ use super::order::Order;
 use super::{Pivot, Singular};
 use crate::system::Pattern;
 
-/// What eliminating one unknown leaves: the reciprocal pivot r and the other two elements of the row of U
-/// times r. Before elimination: the elements left of, on and right of the diagonal.
+/// The result of eliminating one unknown: the reciprocal pivot r and the other two elements of the row of U times r.
+/// Before elimination: the elements left of, on and right of the diagonal.
 type Row = [f64; 3];
 
 /// LU factorisation of a matrix that is tridiagonal in a certain order of the unknowns.
 #[derive(Debug, Clone)]
 pub struct TridiagonalLu {
     order: Order,
-    /// By place.
+    /// Rows by place.
     rows: Vec<Row>,
-    /// The multiple of each pivot row that was taken from the other. By themselves: only half of each
-    /// solution reads them, and for many unknowns reading is what takes the time.
+    /// The multiple of each pivot row that was subtracted from the other. Stored separately: only half of each solution
+    /// reads them, and for many unknowns memory access dominates.
     multiples: Vec<f64>,
     /// Whether the row ahead was the pivot row.
     exchanged: Vec<bool>,
     smallest: Option<Pivot>,
 }
 
-/// The row that elimination comes with: the element to be eliminated, and the next.
+/// The row carried along by the elimination: the element to eliminate, and the next.
 #[derive(Debug, Clone, Copy)]
 struct Active {
     place: usize,
@@ -44,7 +44,7 @@ struct Active {
     next: f64,
 }
 
-/// The row ahead: the element under the one to be eliminated, its diagonal element and the next.
+/// The row ahead: the element below the one to eliminate, its diagonal element and the next.
 #[derive(Debug, Clone, Copy)]
 struct Ahead {
     place: usize,
@@ -53,7 +53,7 @@ struct Ahead {
     next: f64,
 }
 
-/// What is known of the pivots so far.
+/// Summary of the pivots so far.
 #[derive(Debug, Clone, Copy)]
 struct Pivots {
     smallest: f64,
@@ -73,8 +73,7 @@ impl Pivots {
     }
 }
 
-/// Eliminates one unknown: what that leaves, whether it was done by the row ahead, and the row to go on
-/// with.
+/// Eliminates one unknown. Returns the result, whether the row ahead was the pivot row, and the row to continue with.
 #[inline]
 fn eliminate(active: Active, ahead: Ahead, pivots: &mut Pivots) -> (Row, f64, bool, Active) {
     if ahead.under.abs() > active.here.abs() {
@@ -114,7 +113,7 @@ impl TridiagonalLu {
         self.rows.len().div_ceil(2) - 1
     }
 
-    /// Puts c M − J in place of the factors.
+    /// Writes c M − J in place of the factors.
     fn assemble(
         &mut self,
         c: f64,
@@ -162,7 +161,8 @@ impl TridiagonalLu {
         let mut down = Active { place: 0, here: rows[0][1], next: rows[0][2] };
         let mut up = Active { place: n - 1, here: rows[n - 1][1], next: rows[n - 1][0] };
         for step in 0..=middle {
-            // Upwards first: one step less at least, and the last row downwards meets is its.
+            // Upwards first: it has at least one step less, and the last row that the downward sweep meets is its
+            // result.
             let place = n - 1 - step;
             if place > middle + 1 {
                 let [left, diagonal, right] = rows[place - 1];
@@ -211,7 +211,7 @@ impl TridiagonalLu {
         let b = &mut b[..n];
         let (rows, multiples) = (&self.rows[..n], &self.multiples[..n]);
         let exchanged = &self.exchanged[..n];
-        // y ← L⁻¹ P b, each way with the row that it comes with.
+        // y ← L⁻¹ P b, each way with its carried row.
         let (mut down, mut up) = (b[unknown(0)], b[unknown(n - 1)]);
         for step in 0..=middle {
             let place = n - 1 - step;

@@ -1,13 +1,12 @@
-//! Vector operations as wide as this machine has them, found out when the program runs.
+//! Vector operations of this machine's full width, detected at run time.
 //!
-//! A program is compiled for any machine of its kind, with vectors of two numbers. Work is the same
-//! code compiled for wider ones, too. No two operations are contracted to one, so that the bits do not
-//! depend on the width.
+//! A program is compiled for any machine of its architecture, with vectors of two numbers. [`Work`] is also compiled
+//! for wider ones. Operations are not fused, so that results do not depend on the width.
 
-/// How wide vector operations are.
+/// Width of vector operations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Width {
-    /// As the program is compiled for.
+    /// The width for which the program is compiled.
     Compiled,
     /// Four numbers.
     #[cfg(target_arch = "x86_64")]
@@ -17,13 +16,13 @@ pub(crate) enum Width {
     Avx512,
 }
 
-/// Something to be done at some width: inlined into code of that width, with all that it calls.
+/// Work to do at some width: inlined, with everything that it calls, into code of that width.
 pub(crate) trait Work {
     fn run(self);
 }
 
 impl Width {
-    /// The widest that this machine has.
+    /// The largest width of this machine.
     #[inline]
     pub(crate) fn widest() -> Self {
         #[cfg(target_arch = "x86_64")]
@@ -44,7 +43,7 @@ impl Width {
     pub(crate) fn run(self, work: impl Work) {
         match self {
             Self::Compiled => work.run(),
-            // SAFETY: only `widest` makes these, where the machine has what they need.
+            // SAFETY: only `widest` returns these, if the machine supports them.
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => unsafe { run_avx2(work) },
             // SAFETY: as above.
@@ -54,14 +53,14 @@ impl Width {
     }
 }
 
-/// Does the work by four numbers where the machine can: for work on numbers that stand apart, which
-/// compilers gather and scatter one by one where there are more.
+/// Does the work four numbers at a time if the machine can: for numbers that are not contiguous, which compilers gather
+/// and scatter one by one at larger widths.
 #[inline]
 #[allow(unsafe_code)]
 pub(crate) fn run_by_fours(work: impl Work) {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
-        // SAFETY: the machine has what it needs.
+        // SAFETY: the machine supports AVX2.
         unsafe { run_avx2(work) };
         return;
     }

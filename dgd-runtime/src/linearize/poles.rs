@@ -1,4 +1,4 @@
-//! Poles: the s at which s I − A is singular or, with delayed unknowns, at which
+//! Poles of a linear model: the s at which s I − A is singular. With delayed unknowns, the s at which
 //!
 //! ```text
 //!   Δ(s) = ⎡ s I − A   −A₁          ⎤        v = e^(−sτ) (E x + G v)

@@ -1,4 +1,4 @@
-//! Solutions and sensitivities against known ones.
+//! Compares solutions and sensitivities with known ones.
 
 use dgd_runtime::{
     Column, Inputs, Interpolation, METHODS, Method, MethodKind, Options, Problem, Solved, simulate,
@@ -11,12 +11,12 @@ use crate::support::problems::{
 };
 use crate::support::{Equations, Heaped, parameters};
 
-/// Local errors are kept below the tolerance; on these problems, which forget or shrink errors, the
-/// global error is a small multiple of it.
+/// Local errors are kept below the tolerance; on these problems, in which errors decay, the global error is a small
+/// multiple of it.
 const GLOBAL: f64 = 20.0;
 
-/// The methods, and what the multiple is for each: errors of several steps of one sign add up with
-/// backward differentiation.
+/// The methods, and the multiple for each: with backward differentiation, errors of the same sign add up over several
+/// steps.
 fn methods(algebraic: bool) -> impl Iterator<Item = (&'static Method, f64)> {
     METHODS.iter().filter_map(move |method| match method.kind {
         MethodKind::Rosenbrock(_) | MethodKind::Esdirk(_) => Some((method, GLOBAL)),
@@ -161,7 +161,7 @@ fn held_and_linear_inputs() {
                 assert!(error <= most * tolerance, "{name} {interpolation:?} {t}: {error:e}");
             }
         }
-        // Three between four samples, and what goes on from the last.
+        // Three between four samples, and one after the last.
         assert_eq!(solution.statistics.segments, 4);
     }
 }
@@ -190,8 +190,8 @@ fn storage_does_not_change_a_bit() {
     compare::<RobertsonDae>(&RobertsonDaeStacked::of::<RobertsonDae>(), 40.0, &Inputs::none());
 }
 
-/// Global errors with steps of 1/4 and 1/8, without error control: an input that no equation reads
-/// changes at every step, and the tolerance is larger than any error.
+/// Measures global errors with steps of 1/4 and 1/8, without error control: an input that no equation reads changes at
+/// every step, and the tolerance exceeds any error.
 #[test]
 fn the_order_is_that_of_the_method() {
     fn errors<E: Equations>(
@@ -225,14 +225,14 @@ fn the_order_is_that_of_the_method() {
     fn orders<E: Equations>(start: &[(usize, f64)], exact: impl Fn(f64) -> Vec<f64>) {
         let (coarse, fine) = (errors::<E>(16, start, &exact), errors::<E>(32, start, &exact));
         let order = |k: usize| (coarse[k] / fine[k]).log2();
-        // The next power of h is seen at these steps.
+        // At these step sizes the next power of h is still visible.
         assert!(order(0) > 4.7, "unknowns: {}", order(0));
         assert!(order(1) > 4.7, "sensitivities: {}", order(1));
-        // One step of an interpolant of order 4 errs by h⁵.
+        // The error of one step of an interpolant of order 4 is of order h⁵.
         assert!(order(2) > 4.5, "dense output: {}", order(2));
     }
     orders::<Logistic>(&[], |t| Logistic::solution(t, &parameters::<Logistic>()).to_vec());
-    // A tolerance that large calls any guess consistent, unless it is.
+    // With such a large tolerance any guess counts as consistent, so it must be exactly so.
     let p = parameters::<Algebraic>();
     orders::<Algebraic>(&[(1, p[1] * p[2])], |t| {
         let (y, s) = Algebraic::solution(t, &p);

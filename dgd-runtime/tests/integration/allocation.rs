@@ -20,7 +20,7 @@ thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
 }
 
-// SAFETY: everything is handed on to the system's allocator.
+// SAFETY: everything is passed on to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         COUNT.set(COUNT.get() + 1);
@@ -84,7 +84,7 @@ fn equal_steps_do_not_allocate() {
             assert_eq!(work(&stacked, method, 1), work(&stacked, method, 5), "{}", method.name);
             let few = work(&heaped, method, 1);
             assert_eq!(few, work(&heaped, method, 5), "{}", method.name);
-            // Nor do segments: there are 199.
+            // Segments do not allocate either: there are 199.
             assert!(few < 199, "{}: {few}", method.name);
         }
     }

@@ -1,4 +1,4 @@
-//! What is said when a simulation cannot be finished.
+//! Messages of simulations that cannot be finished.
 
 use dgd_runtime::{
     BadRequest, Column, Failure, Inputs, IntegrateError, Interpolation, METHODS, Options, Problem,
@@ -50,7 +50,7 @@ fn the_solver_says_where_it_stopped_and_why() {
     assert_eq!((equation.as_str(), unknown.as_str()), ("of_x", "x"));
     let read: Vec<&str> = values.iter().map(|value| value.name.as_str()).collect();
     assert_eq!(read, ["x", "k"]);
-    // The root's argument is all but used up.
+    // The argument of the root is almost zero.
     assert!(values[0].value.abs() < 1e-3, "{values:?}");
 
     let few = Options { max_steps: 3, ..options };
@@ -62,8 +62,8 @@ fn the_solver_says_where_it_stopped_and_why() {
     assert!(message.contains("`of_z`"), "{message}");
 }
 
-/// Where a solution ends or equations do, every method stops there, with what was reached, and names
-/// what it was.
+/// Where a solution or the domain of its equations ends, every method stops, returns the part reached, and names the
+/// cause.
 #[test]
 fn every_method_says_where_it_stopped_and_why() {
     let none = Inputs::none();
@@ -71,7 +71,7 @@ fn every_method_says_where_it_stopped_and_why() {
     for method in METHODS {
         let options = Options { method, ..Options::default() };
         let name = method.name;
-        // x = 1/(1 − t): infinite at t = 1, where steps end or numbers do.
+        // x = 1/(1 − t): infinite at t = 1, where step sizes vanish or numbers overflow.
         let failure = run::<Explosion>(&none, &times, &options).unwrap_err();
         assert_eq!(failure.partial.times, [0.0, 0.5], "{name}");
         let message = failure.to_string();
@@ -88,7 +88,7 @@ fn every_method_says_where_it_stopped_and_why() {
     }
 }
 
-/// When it stopped.
+/// Time at which it stopped.
 fn time(error: &IntegrateError) -> f64 {
     match error {
         IntegrateError::StepSizeTooSmall { t, .. }
@@ -137,7 +137,7 @@ fn methods_are_found_by_name() {
     assert!(message.contains("`euler`") && message.contains("`rodas5p`"), "{message}");
 }
 
-/// What every entry to the solver says of a problem for the relaxation, ẋ = k (u − x) from x0.
+/// The error of every entry point of the solver for an invalid relaxation problem, ẋ = k (u − x) from x0.
 fn refusal(p: &[f64], inputs: &Inputs, start: &[(usize, f64)]) -> BadRequest {
     let system = Heaped::of::<Relaxation>();
     let (times, options) = ([0.0, 1.0], Options::default());

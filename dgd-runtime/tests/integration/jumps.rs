@@ -1,4 +1,4 @@
-//! Inputs that jump, and what is seen of it.
+//! Inputs that jump, and their effects.
 
 use dgd_runtime::{
     Column, Inputs, Interpolation, Options, Problem,
@@ -40,7 +40,7 @@ fn a_time_that_occurs_twice_is_left_and_right() {
     assert!(close(solution.y(2)[0], 2.0 * (1.0 - (-1.0_f64).exp())));
     assert!(close(solution.y(2)[0], solution.y(3)[0]));
 
-    // Asked once, a jump is its right value, at the end too; twice, both.
+    // A jump requested once has its right value, at the end too; requested twice, both.
     let once = simulate_with_sensitivities(&problem, &[0.0, 1.0, 2.0], &Options::default());
     let once = once.unwrap();
     assert!(close(once.y(1)[1], 6.0) && close(once.y(2)[1], 4.0));
@@ -95,7 +95,7 @@ fn a_consistent_start_has_consistent_slopes() {
 
 #[test]
 fn the_step_is_carried_over_segments() {
-    // Constant but for the clock's jumps each second, after which one step suffices.
+    // Constant except for the clock's jumps each second, after which one step suffices.
     let system = support::Heaped::of::<support::problems::Logistic>();
     let p = parameters::<support::problems::Logistic>();
     let samples: Vec<f64> = (0..=200).map(f64::from).collect();
@@ -105,7 +105,7 @@ fn the_step_is_carried_over_segments() {
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
     let options = Options { rtol: 1e-4, atol: 1e-4, ..Options::default() };
     let solution = simulate_with_sensitivities(&problem, &[0.0, 200.0], &options).unwrap();
-    // One each second, and what goes on from the last sample.
+    // One each second, and one after the last sample.
     assert_eq!(solution.statistics.segments, 201);
     assert!(solution.statistics.steps < 220, "{:?}", solution.statistics);
 }

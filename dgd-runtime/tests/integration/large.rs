@@ -34,7 +34,7 @@ impl Diffusion {
         }
         jacobian.extend((cells..n).map(|i| (i, i)));
         let pattern = Pattern::of;
-        // Of g: for the cells the derivatives of J, which are those of ∂f/∂k; for z, its own.
+        // Non-zeros of ∂g/∂y: for the cells the derivatives of J, which are those of ∂f/∂k; for z, its own.
         Self {
             cells,
             signature: Signature {
@@ -241,7 +241,7 @@ fn ten_thousand_unknowns() {
     }
 }
 
-// Without the feature, a matrix without a narrow band is taken for one with a wide band.
+// Without the feature, a matrix without a narrow band is treated as one with a wide band.
 #[cfg(feature = "sparse")]
 #[test]
 fn the_choice_goes_by_size_by_algebraic_unknowns_and_by_the_pattern() {
@@ -256,7 +256,7 @@ fn the_choice_goes_by_size_by_algebraic_unknowns_and_by_the_pattern() {
             signature.unknowns = unknowns.map(|x| Unknown { differential: true, ..x }).collect();
         }
         if !is_band {
-            // 7919 is a prime: each reads some that are far apart.
+            // 7919 is a prime: each row reads distant unknowns.
             let n = 2 * cells;
             let places = (1..4).flat_map(|k| (0..n).map(move |i| (i, i * i * k * 7919 % n)));
             signature.jacobian =
@@ -270,7 +270,7 @@ fn the_choice_goes_by_size_by_algebraic_unknowns_and_by_the_pattern() {
     assert_eq!(chosen(501, false, false), "rodas5p");
 }
 
-/// The same polynomials, evaluated for some unknowns or for all.
+/// The same polynomials are evaluated for some unknowns or for all.
 #[test]
 fn chosen_unknowns_are_those_of_all() {
     let system = Diffusion::new(60);
@@ -285,7 +285,7 @@ fn chosen_unknowns_are_those_of_all() {
         assert_eq!((some.n, &some.times, some.statistics), (3, &all.times, all.statistics));
         for k in 0..times.len() {
             for (value, i) in some.y(k).iter().zip(chosen) {
-                // Terms are below 10, and a few dozen are added up.
+                // A few dozen terms below 10 are added up.
                 let rounding = 400.0 * f64::EPSILON;
                 assert!((value - all.y(k)[i]).abs() <= rounding, "{} {k} {i}", method.name);
             }
@@ -293,7 +293,7 @@ fn chosen_unknowns_are_those_of_all() {
     }
 }
 
-/// A small multiple of the tolerance.
+/// Allows a small multiple of the tolerance.
 fn verify(solution: &Solution, cells: usize, k: f64, lambda_t: f64, tolerance: f64) {
     let decay = (-k * lambda_t).exp();
     for i in (0..cells).step_by(137) {

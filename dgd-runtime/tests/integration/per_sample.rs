@@ -1,4 +1,4 @@
-//! Equal steps per sample, against closed forms and against adaptive steps.
+//! Compares equal steps per sample with closed forms and with adaptive steps.
 
 use std::num::NonZeroU32;
 
@@ -30,8 +30,7 @@ fn recorded(interpolation: Interpolation) -> (Vec<f64>, Vec<f64>, Inputs) {
     (times, values, inputs)
 }
 
-/// Values at the samples with a held input, and their derivatives to k and x₀:
-/// x ← u/k + (x − u/k) e^(−k).
+/// Values at the samples with a held input, and their derivatives with respect to k and x₀: x ← u/k + (x − u/k) e^(−k).
 fn relaxed(u: &[f64], p: &[f64]) -> Vec<[f64; 3]> {
     let (k, e) = (p[0], (-p[0]).exp());
     let (mut x, mut dk, mut d0) = (p[1], 0.0, 1.0);
@@ -73,7 +72,7 @@ fn errors_fall_with_the_fifth_power_of_steps() {
         });
         for pair in errors.windows(2) {
             for (coarse, fine) in pair[0].iter().zip(pair[1]) {
-                // 2⁵ = 32 as h → 0. The next order adds a share of a few h k = 0.7.
+                // 2⁵ = 32 as h → 0. The next order adds a few times h k = 0.7, relatively.
                 let ratio = coarse / fine;
                 assert!((20.0..80.0).contains(&ratio), "{method}: {ratio}, {errors:?}");
             }
@@ -96,8 +95,8 @@ fn the_number_of_steps_keeps_the_tolerance() {
                 let n = solution.statistics.per_sample;
                 assert!(n >= before, "{method}: {n} steps after {before}");
                 before = n;
-                // Local errors are below the tolerance and are forgotten at the rate k = 0.7:
-                // 1/(1 − e^(−0.7)) = 2 of each of the n steps of a second, at values up to 2.
+                // Local errors are below the tolerance and decay at the rate k = 0.7: 1/(1 − e^(−0.7)) = 2 of each of
+                // the n steps of a second, at values up to 2.
                 let most = 4.0 * f64::from(n) * tolerance;
                 let [y, s] = worst(&solution, &exact);
                 assert!(y <= most && s <= most, "{method}: {y:e} {s:e} at {tolerance:e}");

@@ -1,4 +1,4 @@
-//! Points where the algebraic equations lose their slope.
+//! Points where the algebraic equations become singular.
 
 use dgd_runtime::{
     Column, Inputs, Interpolation, Options, Problem, simulate, simulate_with_sensitivities,
@@ -31,7 +31,7 @@ fn the_states_arrive_and_stay_at_rest() {
         for (k, &t) in times.iter().enumerate() {
             let [h, q] = Tank::solution(t, &p);
             assert!((solution.y(k)[0] - h).abs() <= error, "h at {t}, {tolerance:e}");
-            // q² = a (5 − h) / b hands an error of h on as its square root.
+            // q² = a (5 − h) / b: an error of h affects q by its square root.
             let error = (p[0] / p[1] * error).sqrt();
             assert!((solution.y(k)[1] - q).abs() <= error, "q at {t}, {tolerance:e}");
             if t > Tank::arrival(&p) + 1.0 {
@@ -82,7 +82,7 @@ fn undefined_sensitivities_stay_so_when_the_states_leave() {
     let times = times();
     let solution = simulate_with_sensitivities(&problem, &times, &options(1e-6)).unwrap();
     assert!(solution.s(240).iter().all(|s| s.is_nan()));
-    // In the end what flows in is what is drawn: q = A u, h = 5 − b q² / a.
+    // In the end inflow equals outflow: q = A u, h = 5 − b q² / a.
     let q = p[2] * 0.1;
     assert!((solution.y(240)[1] - q).abs() < 1e-4);
     assert!((solution.y(240)[0] - (5.0 - p[1] * q * q / p[0])).abs() < 1e-4);

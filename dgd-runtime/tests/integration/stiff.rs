@@ -1,4 +1,4 @@
-//! Stiff problems with published end values, by every method that is for them.
+//! Stiff problems with published end values, solved with every stiff method.
 
 use dgd_runtime::{
     Inputs, IntegrateError, METHODS, Method, MethodKind, Options, Problem, find_method, simulate,
@@ -7,9 +7,10 @@ use dgd_runtime::{
 use crate::support::problems::{Robertson, RobertsonDae, VanDerPol};
 use crate::support::{Equations, Heaped, parameters};
 
-/// The most that the end values may err by, in units of atol · size + rtol |y|, for rtol from 1e-4 to
-/// 1e-10. `rodas5p` stays below the tolerance itself, and `rodas4` below twice that. The other two let errors
-/// add up: `kencarp4` has an estimate one order below its solution's, and the errors of `bdf` are of one sign from step to step.
+/// Largest permitted error of the end values, in units of atol · size + rtol |y|, for rtol from 1e-4 to 1e-10.
+/// `rodas5p` stays below the tolerance itself, and `rodas4` below twice that. With the other two errors add up: the
+/// error estimate of `kencarp4` is one order below its solution, and the errors of `bdf` have the same sign from step
+/// to step.
 fn most(method: &Method) -> f64 {
     match method.kind {
         MethodKind::Rosenbrock(_) if method.order == 5 => 1.0,
@@ -51,7 +52,7 @@ fn van_der_pol() {
 fn robertson() {
     let expected = [0.208_334_014_970_125_5e-7, 0.833_336_077_033_471_3e-13, 0.999_999_979_166_505];
     verify::<Robertson>(1e11, &expected, 1e-6);
-    // c comes from 1 − a − b, whose rounding is to stay below the tolerance of c = 0.
+    // c comes from 1 − a − b, whose rounding must stay below the tolerance of c = 0.
     verify::<RobertsonDae>(1e11, &expected, 1e-4);
 }
 

@@ -1,4 +1,4 @@
-//! Runs that whoever waits for them stops, and that tell how far they are.
+//! Runs that are stopped by their callers, and that report their progress.
 
 use std::num::NonZeroU32;
 use std::time::{Duration, Instant};
@@ -11,7 +11,7 @@ use dgd_runtime::{
 use crate::support::problems::Relaxation;
 use crate::support::{Heaped, parameters};
 
-/// Samples of an input that bends at each: a step or more between any two.
+/// Samples of an input that kinks at each: at least one step between any two.
 const SAMPLES: usize = 3_000_000;
 
 fn inputs() -> Inputs {
@@ -21,7 +21,7 @@ fn inputs() -> Inputs {
     Inputs::recorded(&times, &[column]).expect("a recording")
 }
 
-/// The end of a run that is stopped when it is under way, and how long it then takes.
+/// The result of a run that is stopped midway, and how long it takes to stop.
 fn stopped(
     watched: &'static Watched,
     run: impl FnOnce() -> Result<Solution, Failure>,
@@ -73,7 +73,7 @@ fn a_run_stops_before_its_next_step() {
             let IntegrateError::Stopped { t } = failure.error else { panic!("{failure}") };
             assert!(0.0 < t && t < times[1], "{method}: {t}");
             assert_eq!(failure.partial.times, [0.0], "{method}: what was asked for until then");
-            // A step takes microseconds; the rest is for a busy machine.
+            // A step takes microseconds; the margin is for a busy machine.
             assert!(took < Duration::from_secs(2), "{method}: {took:?}");
         }
     }

@@ -1,6 +1,6 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What equations compute with.
+/// Numbers with which equations compute.
 pub trait Number:
     Copy
     + From<f64>

@@ -1,5 +1,5 @@
-//! Truncated power series with their derivatives along one direction: Taylor coefficients by whole
-//! series at a time, as the textbook has them.
+//! Truncated power series with their derivatives along one direction: Taylor coefficients computed a whole series at a
+//! time, as in textbooks.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -33,7 +33,7 @@ fn quotient(a: &Terms, b: &Terms) -> Terms {
     v
 }
 
-/// The series of v that begins with v₀ and has v̇ = d ẋ, where d follows from what is known of v.
+/// The series of v that begins with v₀ and has v̇ = d ẋ, where d follows from the known coefficients of v.
 fn integral(v0: f64, x: &Terms, d: impl Fn(&Terms, usize) -> f64) -> Terms {
     let mut v = ZERO;
     v[0] = v0;
@@ -88,7 +88,7 @@ impl Number for Jet {
 
     fn sin(self) -> Self {
         let x = &self.value;
-        // Both at once: the slope of each is the other.
+        // Both at once, since the slope of each is the other.
         let (mut sin, mut cos) = (ZERO, ZERO);
         (sin[0], cos[0]) = x[0].sin_cos();
         for k in 1..sin.len() {

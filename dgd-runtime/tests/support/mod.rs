@@ -1,5 +1,5 @@
-//! Test problems: equations written once, differentiated with hyper-dual numbers, and made a
-//! [`System`] with storage on the stack and on the heap.
+//! Test problems: equations written once, differentiated with hyper-dual numbers, and wrapped as a [`System`] with
+//! storage on the stack and on the heap.
 
 #![allow(dead_code, unreachable_pub, missing_docs)]
 
@@ -17,7 +17,7 @@ use dgd_runtime::{
 pub use hyper_dual::{HyperDual, Number};
 pub use jet::Jet;
 
-/// The most unknowns, inputs or parameters a test problem may have.
+/// Maximum number of unknowns, inputs or parameters of a test problem.
 const MOST: usize = 16;
 
 /// Equations of a test problem. Directions are all parameters.
@@ -71,7 +71,7 @@ fn signature<E: Equations>() -> Signature {
             .map(|&name| Input {
                 name: name.into(),
                 unit: unit(),
-                // Equations for inputs of either kind.
+                // The equations work with inputs of either kind.
                 interpolation: Interpolation::Linear,
             })
             .collect(),
@@ -107,8 +107,8 @@ pub struct Stacked<const N: usize, const NS: usize, const U: usize, const J: usi
     equations: Pointed,
 }
 
-/// A problem with its storage on the heap. Its equations are behind pointers, so that solvers are compiled
-/// once and not for each problem.
+/// A problem with its storage on the heap. Its equations are function pointers, so that solvers are compiled once and
+/// not for each problem.
 pub struct Heaped {
     signature: Signature,
     equations: Pointed,
@@ -187,7 +187,7 @@ fn evaluate(equations: Pointed, seeds: &Seeds<'_>) -> [HyperDual; MOST] {
     f
 }
 
-/// Continues the series of y, and of a column of S for each direction, order by order.
+/// Extends the series of y, and of a column of S for each direction, order by order.
 fn expand(
     equations: Pointed,
     at: Point<'_>,

@@ -41,7 +41,7 @@ impl Equations for Logistic {
 pub type LogisticStacked = Stacked<1, 3, 1, 1, 3>;
 
 impl Logistic {
-    /// x and its derivatives to r, K and x₀.
+    /// x and its derivatives with respect to r, K and x₀.
     pub fn solution(t: f64, p: &[f64]) -> [f64; 4] {
         let (r, k, x0) = (p[0], p[1], p[2]);
         let e = (-r * t).exp();
@@ -71,7 +71,7 @@ impl Equations for LogisticDae {
 }
 
 impl LogisticDae {
-    /// x, z, and (∂x, ∂z) to r, K and x₀.
+    /// x, z, and their derivatives (∂x, ∂z) with respect to r, K and x₀.
     pub fn solution(t: f64, p: &[f64]) -> ([f64; 2], [f64; 6]) {
         let [x, xr, xk, x0] = Logistic::solution(t, p);
         let k = p[1];
@@ -104,7 +104,7 @@ impl Equations for Algebraic {
 pub type AlgebraicStacked = Stacked<2, 6, 1, 4, 12>;
 
 impl Algebraic {
-    /// x, z, and (∂x, ∂z) to a, b and x₀.
+    /// x, z, and their derivatives (∂x, ∂z) with respect to a, b and x₀.
     pub fn solution(t: f64, p: &[f64]) -> ([f64; 2], [f64; 6]) {
         let (a, b, x0) = (p[0], p[1], p[2]);
         let x = x0 * (-a * b * b * t).exp();
@@ -177,10 +177,10 @@ impl Equations for VanDerPol {
 
 pub type VanDerPolStacked = Stacked<2, 2, 0, 4, 4>;
 
-/// A tank that fills through a throttle until levels are equal, and then is at rest:
-/// A ḣ = q − A u, 0 = a (5 − h) − b q|q|.
+/// A tank that fills through a throttle until levels are equal, and then stays at rest: A ḣ = q − A u, 0 = a (5 − h) −
+/// b q|q|.
 ///
-/// Without u, q falls as a straight line to zero, at a time t* after which ∂f/∂q = 0.
+/// Without u, q falls linearly to zero, at a time t* after which ∂f/∂q = 0.
 pub struct Tank;
 
 impl Equations for Tank {
@@ -215,7 +215,7 @@ impl Tank {
         [5.0 - root * root, (p[0] / p[1]).sqrt() * root]
     }
 
-    /// (∂h, ∂q) to a, before the arrival.
+    /// (∂h, ∂q)/∂a, before the arrival.
     pub fn sensitivity_to_a(t: f64, p: &[f64]) -> [f64; 2] {
         let (a, b, area) = (p[0], p[1], p[2]);
         let c = (a / b).sqrt();
@@ -242,7 +242,7 @@ impl Equations for Follower {
 
     fn start<T: Number>(_: &[T], _: &[T], y: &mut [T]) {
         y[0] = T::from(0.0);
-        // A guess at which the equation has no slope.
+        // A guess at which the slope of the equation is zero.
         y[1] = T::from(0.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Modes and what is known of their transitions while a run goes on.
+//! Modes and the state of their transitions during a run.
 
 use crate::discrete::Schedule;
 use crate::discrete::state_selection::selecting;
@@ -8,42 +8,41 @@ use crate::integrate::events::watch::Samples;
 use crate::solved::Solved;
 use crate::system::{Crossing, Point, Trigger};
 
-/// Intervals that have shrunk so often in sequence are expected to go on so.
+/// Intervals that have shrunk this many times in a row are expected to keep shrinking.
 const SHRINKING: usize = 4;
 
-/// Discrete numbers, and work space for instants at which they change; nothing of it is used by a
-/// model that has none.
+/// Discrete numbers, and work space for instants at which they change. A model without any does not use it.
 pub(in crate::integrate) struct Hybrid {
     pub(in crate::integrate) schedule: Schedule,
     pub(super) n_automata: usize,
-    /// Whether each automaton chooses states, so that its transitions are not events.
+    /// For each automaton, whether it selects states, so that its transitions are not events.
     selecting: Vec<bool>,
-    /// Whether the discrete number of each automaton is a count.
+    /// For each automaton, whether its discrete number is a count.
     counting: Vec<bool>,
-    /// Whether the condition of a transition has been false since its mode was entered.
+    /// For each transition, whether its condition has been false since its mode was entered.
     pub(in crate::integrate) armed: Vec<bool>,
-    /// How far beyond its threshold an event function may be without consequences: as far as it was
-    /// when the solution came back from sliding along it, and as far as rounding takes it where the
-    /// solution starts on the threshold or has just passed it; infinite until that is known.
+    /// How far an event function may exceed its threshold without triggering: as far as it did when the solution
+    /// stopped sliding along the threshold, or as rounding takes it when the solution starts on the threshold or has
+    /// just passed it. Infinite until that is known.
     pub(in crate::integrate) slack: Vec<f64>,
-    /// The transition that the last step was cut at.
+    /// The transition at which the last step was cut.
     pub(in crate::integrate) located: Option<usize>,
-    /// The size of the last step that was to be cut at a corner, and could not be.
+    /// The size of the last step that should have been cut at a corner but could not be.
     pub(in crate::integrate) uncut: f64,
-    /// Whether nothing but corners is watched.
+    /// Whether only corners are watched.
     only_corners: bool,
-    /// Event functions, and the same at the ends of the interval that holds an event.
+    /// Event functions, and the same at the ends of the interval that brackets an event.
     pub(in crate::integrate) e: Vec<f64>,
     pub(in crate::integrate) low: Vec<f64>,
     pub(in crate::integrate) high: Vec<f64>,
     /// The same along a step.
     pub(in crate::integrate) samples: Samples,
-    /// The transition that only a turn within the step made due, and how far beyond its threshold the
-    /// event function turns.
+    /// The transition that became due only by a turn within the step, and how far beyond its threshold the event
+    /// function turns.
     pub(in crate::integrate) turned: Option<(usize, f64)>,
-    /// Transitions at one time: since when, and how many.
+    /// Transitions at one time: that time, and their number.
     pub(in crate::integrate) crowd: (f64, usize),
-    /// When each transition was made.
+    /// The times at which each transition was made.
     pub(in crate::integrate) occurrences: Vec<Occurrences>,
     /// Transitions at one time.
     pub(in crate::integrate) simultaneous: Simultaneous,
@@ -98,7 +97,7 @@ impl Hybrid {
         &self.schedule.z
     }
 
-    /// When the next condition on time switches; infinity when none does.
+    /// Time at which the next condition on time switches; infinity if none does.
     #[inline]
     pub(in crate::integrate) fn next_switch(&self) -> f64 {
         self.schedule.next_time()
@@ -119,12 +118,12 @@ impl Hybrid {
         self.is_event(automaton) && self.armed[transition] && self.is_active(automaton, from)
     }
 
-    /// Whether transitions of an automaton are events: those that choose states are not.
+    /// Whether transitions of an automaton are events: those that select states are not.
     pub(in crate::integrate) fn is_event(&self, automaton: usize) -> bool {
         !self.selecting[automaton]
     }
 
-    /// Whether states are chosen on the way.
+    /// Whether states are selected during the run.
     #[inline]
     pub(in crate::integrate) fn selects_states(&self) -> bool {
         self.selecting.contains(&true)
@@ -135,7 +134,7 @@ impl Hybrid {
         crossing.is_past(e) && e.abs() > self.slack[k]
     }
 
-    /// Whether interior points of steps need not be looked at.
+    /// Whether interior points of steps need not be checked.
     pub(in crate::integrate) fn only_corners(&self) -> bool {
         self.only_corners
     }
@@ -145,13 +144,13 @@ impl Hybrid {
         t - self.occurrences[k].last < calm
     }
 
-    /// Takes note of a corner that is passed, and waits for the way back.
+    /// Records that a corner was passed, and waits for the way back.
     pub(in crate::integrate) fn pass_corner(&mut self, k: usize, t: f64) {
         self.occurrences[k].last = t;
         self.armed[k] = false;
     }
 
-    /// How long the transition was made after the time before; infinity where it was not.
+    /// The time between the last two occurrences of a transition; infinity if there were none.
     pub(in crate::integrate) fn last_interval(&self, transition: usize) -> f64 {
         self.occurrences[transition].interval
     }
@@ -162,8 +161,8 @@ impl Hybrid {
     }
 }
 
-/// When a transition was made: the last time, how long that was after the time before, and for how
-/// many times in sequence that has become less.
+/// Occurrences of a transition: the time of the last, the interval before it, and how many times in a row that interval
+/// has shrunk.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::integrate) struct Occurrences {
     last: f64,
@@ -176,15 +175,15 @@ impl Occurrences {
     pub(in crate::integrate) const NONE: Self =
         Self { last: f64::NEG_INFINITY, interval: f64::INFINITY, shrinking: 0, count: 0 };
 
-    /// Whether the last one was at most so long before t.
+    /// Whether the last one was at most `soon` before t.
     pub(super) fn is_within(&self, soon: f64, t: f64) -> bool {
         t - self.last <= soon
     }
 
-    /// Takes in the transition at `t`; how often it has been made, where it will be made infinitely
-    /// often within `soon`.
+    /// Records the transition at `t`. Returns how many times it has been made if it would be made infinitely often
+    /// within `soon`.
     ///
-    /// Intervals that shrink by the ratio r add up to T r/(1 − r) from the last one, T, on.
+    /// Intervals that shrink by the ratio r add up to T r/(1 − r) after the last one, T.
     pub(super) fn accumulates(&mut self, t: f64, soon: f64) -> Option<usize> {
         let interval = t - self.last;
         let ratio = interval / self.interval;

@@ -1,8 +1,8 @@
-//! Where in a step a transition is due.
+//! Locates the point in a step at which a transition is due.
 //!
-//! y(t + h) is what a step of size h gives, so that the event function is zero to rounding at the end
-//! of the shortened step, and its accuracy is that of the method. The interval that holds the event
-//! is narrowed by the Illinois variant of regula falsi, and by halving where that does not get on.
+//! y(t + h) is the result of a step of size h, so that the event function is zero to rounding at the end of the
+//! shortened step, with the accuracy of the method. The bracketing interval is narrowed by the Illinois variant of
+//! regula falsi, and by bisection where that is slow.
 //!
 //! # Source
 //!
@@ -18,15 +18,15 @@ use crate::solution::Solution;
 use crate::solved::Solved;
 use crate::system::{Crossing, Point};
 
-/// The interval is narrowed to this part of the step.
+/// The interval is narrowed to this fraction of the step.
 const NARROW: f64 = 1e-13;
-/// Steps that end at corners need not become shorter than this part of the run, whatever their error.
+/// Steps that end at corners need not be shorter than this fraction of the run, whatever their error.
 const NO_NEARER: f64 = 1e-9;
-/// Halving alone narrows any interval to rounding in as many trials.
+/// Bisection alone narrows any interval to rounding within this many trials.
 const MOST_TRIALS: usize = 120;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Shortens the step tried last to the first transition that is due in it, and makes it.
+    /// Shortens the last tried step to the first transition due in it, and makes the transition.
     pub(in crate::integrate) fn step_to_event(
         &mut self,
         controller: &mut Controller,
@@ -37,7 +37,7 @@ impl<S: Solved> Simulation<'_, S> {
     ) -> Result<(), IntegrateError> {
         let located = self.locate(h, solution);
         let Ok(cut) = located else {
-            // The step itself could be made, a shorter one could not.
+            // The full step succeeded, but a shorter one did not.
             controller.abandon(h);
             solution.statistics.rejected += 1;
             return Ok(());
@@ -48,13 +48,13 @@ impl<S: Solved> Simulation<'_, S> {
             return Ok(());
         }
         let again = self.end_at_event(h, cut, t_new, times, solution)?;
-        // It may happen again as soon as the last time, whatever the error allows.
+        // The transition may recur after as short an interval as last time, whatever the error allows.
         controller.h = controller.h.min(again);
         Ok(())
     }
 
-    /// The error of a step that was cut at a corner, if it is too large: stages at its end see the slopes behind
-    /// the corner, which sensitivities follow. A step nearer to the corner leaves less for the one that ends there.
+    /// The error of a step that was cut at a corner, if it is too large: stages at its end see the slopes after the
+    /// corner, which sensitivities follow. A step nearer to the corner leaves less for the one that ends there.
     fn error_at_corner(&self, cut: f64, times: &[f64]) -> Option<f64> {
         let span = times.last()? - times.first()?;
         if self.directions.is_none()
@@ -71,7 +71,7 @@ impl<S: Solved> Simulation<'_, S> {
             .then_some(error)
     }
 
-    /// Accepts the step that was cut at an event, and makes that; how soon it may happen again.
+    /// Accepts the step that was cut at an event, and makes the event. Returns how soon it may recur.
     pub(in crate::integrate) fn end_at_event(
         &mut self,
         h: f64,
@@ -91,15 +91,15 @@ impl<S: Solved> Simulation<'_, S> {
             None => self.settle(solution)?,
         }
         self.mark_instant();
-        // What else happens at this time comes first.
+        // Other changes at this time come first.
         if t_event < self.stop() {
             self.record_now(times, solution);
         }
         Ok(due.map_or(f64::INFINITY, |due| self.discrete.last_interval(due)))
     }
 
-    /// The size of the step that just passes the first threshold. It has been tried last, with the
-    /// event functions at its end in `e`.
+    /// The size of the step that just passes the first threshold. It is the last tried step, with the event functions
+    /// at its end in `e`.
     pub(in crate::integrate) fn locate(
         &mut self,
         h: f64,
@@ -119,7 +119,7 @@ impl<S: Solved> Simulation<'_, S> {
         while high - low > narrow && trials < MOST_TRIALS {
             trials += 1;
             let middle = 0.5 * (low + high);
-            // Regula falsi gets on slowly where the event function is very uneven.
+            // Regula falsi is slow if the event function is very uneven.
             let is_halving = trials % 8 == 0;
             let root = if is_halving { middle } else { self.earliest_root(low, high) };
             let inside = 0.5 * narrow.min(high - low);
@@ -147,8 +147,8 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(high)
     }
 
-    /// Makes `y_new`, and `s_new` for all variables, what the solution is after h, which is no more than
-    /// the size of the step tried last.
+    /// Sets `y_new`, and `s_new` for all variables, to the solution after h, which is at most the size of the last
+    /// tried step.
     pub(in crate::integrate) fn step_to(
         &mut self,
         h: f64,
@@ -171,13 +171,13 @@ impl<S: Solved> Simulation<'_, S> {
         system.event_functions(at, &mut self.discrete.e);
     }
 
-    /// The earliest root of the lines through the event functions that pass their thresholds.
+    /// The earliest root of the secants of the event functions that pass their thresholds.
     fn earliest_root(&self, low: f64, high: f64) -> f64 {
         let (at_low, at_high) = (&self.discrete.low, &self.discrete.high);
         let transitions = self.problem.system.signature().discrete.transitions().enumerate();
         let mut earliest = high;
         for (k, (automaton, transition)) in transitions {
-            // An event function past its threshold by no more than its slack is not due.
+            // A transition is not due if its event function exceeds the threshold by no more than the slack.
             let slack = match transition.crossing {
                 Crossing::Rises => self.discrete.slack[k],
                 Crossing::Falls => -self.discrete.slack[k],
@@ -202,7 +202,7 @@ enum Side {
     High,
 }
 
-/// The end that stayed in the last trials, and in how many.
+/// The end that stayed in the last trials, and for how many trials.
 struct Stayed {
     side: Side,
     times: u32,

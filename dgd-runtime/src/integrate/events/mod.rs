@@ -1,10 +1,9 @@
-//! Modes and conditions on time: what changes at single points of time, and what follows.
+//! Modes and conditions on time: changes at single points in time, and their consequences.
 //!
-//! A condition on time switches at a time that is known beforehand; a step ends there. A transition
-//! is due when its event function e passes zero in its direction: at the end of a step, which is then
-//! shortened to the point where that happens ([`locate`]), or when inputs or other modes jump.
-//! A transition whose condition holds when its mode is entered acts only after it has been false; it
-//! is *armed* from then on.
+//! A condition on time switches at a time that is known beforehand; a step ends there. A transition is due when its
+//! event function e passes zero in its direction: within a step, which is then shortened to that point ([`locate`]), or
+//! when inputs or other modes jump. A transition whose condition holds when its mode is entered acts only after the
+//! condition has been false; it is *armed* from then on.
 //!
 //! All that happens at one time is one instant ([`saltation`]): one cause, and the transitions
 //! that follow from it one after another until nothing is due.

@@ -1,4 +1,4 @@
-//! A change of the unknowns that are states, on the way.
+//! Changes which unknowns are states during a run.
 
 use crate::discrete::state_selection::select_states;
 use crate::error::IntegrateError;
@@ -9,8 +9,8 @@ use crate::solved::Solved;
 use crate::system::Point;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Chooses the states that suit (t, y); whether others are chosen now. The mass matrix and what
-    /// follows from it are still those of before.
+    /// Selects the states that suit (t, y). Returns whether the selection changed. The mass matrix and everything
+    /// derived from it are not updated yet.
     #[inline]
     pub(in crate::integrate) fn select_states(&mut self) -> bool {
         if !S::FEATURES.events || !self.discrete.selects_states() {
@@ -22,7 +22,7 @@ impl<S: Solved> Simulation<'_, S> {
         select_states(system, at, &mut self.discrete.schedule.z, &mut self.discrete.e)
     }
 
-    /// Chooses the states for the first consistent values.
+    /// Selects the states for the first consistent values.
     pub(in crate::integrate) fn select_first_states(&mut self) {
         if S::FEATURES.events && self.select_states() {
             let Problem { system, p, .. } = *self.problem;
@@ -34,8 +34,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Goes on with other states where the present ones have become a bad choice. The solution does
-    /// not change, so that the time at which that happens has no influence.
+    /// Continues with other states if the current ones have become a bad choice. The solution does not change, so the
+    /// time of the change has no influence.
     #[inline]
     pub(in crate::integrate) fn reselect_states(
         &mut self,

@@ -1,4 +1,4 @@
-//! Saltation: how unknowns and sensitivities go through the instant of a change of modes.
+//! Saltation: how unknowns and sensitivities change at the instant of a mode change.
 //!
 //! The time t_e of the instant depends on the parameters, τ = dt_e/dθ:
 //!
@@ -8,7 +8,7 @@
 //!   inputs jump at a sample    τ = 0
 //! ```
 //!
-//! With the total derivative D = d y(t_e)/dθ = S + ẏ τ, taken of all unknowns just before,
+//! With the total derivative D = d y(t_e)/dθ = S + ẏ τ of all unknowns just before,
 //!
 //! ```text
 //!   kept:    y⁺ = y⁻,  D⁺ = D⁻
@@ -39,8 +39,7 @@ pub(in crate::integrate) struct Saltation {
     pub(in crate::integrate) tau: Vec<f64>,
     /// ẏ of all unknowns.
     ydot: Vec<f64>,
-    /// y and D just before the instant; those of unknowns that are differential in a mode passed
-    /// through are theirs there.
+    /// y and D just before the instant; for unknowns that are differential in an intermediate mode, those in that mode.
     y_left: Vec<f64>,
     total_left: Vec<f64>,
     /// D.
@@ -80,7 +79,7 @@ impl Saltation {
         }
     }
 
-    /// Whether the time of the instant depends on no parameter.
+    /// Whether the time of the instant does not depend on parameters.
     fn is_fixed(&self) -> bool {
         self.tau.iter().all(|tau| *tau == 0.0)
     }
@@ -100,7 +99,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Begins an instant with the derivatives τ of its time as they have been set.
+    /// Begins an instant with the derivatives τ of its time, which are already set.
     pub(in crate::integrate) fn begin_instant(&mut self, solution: &mut Solution) {
         self.take_totals(solution);
         let saltation = &mut self.discrete.saltation;
@@ -132,8 +131,8 @@ impl<S: Solved> Simulation<'_, S> {
         self.begin_instant(solution);
     }
 
-    /// ∂e/∂y S + ∂e/∂θ, ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇ of all event functions, and ẏ, where
-    /// sensitivities are wanted and unknowns have slopes; whether that is so.
+    /// Computes ∂e/∂y S + ∂e/∂θ, ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇ of all event functions, and ẏ. Returns false if
+    /// sensitivities are not wanted or unknowns have no slopes.
     pub(in crate::integrate) fn take_event_slopes(&mut self, solution: &mut Solution) -> bool {
         if !self.take_slopes(solution) {
             return false;
@@ -147,7 +146,7 @@ impl<S: Solved> Simulation<'_, S> {
         true
     }
 
-    /// ė = ∂e/∂y ẏ + ∂e/∂t + ∂e/∂u u̇, and what unknowns of their sizes would change e by.
+    /// ė = ∂e/∂y ẏ + ∂e/∂t + ∂e/∂u u̇, and the change of e if all unknowns changed by their sizes.
     pub(in crate::integrate) fn event_rate(&self, k: usize) -> (f64, f64) {
         let saltation = &self.discrete.saltation;
         let (mut rate, mut size) = (saltation.dedt[k], 0.0_f64);
@@ -161,8 +160,8 @@ impl<S: Solved> Simulation<'_, S> {
         (rate, size)
     }
 
-    /// Whether ẏ is the same on both sides of a transition without resets: at corners, and where a
-    /// solution stops sliding along a surface. Then S is the same too, whatever τ is.
+    /// Whether ẏ is the same on both sides of a transition without resets: at corners, and where a solution stops
+    /// sliding along a surface. Then S is continuous too, whatever τ is.
     pub(in crate::integrate) fn is_continuous(&self, k: usize) -> bool {
         let discrete = &self.problem.system.signature().discrete;
         discrete.transitions().nth(k).is_some_and(|(automaton, transition)| {
@@ -171,8 +170,7 @@ impl<S: Solved> Simulation<'_, S> {
         })
     }
 
-    /// ẏ of all unknowns, where sensitivities are wanted and the algebraic ones have one; whether
-    /// that is so.
+    /// Computes ẏ of all unknowns. Returns false if sensitivities are not wanted or algebraic unknowns have no slope.
     ///
     /// ẏ_d = f_d and 0 = ∂f_a/∂y ẏ + ∂f_a/∂t + ∂f_a/∂u u̇.
     fn take_slopes(&mut self, solution: &mut Solution) -> bool {
@@ -220,8 +218,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Gives the unknowns that a transition resets their new values and total derivatives, and
-    /// takes those of the others.
+    /// Sets new values and total derivatives of the unknowns that a transition resets; the others keep theirs.
     pub(in crate::integrate) fn reset(&mut self, k: usize, solution: &mut Solution) {
         self.take_totals(solution);
         let Problem { system, p, .. } = *self.problem;
@@ -238,7 +235,7 @@ impl<S: Solved> Simulation<'_, S> {
         if let Some(d) = &self.directions {
             let (dr, drdy) = (&mut saltation.dr, &mut saltation.drdy);
             system.reset_sensitivities(at, udot, d.s.as_ref(), dr, drdy, &mut saltation.drdt);
-            // ṙ in the place of ∂r/∂t + ∂r/∂u u̇; where the time is fixed it does not count.
+            // ṙ replaces ∂r/∂t + ∂r/∂u u̇; it is not needed if the time is fixed.
             if !saltation.is_fixed() {
                 for ((row, column), slope) in
                     discrete.reset_jacobian.positions().zip(&saltation.drdy)
@@ -256,7 +253,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
         for (q, unknown) in (first..).zip(transition.resets.iter()) {
             self.y.as_mut()[*unknown] = saltation.r[q];
-            // That is what it has where it becomes differential.
+            // The value that it keeps when it becomes differential.
             saltation.y_left[*unknown] = saltation.r[q];
             for j in 0..saltation.tau.len() {
                 let at = j * saltation.ydot.len() + unknown;
@@ -265,8 +262,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Goes on with the discrete numbers as they are now: unknowns that become differential keep
-    /// what they had, the algebraic ones are solved for, and sensitivities follow.
+    /// Applies the current discrete numbers: unknowns that become differential keep their values, the algebraic ones
+    /// are solved for, and sensitivities follow.
     pub(in crate::integrate) fn take_over(
         &mut self,
         solution: &mut Solution,
@@ -305,8 +302,8 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(())
     }
 
-    /// Unknowns that the modes before had algebraic and those with this mass matrix have
-    /// differential start from where they were before the instant.
+    /// Unknowns that were algebraic in the old modes and are differential with this mass matrix start from their values
+    /// before the instant.
     fn keep_what_becomes_differential(&mut self, mass: &[f64]) {
         let n = mass.len();
         let saltation = &mut self.discrete.saltation;
@@ -320,7 +317,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Differential unknowns have been kept; later transitions of the instant keep them.
+    /// Remembers the differential unknowns, so that later transitions of the instant keep them.
     fn remember_differential(&mut self) {
         let n = self.y.as_ref().len();
         let saltation = &mut self.discrete.saltation;

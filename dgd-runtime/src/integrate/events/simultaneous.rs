@@ -1,9 +1,8 @@
-//! Transitions that are due at one time, each by itself.
+//! Independent transitions that are due at the same time.
 //!
-//! Each is an instant of its own, with the derivatives τ of its own time, in the order of the file.
-//! Where the times have the same derivatives, disturbed solutions have them at one time too. Where
-//! they do not, one or the other comes first, and S is defined only if that makes no difference: so
-//! they are made in the reverse order too, and the outcomes compared.
+//! Each is an instant of its own, with the derivatives τ of its own time, in the order of the model file. If the times
+//! have the same derivatives, the transitions coincide in perturbed solutions too. If not, either may come first, and S
+//! is defined only if the order makes no difference: so they are also made in reverse order, and the outcomes compared.
 
 use crate::error::IntegrateError;
 use crate::integrate::events::hybrid::Occurrences;
@@ -12,20 +11,20 @@ use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
 use crate::solved::Solved;
 use crate::system::Signature;
 
-/// Event functions that pass zero within this part of the simulated time do so at one time.
+/// Event functions that pass zero within this fraction of the simulated time count as simultaneous.
 const AT_ONCE: f64 = 1e-10;
-/// Times have the same derivatives, and orders the same outcome, up to this part of them.
+/// Relative difference up to which derivatives of times, or outcomes of two orders, count as equal.
 const SAME: f64 = 1e-6;
 
-/// Transitions at one time, and what is needed to try them in another order.
+/// Simultaneous transitions, and the state needed to try them in another order.
 pub(in crate::integrate) struct Simultaneous {
-    /// The one that the step was cut at, then the others.
+    /// The one at which the step was cut, then the others.
     due: Vec<usize>,
     before: State,
     reversed: State,
 }
 
-/// What transitions change.
+/// The state that transitions change.
 #[derive(Default)]
 struct State {
     y: Vec<f64>,
@@ -63,8 +62,7 @@ impl Simultaneous {
 }
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Makes the transition that the step was cut at, those that are due at the same time, and what
-    /// follows from them.
+    /// Makes the transition at which the step was cut, those due at the same time, and those that follow.
     pub(in crate::integrate) fn make_events(
         &mut self,
         k: usize,
@@ -91,7 +89,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.make_transition(k, solution)
     }
 
-    /// Collects what is due now; whether sensitivities may depend on the order.
+    /// Collects the transitions that are due now. Returns whether sensitivities may depend on the order.
     fn gather(&mut self, k: usize, solution: &mut Solution) -> bool {
         let discrete = &self.problem.system.signature().discrete;
         self.discrete.simultaneous.due.clear();
@@ -102,7 +100,7 @@ impl<S: Solved> Simulation<'_, S> {
         if watched.count() == 0 {
             return false;
         }
-        // Without sensitivities only those count that are past their thresholds.
+        // Without sensitivities, only transitions past their thresholds count.
         let with_slopes =
             self.directions.is_some() && !self.is_continuous(k) && self.take_event_slopes(solution);
         let mut differs = false;
@@ -140,7 +138,7 @@ impl<S: Solved> Simulation<'_, S> {
         })
     }
 
-    /// Tries the transitions in both orders; ends sensitivities where the outcomes differ.
+    /// Tries the transitions in both orders; ends sensitivities if the outcomes differ.
     fn verify_order(&mut self, solution: &mut Solution) {
         let (n_events, n_undefined) = (solution.events.len(), solution.undefined.len());
         let simultaneous = &mut self.discrete.simultaneous;
@@ -199,7 +197,7 @@ impl<S: Solved> Simulation<'_, S> {
             let place = if reversed { n - 1 - place } else { place };
             let k = self.discrete.simultaneous.due[place];
             let discrete = &self.problem.system.signature().discrete;
-            // Another of them may have left its mode.
+            // Another transition may have left its mode.
             let mut transitions = discrete.transitions();
             if transitions.nth(k).is_some_and(|(a, t)| self.discrete.is_active(a, t.from)) {
                 self.make_event(k, solution)?;
@@ -208,7 +206,7 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(())
     }
 
-    /// Whether modes, unknowns and sensitivities are what they were in the reverse order.
+    /// Whether modes, unknowns and sensitivities equal those of the reverse order.
     fn agrees_with(&self, reversed: &State) -> bool {
         let Some(d) = &self.directions else { return true };
         let close =

@@ -1,12 +1,12 @@
-//! Points where ∂f_a/∂y_a is singular: how the states go through, and where sensitivities end.
+//! Points where ∂f_a/∂y_a is singular: how states pass through, and where sensitivities end.
 //!
-//! A tank that fills through a throttle, 0 = a (5 − h) − b q|q|, is full after a finite time, and then
-//! ∂f/∂q = 0. The matrix of the stages is regular all the same. What is not as usual:
+//! A tank that fills through a throttle, 0 = a (5 − h) − b q|q|, is full after a finite time, and then ∂f/∂q = 0. The
+//! matrix of the stages is still regular. What is unusual:
 //!
 //! - f_a = 0 to tolerance leaves q undetermined to its square root ([`Simulation::after_rejection`]),
 //! - so does f_a = 0 to rounding ([`Simulation::error_beyond_rounding`]),
-//! - q leaves rest like a square root ([`Simulation::leave_singular_point`]),
-//! - S is no longer determined ([`UndefinedSensitivity`]), and close to there no longer to tolerance
+//! - q departs from rest like a square root ([`Simulation::leave_singular_point`]),
+//! - S is no longer determined ([`UndefinedSensitivity`]), and nearby not to tolerance
 //!   ([`Simulation::unresolved_equation`]).
 
 use crate::algebraic::AlgebraicPoint;
@@ -19,22 +19,21 @@ use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
 use crate::solved::Solved;
 use crate::system::Point;
 
-/// How little an equation determines its unknown.
+/// How weakly an equation determines its unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::integrate) enum Weak {
-    /// Too little for sensitivities.
+    /// Too weakly for sensitivities.
     Singular,
     /// Not at all.
     Vanishing,
 }
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Makes algebraic unknowns consistent again after a rejection; takes the step off a singular
-    /// point, and gives its size, if that is where the solution stands.
+    /// Makes algebraic unknowns consistent again after a rejection. If the solution is at a singular point, takes a
+    /// step off it and returns its size.
     ///
-    /// Equations are fulfilled to the tolerance of the unknowns. Where ∂f_a/∂y_a is nearly singular
-    /// that is not enough: what is missing is a jump for the next step, which no shortening makes
-    /// smaller.
+    /// Equations are satisfied to the tolerance of the unknowns. Where ∂f_a/∂y_a is nearly singular that is not enough:
+    /// the remaining residual acts as a jump in the next step, which no smaller step size reduces.
     pub(in crate::integrate) fn after_rejection(
         &mut self,
         h: f64,
@@ -67,7 +66,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.stepper.linearize(base, &mut self.drive, self.y.as_ref(), None);
         let vanishing = self.weak_equation(self.t, Weak::Vanishing);
         let Some(row) = vanishing else {
-            // The sensitivities were consistent with the unknowns as they were.
+            // The sensitivities were consistent with the old unknowns.
             self.make_sensitivities_consistent(solution);
             return None;
         };
@@ -80,10 +79,10 @@ impl<S: Solved> Simulation<'_, S> {
         Some(h)
     }
 
-    /// Takes a step of at most `h` off a point where ∂f_a/∂y_a vanishes; gives its size.
+    /// Takes a step of at most `h` off a point where ∂f_a/∂y_a vanishes, and returns its size.
     ///
-    /// There, algebraic unknowns may move like a square root, and no method that is linear in J at
-    /// the start of the step follows them. Euler's explicit step
+    /// There, algebraic unknowns may move like a square root, which no method that uses J at the start of the step can
+    /// follow. Euler's explicit step
     ///
     /// ```text
     ///   y_d⁺ = y_d + h f_d,   0 = f_a(y⁺),   e_d = h/2 (f_d⁺ − f_d),   ∂f_a/∂y_a e_a = −∂f_a/∂y_d e_d
@@ -136,12 +135,12 @@ impl<S: Solved> Simulation<'_, S> {
         None
     }
 
-    /// The error, without that of algebraic unknowns if they fulfil their equations at the end of
-    /// the step to rounding.
+    /// The error, without that of algebraic unknowns if they satisfy their equations at the end of the step to
+    /// rounding.
     ///
-    /// Where ∂f_a/∂y_a vanishes, rounding of f_a moves algebraic unknowns by its square root, which
-    /// can be more than the tolerance, and no step is short enough to do better. A method that solves
-    /// equations at the end of a step fulfils them everywhere, so that this alone says nothing there.
+    /// Where ∂f_a/∂y_a vanishes, rounding of f_a moves algebraic unknowns by its square root, which can exceed the
+    /// tolerance however short the step. A method that solves equations at the end of a step satisfies them everywhere,
+    /// so for it this test alone is meaningless.
     pub(in crate::integrate) fn error_beyond_rounding(&mut self, h: f64, error: f64) -> f64 {
         if self.algebraic.is_empty() || !error.is_finite() {
             return error;
@@ -170,11 +169,11 @@ impl<S: Solved> Simulation<'_, S> {
         larger(rest, self.sensitivity_error())
     }
 
-    /// The equation that rounding keeps from determining the sensitivities to tolerance, if it is
-    /// they alone that reject a step of this size.
+    /// The equation that, because of rounding, does not determine the sensitivities to tolerance, if only these cause
+    /// the rejection of a step of this size.
     ///
-    /// Close to where ∂f_a/∂y_a vanishes, rounding of f_a moves algebraic unknowns by less than
-    /// their tolerance, and their sensitivities, which grow with the inverse of ∂f_a/∂y_a, by more.
+    /// Close to where ∂f_a/∂y_a vanishes, rounding of f_a moves algebraic unknowns by less than their tolerance, but
+    /// their sensitivities, which grow with the inverse of ∂f_a/∂y_a, by more.
     pub(in crate::integrate) fn unresolved_equation(&mut self, h: f64) -> Option<usize> {
         if self.algebraic.is_empty() {
             return None;
@@ -189,7 +188,7 @@ impl<S: Solved> Simulation<'_, S> {
         (of_states <= 1.0).then_some(row)
     }
 
-    /// Linearises at the end of the step; ends the sensitivities where ∂f_a/∂y_a is singular there.
+    /// Linearises at the end of the step; ends the sensitivities if ∂f_a/∂y_a is singular there.
     pub(in crate::integrate) fn look_for_singular_point(
         &mut self,
         t_new: f64,

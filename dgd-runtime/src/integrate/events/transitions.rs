@@ -1,4 +1,4 @@
-//! Transitions between modes: which are due, and making them.
+//! Transitions between modes: finds those that are due, and makes them.
 
 use crate::discrete::clock::Tick;
 use crate::discrete::{choose_sides, choose_start_modes, count_steps_of};
@@ -10,23 +10,22 @@ use crate::solution::{Event, Solution};
 use crate::solved::Solved;
 use crate::system::{AutomatonKind, Crossing, Point, Trigger};
 
-/// Transitions within this part of the simulated time happen at one time.
+/// Transitions within this fraction of the simulated time count as simultaneous.
 const ONE_TIME: f64 = 1e-9;
-/// So many transitions at one time are expected to go on without end, and for each transition of the
-/// model so many more.
+/// More transitions at one time than this, plus this number for each transition of the model, are taken as endless.
 const MOST_TRANSITIONS: usize = 100;
 const MORE_FOR_EACH: usize = 10;
 /// The mode of a switch in which the solution slides along its surface.
 pub(in crate::integrate) const SLIDING: usize = 2;
-/// A slack that is still to be taken: what errors within the tolerance make of an event function, or what
-/// rounding does.
+/// Markers of slacks still to be computed: the change of an event function by errors within the tolerance, or by
+/// rounding.
 const OF_TOLERANCE: f64 = f64::INFINITY;
 const OF_ROUNDING: f64 = f64::NEG_INFINITY;
-/// Rounding of an unknown that a step has added up, in units of its last place.
+/// Rounding error of an unknown after a step, in units in the last place.
 const ROUNDINGS: f64 = 8.0;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Switches the conditions on time that switch now.
+    /// Switches the conditions on time that are due now.
     #[inline]
     pub(in crate::integrate) fn switch_conditions(
         &mut self,
@@ -57,7 +56,7 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(())
     }
 
-    /// Makes the tick of a clock that is now, and what happens at it.
+    /// Makes the current tick of a clock, and the transition that it drives.
     fn make_tick(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
         let hybrid = &mut self.discrete;
         let Some(tick) = hybrid.schedule.clocks.tick() else { return Ok(()) };
@@ -79,7 +78,7 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(())
     }
 
-    /// Makes what happens at ticks where a run starts.
+    /// Makes the transitions of ticks at the start of a run.
     pub(in crate::integrate) fn make_first_ticks(
         &mut self,
         solution: &mut Solution,
@@ -119,7 +118,7 @@ impl<S: Solved> Simulation<'_, S> {
             self.take_slack();
             if let Some(k) = torn_off {
                 self.make_transition(k, solution)?;
-                // It has not come back from sliding: the surface has gone.
+                // It did not come back from sliding: the surface has disappeared.
                 self.set_slack_beside(k, OF_ROUNDING);
                 continue;
             }
@@ -131,17 +130,16 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Where a solution leaves a surface that it has slid along, it does so tangentially: how far an
-    /// event function is beyond its threshold there, and what errors of the unknowns within the
-    /// tolerance make of it, says nothing of a return. Where it starts on a surface, or has just passed
-    /// it, what rounding makes of it says nothing.
+    /// Computes slacks. A solution that stops sliding along a surface leaves it tangentially: neither the excess of an
+    /// event function over its threshold there, nor its change by errors within the tolerance, indicates a return.
+    /// Where a solution starts on a surface or has just passed it, a change by rounding is meaningless.
     fn take_slack(&mut self) {
         self.take_slack_of(OF_TOLERANCE, self.tolerances.rtol, self.tolerances.atol);
         let rounding = ROUNDINGS * f64::EPSILON;
         self.take_slack_of(OF_ROUNDING, rounding, rounding);
     }
 
-    /// The slacks that are marked, for unknowns that are known to these tolerances.
+    /// Computes the marked slacks, for unknowns with these tolerances.
     fn take_slack_of(&mut self, mark: f64, rtol: f64, atol: f64) {
         if !self.discrete.slack.contains(&mark) {
             return;
@@ -150,14 +148,14 @@ impl<S: Solved> Simulation<'_, S> {
         let Hybrid { slack, e, high, .. } = &mut self.discrete;
         for ((slack, error), e) in slack.iter_mut().zip(high.iter()).zip(e.iter()) {
             if *slack == mark {
-                // A value beyond the threshold by more than rounding has passed it.
+                // A value that exceeds the threshold by more than rounding has passed it.
                 let own = if mark == OF_ROUNDING { 0.0 } else { 2.0 * e.abs() };
                 *slack = error.max(own);
             }
         }
     }
 
-    /// What errors of all unknowns within these tolerances make of event functions, in `high`.
+    /// Writes to `high` how much event functions change by errors of all unknowns within these tolerances.
     fn take_errors(&mut self, rtol: f64, atol: f64) {
         let Problem { system, p, .. } = *self.problem;
         let Hybrid { schedule, e, low, high, .. } = &mut self.discrete;
@@ -175,11 +173,11 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// e at (t, y), where inputs or unknowns may just have jumped. The transition of a switch from sliding to the
-    /// side of its surface that the solution is on now, where the jump has torn the two apart.
+    /// Evaluates e at (t, y), where inputs or unknowns may just have jumped. If the jump took a sliding solution off
+    /// its surface, returns the transition of the switch to the side on which the solution is now.
     fn evaluate_events_at_jump(&mut self) -> Option<usize> {
         let discrete = &self.problem.system.signature().discrete;
-        // Of each switch that slides, the event function of its surface before.
+        // For each sliding switch, the old event function of its surface.
         let transitions = || discrete.transitions().enumerate();
         let before: Vec<(usize, usize, f64)> = transitions()
             .filter(|(_, (automaton, transition))| {
@@ -206,7 +204,7 @@ impl<S: Solved> Simulation<'_, S> {
         left.map(|(k, _)| k)
     }
 
-    /// Of all transitions of the automaton that the k-th belongs to.
+    /// Sets the slack of all transitions of the automaton of the k-th.
     fn set_slack_beside(&mut self, k: usize, slack: f64) {
         let discrete = &self.problem.system.signature().discrete;
         let of = discrete.transitions().nth(k).map(|(automaton, _)| automaton);
@@ -217,7 +215,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// e at (t, y).
+    /// Evaluates e at (t, y).
     pub(in crate::integrate) fn evaluate_events(&mut self) {
         let Problem { system, p, .. } = *self.problem;
         let u = self.drive.at(self.t, self.y.as_ref());
@@ -225,7 +223,7 @@ impl<S: Solved> Simulation<'_, S> {
         system.event_functions(at, &mut self.discrete.e);
     }
 
-    /// The first transition that is due by the event functions as they are in `e`.
+    /// The first transition that is due according to the event functions in `e`.
     pub(in crate::integrate) fn due(&self) -> Option<usize> {
         let hybrid = &self.discrete;
         let mut transitions = self.problem.system.signature().discrete.transitions().enumerate();
@@ -236,7 +234,7 @@ impl<S: Solved> Simulation<'_, S> {
         due.map(|(k, _)| k)
     }
 
-    /// Whether the k-th transition is due by the event functions as they are in `e`.
+    /// Whether the k-th transition is due according to the event functions in `e`.
     pub(in crate::integrate) fn is_due(&self, k: usize) -> bool {
         let hybrid = &self.discrete;
         let mut transitions = self.problem.system.signature().discrete.transitions();
@@ -246,7 +244,7 @@ impl<S: Solved> Simulation<'_, S> {
         })
     }
 
-    /// Counts the knots that have been passed without an event, by the event functions as they are in `e`.
+    /// Counts the knots that have been passed without an event, from the event functions in `e`.
     fn count_knots(&mut self) {
         let discrete = &self.problem.system.signature().discrete;
         for (position, automaton) in discrete.automata.iter().enumerate() {
@@ -265,7 +263,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Arms the transitions whose condition is false by the event functions as they are in `e`.
+    /// Arms the transitions whose condition is false according to the event functions in `e`.
     pub(in crate::integrate) fn arm(&mut self) {
         self.count_knots();
         let hybrid = &mut self.discrete;
@@ -286,7 +284,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Begins in the modes that conditions on the start choose.
+    /// Begins in the modes that the start conditions choose.
     pub(in crate::integrate) fn begin_modes(&mut self) {
         if !S::FEATURES.events {
             return;
@@ -341,17 +339,17 @@ impl<S: Solved> Simulation<'_, S> {
             return Err(IntegrateError::TableLeft { t: self.t, what: automaton.name.to_string() });
         }
         if automaton.kind.only_ends_steps() || self.has_just_acted(position, k) {
-            // Slopes have changed, values have not.
+            // Only slopes change, not values.
             self.discrete.pass_corner(k, self.t);
             return self.make_consistent(solution);
         }
-        // Clocks do not wait for anything, so that there is an end to their ticks.
+        // Ticks of clocks do not depend on the solution, so they cannot be endless.
         if transition.trigger != Trigger::Clock {
             self.verify_end(k, &automaton.name)?;
         }
         let has_surface = automaton.kind.has_surface();
-        // A side that does not lead onto the surface was left by rounding, and one that the solution has
-        // slid along has let it go.
+        // If the old side does not lead onto the surface, it was left by rounding, or the solution stopped sliding
+        // along it.
         let may_slide = has_surface && self.discrete.located == Some(k) && {
             self.evaluate_events();
             self.entry(position).is_some()
@@ -392,8 +390,7 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(())
     }
 
-    /// Lets a solution that has just entered one side of a surface, and is pushed back from there,
-    /// slide along it.
+    /// Makes a solution slide along a surface if it has just entered one side and is pushed back from there.
     fn slide(&mut self, position: usize, solution: &mut Solution) -> Result<(), IntegrateError> {
         self.evaluate_events();
         match self.entry(position) {
@@ -402,8 +399,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// The transition to sliding from the side that a switch is on, where that side leads onto its
-    /// surface by the event functions as they are in `e`.
+    /// The transition of a switch from its current side to sliding, if that side leads onto its surface according to
+    /// the event functions in `e`.
     fn entry(&self, position: usize) -> Option<usize> {
         let hybrid = &self.discrete;
         let discrete = &self.problem.system.signature().discrete;
@@ -417,7 +414,7 @@ impl<S: Solved> Simulation<'_, S> {
         found.map(|(k, _)| k)
     }
 
-    /// Whether another of the conditions that all lead to one thing has been met at this time: then it has happened.
+    /// Whether another condition of the same action was already met at this time, so that the action has happened.
     fn has_just_acted(&self, position: usize, k: usize) -> bool {
         let discrete = &self.problem.system.signature().discrete;
         let automaton = &discrete.automata[position];
@@ -433,7 +430,7 @@ impl<S: Solved> Simulation<'_, S> {
         })
     }
 
-    /// Whether events come to an end.
+    /// Checks that events come to an end.
     fn verify_end(&mut self, k: usize, automaton: &str) -> Result<(), IntegrateError> {
         let most = MOST_TRANSITIONS + MORE_FOR_EACH * self.discrete.armed.len();
         let (since, count) = &mut self.discrete.crowd;

@@ -1,14 +1,13 @@
-//! Looking for thresholds within a step, not only at its end.
+//! Detects crossings of thresholds within a step, not only at its end.
 //!
-//! What passes a threshold and passes it back within one step would be missed at the end of it. So
-//! event functions are sampled along the dense output, at quarters of the step; where a parabola
-//! through three neighbouring samples turns on the other side of the threshold, they are sampled
-//! there too. The step is then made again, shorter, to the first sample at which a transition is due,
+//! A threshold that is crossed twice within one step would be missed at its end. So event functions are sampled along
+//! the dense output at quarters of the step, and also where a parabola through three neighbouring samples has its
+//! extremum beyond the threshold. The step is then repeated, shorter, to the first sample at which a transition is due,
 //! or at which one can be armed that is due later in the step.
 //!
-//! A pair of crossings is missed if it lies between two samples and the parabola does not show it:
-//! if the event function moves by itself within a quarter of a step, while the unknowns that the
-//! control of the error sees do not. Windows of time are never missed, as steps end at them.
+//! A pair of crossings is missed if it lies between two samples and the parabola does not show it: if the event
+//! function moves within a quarter of a step while the unknowns, which error control sees, do not. Time windows are
+//! never missed, as steps end at them.
 
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
@@ -22,10 +21,10 @@ use crate::system::{Crossing, Point};
 /// Intervals between samples.
 const INTERVALS: usize = 4;
 
-/// A corner is looked for again after so many steps.
+/// A corner is looked for again after this many steps.
 const CALM: f64 = 4.0;
 
-/// A step that was not to be cut at a corner is tried again when it is smaller by this.
+/// A step that could not be cut at a corner is tried again when it has shrunk to this fraction.
 const AGAIN: f64 = 0.1;
 
 /// Event functions along a step.
@@ -40,14 +39,14 @@ impl Samples {
     }
 }
 
-/// The part of the step at a sample.
+/// The fraction of the step at a sample.
 fn part_of(sample: usize) -> f64 {
     sample as f64 / INTERVALS as f64
 }
 
 impl<S: Solved> Simulation<'_, S> {
-    /// The part of the step tried last at whose end something happens: a transition is due or can be
-    /// armed. Where nothing does, arms what can be armed at the end.
+    /// The fraction of the last tried step up to the first point where a transition is due or can be armed. If there is
+    /// none, arms what can be armed at the end.
     pub(in crate::integrate) fn watch(&mut self, h: f64, t_new: f64) -> Option<f64> {
         let Problem { system, p, .. } = *self.problem;
         let hybrid = &mut self.discrete;
@@ -95,8 +94,8 @@ impl<S: Solved> Simulation<'_, S> {
         None
     }
 
-    /// Whether a corner is passed in the step. One that has just been passed is left to the control
-    /// of the error: a solution may flutter about it.
+    /// Whether a corner is passed in the step. One that has just been passed is left to error control, since a solution
+    /// may flutter about it.
     fn corner_at_end(&mut self, k: usize, crossing: Crossing, t_new: f64, h: f64) -> Option<f64> {
         let e = self.discrete.samples.e[INTERVALS][k];
         if !self.discrete.armed[k] || !crossing.is_past(e) {
@@ -109,10 +108,10 @@ impl<S: Solved> Simulation<'_, S> {
         Some(1.0)
     }
 
-    /// Whether the step tried last, whose error is too large, passes a corner at which it may be cut.
+    /// Whether the last tried step, whose error is too large, passes a corner at which it may be cut.
     #[inline]
     pub(in crate::integrate) fn passes_corner(&mut self, h: f64, t_new: f64) -> bool {
-        // Behind a corner ∂f/∂y is another, so that the last stages of sensitivities would see both.
+        // ∂f/∂y changes at a corner, so the last stages of sensitivities would see both values.
         if !S::FEATURES.events
             || self.directions.is_some()
             || !self.discrete.has_transitions()
@@ -130,8 +129,8 @@ impl<S: Solved> Simulation<'_, S> {
         })
     }
 
-    /// Cuts the step tried last, whose error is too large, at the corner that it passes, if that makes
-    /// the error small enough; whether it did.
+    /// Cuts the last tried step, whose error is too large, at the corner that it passes, if that makes the error small
+    /// enough. Returns whether it did.
     pub(in crate::integrate) fn step_to_corner(
         &mut self,
         h: f64,
@@ -153,7 +152,7 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(false)
     }
 
-    /// Where in the step an armed transition is due.
+    /// The fraction of the step at which an armed transition is due.
     fn first_past(&mut self, k: usize, crossing: Crossing, h: f64) -> Option<f64> {
         for sample in 1..=INTERVALS {
             if self.discrete.is_past(k, crossing, self.discrete.samples.e[sample][k]) {
@@ -169,7 +168,7 @@ impl<S: Solved> Simulation<'_, S> {
         None
     }
 
-    /// Where in the step a transition can be armed that is due at the end.
+    /// The fraction of the step at which a transition can be armed that is due at the end.
     fn first_to_arm(&mut self, k: usize, crossing: Crossing, h: f64) -> Option<f64> {
         if !crossing.is_past(self.discrete.samples.e[INTERVALS][k]) {
             return None;
@@ -185,8 +184,8 @@ impl<S: Solved> Simulation<'_, S> {
         None
     }
 
-    /// Where the parabola through the three samples up to `last` turns beyond the threshold, or not
-    /// beyond, if the event function is there too.
+    /// The extremum of the parabola through the three samples up to `last`, if it is beyond the threshold (or not
+    /// beyond it) and the event function is so there too.
     fn turns_to(
         &mut self,
         beyond: bool,
@@ -227,7 +226,7 @@ impl<S: Solved> Simulation<'_, S> {
         is_beyond(hybrid, hybrid.samples.turn[k]).then_some(part)
     }
 
-    /// Makes the step tried last to the part of it that [`Simulation::watch`] found.
+    /// Repeats the last tried step up to the fraction that [`Simulation::watch`] found.
     pub(in crate::integrate) fn step_to_threshold(
         &mut self,
         controller: &mut Controller,
@@ -243,7 +242,7 @@ impl<S: Solved> Simulation<'_, S> {
         let (h, t_new) = (part * h, self.t + part * h);
         let made = self.step_to(h, Variables::All, solution);
         if made.is_err() {
-            // The step itself could be made, a shorter one could not.
+            // The full step succeeded, but a shorter one did not.
             controller.abandon(h);
             solution.statistics.rejected += 1;
             return Ok(());

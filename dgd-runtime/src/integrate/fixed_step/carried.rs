@@ -1,6 +1,6 @@
-//! What a step carries on: the unknowns, alone or with their sensitivities.
+//! The numbers that a step advances: the unknowns, alone or with their sensitivities.
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 use crate::integrate::methods::tableaux::MAX_STAGES;
@@ -23,10 +23,10 @@ pub(crate) trait Carried<S: Solved>: Clone {
     /// y.
     fn y(&self) -> &[f64];
 
-    /// S, direction by direction; nothing where there is none.
+    /// S, direction by direction; empty without sensitivities.
     fn s(&self) -> &[f64];
 
-    /// y and S to be written.
+    /// y and S, mutable.
     fn parts_mut(&mut self) -> (&mut [f64], &mut [f64]);
 
     /// F at these numbers; `at.y` is not read.
@@ -44,9 +44,8 @@ pub(crate) trait Carried<S: Solved>: Clone {
     /// h Σⱼ wⱼ kⱼ over the first J of the `k`.
     fn weighted<const J: usize>(h: f64, weights: &[f64; MAX_STAGES], k: &[Self], out: &mut Self);
 
-    /// Square of the error in units of the tolerance, of the unknowns and of each direction apart,
-    /// the largest; `sizes` are those of these numbers. NaN if one is.
-    /// Overwrites the errors.
+    /// Largest squared error in units of the tolerance, over the unknowns and each direction separately; `sizes` are
+    /// those of these numbers. NaN if one is NaN. Overwrites the errors.
     fn error_norm(&mut self, tolerances: Tolerances, from: &Self, to: &Self, sizes: &Self) -> f64;
 
     /// Whether all numbers are finite.
@@ -249,7 +248,7 @@ fn weighted_sum<const J: usize>(
     }
 }
 
-/// (eᵢ / wᵢ)² in place of the eᵢ, all in one loop for the processor's lanes.
+/// Replaces eᵢ by (eᵢ / wᵢ)², in one loop that vectorises.
 #[inline(always)]
 fn square_ratios(
     errors: &mut [f64],
@@ -265,7 +264,7 @@ fn square_ratios(
     }
 }
 
-/// A sum of products with zero is zero, or not a number.
+/// Whether all values are finite: products with zero then sum to zero, otherwise to NaN.
 #[inline(always)]
 fn all_finite(values: &[f64]) -> bool {
     values.iter().map(|value| 0.0 * value).sum::<f64>() == 0.0

@@ -1,4 +1,4 @@
-//! Which method, and how many steps per sample, from runs over the beginning.
+//! Chooses the method and the number of steps per sample, from runs over the beginning.
 //!
 //! | candidate | cost of a step |
 //! |---|---|
@@ -6,8 +6,8 @@
 //! | Taylor series of order p, the lowest that is accurate in one step | p + 2 |
 //! | Rosenbrock | 33 |
 //!
-//! as measured on models of a few unknowns. The cheapest candidate is the choice. What the beginning says is verified by the whole: in a
-//! simulation by its own errors, in a fit by a run where it has ended.
+//! as measured on models of a few unknowns. The cheapest candidate is chosen. The choice is verified on the whole
+//! recording: in a simulation by its own errors, in a fit by a run at its result.
 
 use std::num::NonZeroU32;
 
@@ -29,15 +29,15 @@ use crate::problem::{Options, Problem};
 use crate::solution::Solution;
 use crate::solved::Solved;
 
-/// The beginning of a run is this part of it, and no less than so many rows.
+/// The beginning of a run is one part in this many of its rows, with a minimum number of rows.
 const PART: usize = 16;
 const LEAST_ROWS: usize = 64;
 
-/// The beginning is to have errors of this part of the tolerance, for a series of lowest order to be
-/// accurate enough in the whole: another order costs less than other steps.
+/// Fraction of the tolerance that errors in the beginning may have, so that the series of lowest order is accurate
+/// enough over the whole run: a higher order costs less than more steps.
 const SPARE: f64 = 0.1;
 
-/// What a step costs.
+/// Cost of a step.
 fn cost(method: &Method) -> u32 {
     match method.kind {
         MethodKind::Taylor(_) => method.order + 2,
@@ -51,18 +51,18 @@ fn cost(method: &Method) -> u32 {
 pub struct Measured {
     /// Square of the largest local error, in units of the tolerance.
     pub largest: f64,
-    /// The largest share of a step in what is stable.
+    /// The largest ratio of a step to the stability limit.
     pub stiffness: f64,
 }
 
 impl Measured {
-    /// What n steps per sample should have been, if they were not enough.
+    /// The number of steps per sample that is needed, if n were not enough.
     pub fn wants_more_than(self, n: u32, exponent: u32) -> Option<u32> {
         let share = larger(self.largest.powf(0.5 / f64::from(exponent)), self.stiffness);
         if share <= 1.0 {
             return None;
         }
-        // NaN makes it the most.
+        // NaN gives the maximum.
         let wanted = (f64::from(n) * share).ceil().min(f64::from(MOST)) as u32;
         Some(wanted.max(n + 1).min(MOST.max(n)))
     }
@@ -85,13 +85,13 @@ impl PerSampleChoice {
     }
 }
 
-/// The method that needs least work with equal steps per sample, and how many it needs for the unknowns
-/// to have the tolerance in the beginning of a run.
+/// The method that needs least work with equal steps per sample, and the number of steps with which the unknowns meet
+/// the tolerance in the beginning of a run.
 ///
 /// # Errors
 ///
-/// [`IntegrateError::PerSample`] where no method makes equal steps for this model, or none is accurate
-/// enough with as many as are tried; the other variants where the run cannot begin.
+/// [`IntegrateError::PerSample`] if no method can make equal steps for this model, or none is accurate enough with the
+/// maximum number of steps; the other variants if the run cannot begin.
 pub fn choose_per_sample<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -127,7 +127,7 @@ pub fn choose_per_sample<S: Solved>(
     }
 }
 
-/// What a method needs in the beginning of a run.
+/// The steps and cost that a method needs in the beginning of a run.
 fn candidate<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -146,9 +146,8 @@ fn candidate<S: Solved>(
     Ok(PerSampleChoice { method: options.method, steps })
 }
 
-/// The Taylor series of lowest order with which one step per sample keeps errors within the tolerance in
-/// the beginning of a run; up to twice the order that suits the tolerance, which costs as much as two
-/// steps.
+/// The Taylor series of lowest order with which one step per sample keeps errors within the tolerance in the beginning
+/// of a run; at most twice the order that suits the tolerance, which costs as much as two steps.
 pub(super) fn lowest_order<S: Solved, C: Carried<S>>(
     simulation: &Simulation<'_, S>,
     times: &[f64],
@@ -168,7 +167,7 @@ pub(super) fn head(times: &[f64]) -> usize {
     (times.len() / PART).max(LEAST_ROWS).min(times.len())
 }
 
-/// How many steps per sample the beginning of a run needs for the unknowns to have the tolerance.
+/// The number of steps per sample that the beginning of a run needs for the unknowns to meet the tolerance.
 pub(crate) fn per_sample_of_head<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -178,8 +177,8 @@ pub(crate) fn per_sample_of_head<S: Solved>(
     per_sample_within(problem, times, &times[..head(times)], options)
 }
 
-/// How many steps per sample of a run to `times` keep the unknowns' errors within the tolerance up to
-/// the last time of `part`.
+/// The number of steps per sample of a run to `times` that keeps the unknowns' errors within the tolerance up to the
+/// last time of `part`.
 fn per_sample_within<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -203,7 +202,7 @@ fn per_sample_within<S: Solved>(
     }
 }
 
-/// The unknowns' errors in a run with so many steps per sample.
+/// The unknowns' errors in a run with a fixed number of steps per sample.
 pub(crate) fn measure<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -234,7 +233,7 @@ fn measure_on<S: Solved>(
     dispatch(problem.system, options.method.kind, options.rtol, task)
 }
 
-/// A run for its errors.
+/// A run that measures errors.
 struct MeasuredRun<'a, S: Solved, C> {
     problem: Problem<'a, S>,
     times: &'a [f64],

@@ -1,11 +1,11 @@
-//! The number of steps per sample, while it is sought.
+//! The search for the number of steps per sample.
 
 use super::PerSample;
 use super::choice::Measured;
 use super::error::PerSampleError;
 use crate::error::IntegrateError;
 
-/// More steps per sample are not tried.
+/// Maximum number of steps per sample tried.
 pub(super) const MOST: u32 = 64;
 
 /// The number of steps per sample.
@@ -24,12 +24,12 @@ impl Count {
         Self { n, wanted, method }
     }
 
-    /// Whether it depends on errors.
+    /// Whether errors determine it.
     pub(super) fn is_open(&self) -> bool {
         self.wanted == PerSample::Automatic
     }
 
-    /// Takes note of a run that leads beyond all numbers from `t` on.
+    /// Records that a run becomes non-finite from `t` on.
     pub(super) fn refuse(&mut self, t: f64) -> Result<(), IntegrateError> {
         if self.is_open() && self.n < MOST {
             self.n = (2 * self.n).min(MOST);
@@ -39,8 +39,8 @@ impl Count {
         Err(IntegrateError::PerSample(PerSampleError::NotFinite { t, per_sample, method }))
     }
 
-    /// Takes note of the errors of a whole run, which fall with the power `exponent` of steps; whether
-    /// they are small enough.
+    /// Records the errors of a whole run, which fall with the power `exponent` of the step size. Returns whether they
+    /// are small enough.
     pub(super) fn settle(
         &mut self,
         measured: Measured,

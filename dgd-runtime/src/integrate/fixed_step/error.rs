@@ -1,4 +1,4 @@
-//! Why a run has no equal steps per sample.
+//! Why a run cannot use equal steps per sample.
 
 use std::fmt;
 
@@ -11,48 +11,48 @@ use crate::problem::Problem;
 use crate::solved::Solved;
 use crate::system::Signature;
 
-/// Why a run with equal steps per sample is not possible, or not as accurate as it should be.
+/// Why a run with equal steps per sample is not possible, or not accurate enough.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PerSampleError {
-    /// Modes change when the solution says so, not when a step ends.
+    /// Modes change at times that depend on the solution, not at ends of steps.
     Modes {
         /// A `modes` block, `when`, bound or switch.
         automaton: String,
     },
     /// A condition on time switches between samples.
     TimeCondition,
-    /// Something is read late.
+    /// Something has a delay.
     Delay {
-        /// What is.
+        /// Its name.
         name: String,
     },
-    /// The method does not make steps of given size.
+    /// The method cannot make steps of a given size.
     Method {
         /// The method.
         method: &'static str,
     },
-    /// The method goes along Taylor series, and the model has none, or none for these inputs.
+    /// The method needs Taylor series, and the model has none, or none for these inputs.
     Series {
         /// The method.
         method: &'static str,
     },
-    /// The method is for models without algebraic unknowns.
+    /// The method cannot solve algebraic unknowns, and the model has some.
     Algebraic {
         /// The method.
         method: &'static str,
         /// The equation that determines one.
         equation: String,
     },
-    /// The solution grows beyond all bounds: the steps are too long, or the model has no solution.
+    /// The solution becomes non-finite: the steps are too long, or the model has no solution.
     NotFinite {
-        /// Time of the step that leads there, s.
+        /// Start of the step at which that happens, s.
         t: f64,
         /// Steps per sample.
         per_sample: u32,
         /// The method.
         method: &'static str,
     },
-    /// Errors stay above the tolerance with as many steps as are tried.
+    /// Errors stay above the tolerance with the maximum number of steps.
     Inaccurate {
         /// Steps per sample.
         per_sample: u32,
@@ -63,7 +63,7 @@ pub enum PerSampleError {
     },
 }
 
-/// Whether a model can be run with equal steps per sample by a method.
+/// Checks that a method can run a model with equal steps per sample.
 pub(crate) fn verify<S: Solved>(
     problem: &Problem<'_, S>,
     method: &Method,
@@ -91,7 +91,7 @@ pub(crate) fn verify<S: Solved>(
     }
 }
 
-/// What about a model needs steps that end elsewhere, if anything does.
+/// The feature of a model that needs steps to end elsewhere, if any.
 fn refusal(signature: &Signature) -> Option<PerSampleError> {
     if let Some(automaton) = signature.discrete.automata.first() {
         return Some(PerSampleError::Modes { automaton: automaton.name.to_string() });

@@ -1,8 +1,8 @@
-//! How many equal steps each segment of the inputs gets.
+//! The number of equal steps in each segment of the inputs.
 
 use crate::signal::{Inputs, Side};
 
-/// Steps of a run: equal within each segment, and nowhere longer than a share of the sample interval.
+/// Steps of a run: equal within each segment, and never longer than a fraction of the sample interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Grid {
     per_sample: u32,
@@ -10,7 +10,7 @@ pub(crate) struct Grid {
     rate: f64,
 }
 
-/// Segments longer than a whole number of steps by less than this part of a step get no step more.
+/// Segments that exceed a whole number of steps by less than this fraction of a step get no extra step.
 const ROUNDING: f64 = 1e-9;
 
 impl Grid {
@@ -27,14 +27,13 @@ impl Grid {
     /// Steps in a segment of this length.
     #[inline]
     pub(crate) fn steps(self, length: f64) -> usize {
-        // Rounded up, without the library call that this is where the processor has no instruction; by
-        // a number with a sign, to which it has one to convert.
+        // Rounds up without `ceil`, a library call on processors that lack the instruction; via a signed integer, for
+        // which there is a conversion instruction.
         (length * self.rate - ROUNDING) as i64 as usize + 1
     }
 }
 
-/// The mean distance of the asked times, or of the points at which inputs change, whichever is the
-/// shorter.
+/// The mean distance of the requested times or of the points at which inputs change, whichever is shorter.
 pub(crate) fn sample_interval(inputs: &Inputs, times: &[f64]) -> f64 {
     let (Some(from), Some(until)) = (times.first(), times.last()) else {
         return f64::INFINITY;
@@ -42,7 +41,7 @@ pub(crate) fn sample_interval(inputs: &Inputs, times: &[f64]) -> f64 {
     (until - from) / (times.len() - 1).max(segments(inputs, *from, *until)).max(1) as f64
 }
 
-/// Segments of the inputs in a run.
+/// Number of input segments in a run.
 pub(crate) fn segments(inputs: &Inputs, from: f64, until: f64) -> usize {
     inputs.segment_at(until, Side::Left) + 1 - inputs.segment_at(from, Side::Right)
 }

@@ -1,4 +1,4 @@
-//! The contract between the loop over samples and a method that makes steps of given size.
+//! The contract between the loop over samples and a method that makes steps of a given size.
 
 use super::carried::Carried;
 use super::segment_inputs::SegmentInputs;
@@ -19,28 +19,27 @@ impl<S> Clone for Equations<'_, S> {
 
 impl<S> Copy for Equations<'_, S> {}
 
-/// A method that makes steps of given size, for models all of whose unknowns are differential.
+/// A method that makes steps of a given size, for models whose unknowns are all differential.
 ///
-/// A step that follows another begins where that ended, with the same inputs, unless
-/// [`FixedStep::enter`] is called in between.
+/// A step begins where the previous one ended, with the same inputs, unless [`FixedStep::enter`] is called in between.
 pub(crate) trait FixedStep<S: Solved, C: Carried<S>> {
     /// Evaluations of F in a step.
     const EVALUATIONS: usize;
 
-    /// Local errors, as they are estimated, fall with this power of h.
+    /// The power of h with which estimated local errors fall.
     fn exponent(&self) -> u32;
 
-    /// Goes on with other inputs: nothing that was evaluated before holds any more.
+    /// Continues with other inputs: earlier evaluations are no longer valid.
     fn enter(&mut self);
 
     /// Makes a step of size h from `now` at `t` to `next`.
     fn step(&mut self, equations: Equations<'_, S>, t: f64, h: f64, now: &C, next: &mut C);
 
-    /// Writes the local error of the step made last, and gives h |λ| of the fastest rate λ that it
-    /// met over what is stable; beyond 1 errors grow.
+    /// Writes the local error of the last step, and returns h |λ| of the fastest rate λ in it, relative to the
+    /// stability limit; beyond 1 errors grow.
     fn estimate(&mut self, equations: Equations<'_, S>, made: Made<'_, C>, error: &mut C) -> f64;
 
-    /// What lies at the fraction θ of the step made last.
+    /// The values at the fraction θ of the last step.
     fn interpolate(
         &mut self,
         equations: Equations<'_, S>,
@@ -50,11 +49,11 @@ pub(crate) trait FixedStep<S: Solved, C: Carried<S>> {
     );
 }
 
-/// The step made last.
+/// The last step.
 pub(crate) struct Made<'a, C> {
-    /// Where it began.
+    /// Its start, s.
     pub(crate) t: f64,
-    /// Its size.
+    /// Its size, s.
     pub(crate) h: f64,
     pub(crate) from: &'a C,
     pub(crate) to: &'a C,

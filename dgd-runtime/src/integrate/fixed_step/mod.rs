@@ -1,24 +1,22 @@
-//! Equal steps per sample of recorded inputs, their number chosen once.
+//! Equal steps per sample of recorded inputs, with the number chosen once.
 //!
-//! Where inputs change every second, that is where a method of order five has to step anyway, and
-//! looking for a better step costs more than making it. Here nothing is looked for: every segment of
-//! the inputs gets so many equal steps, none is rejected, and a run is a smooth function of parameters
-//! and start values whose derivatives are its sensitivities. In a fit, cost and gradient of every trial
-//! belong to the same steps.
+//! If inputs change every second, a method of order five has to step there anyway, and searching for a better step
+//! costs more than making it. Here there is no search: every segment of the inputs gets a fixed number of equal steps,
+//! none is rejected, and a run is a smooth function of parameters and start values whose derivatives are its
+//! sensitivities. In a fit, cost and gradient of every trial belong to the same steps.
 //!
 //! ```text
 //!   n steps per sample → largest local error e of the run, in units of the tolerance
 //!   n ← n e^(1/k) until e ≤ 1                  e ~ h^k
 //! ```
 //!
-//! Models with modes, conditions on time or delays need steps that end elsewhere ([`error::refusal`]).
-//! Where all unknowns are differential and the method is explicit, [`sweep`] is the loop: written once
-//! for the unknowns alone and for unknowns and sensitivities ([`carried`]), and for every method that
-//! makes steps of given size ([`fixed_step`]). What is to be done with such a method is a [`Task`], so
-//! that methods are told apart in [`dispatch`] alone. Rosenbrock methods make the general loop's steps
-//! ([`rosenbrock`]).
+//! Models with modes, conditions on time or delays need steps that end elsewhere ([`error::refusal`]). If all unknowns
+//! are differential and the method is explicit, [`sweep`] is the loop: written once for the unknowns with and without
+//! sensitivities ([`carried`]), and for every method that makes steps of a given size ([`fixed_step`]). Work with such
+//! a method is a [`Task`], so that only [`dispatch`] distinguishes methods. Rosenbrock methods make the steps of the
+//! general loop ([`rosenbrock`]).
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 mod carried;
@@ -62,29 +60,28 @@ use sweep::{Course, Gauge, sweep};
 use taylor::Taylor;
 use tsit5::Tsit5;
 
-/// How long steps are.
+/// How step sizes are chosen.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Steps {
-    /// As the task wants them: in a simulation as long as the error allows; in a fit to recordings with
-    /// inputs that change from sample to sample, as many per sample as the error demands, where the
-    /// model allows it. A fit then also chooses between the default method and an explicit one.
+    /// Chosen by the task: adaptive in a simulation; in a fit to recordings whose inputs change from sample to sample,
+    /// equal steps per sample, as many as the error demands, if the model allows it. A fit then also chooses between
+    /// the default method and an explicit one.
     #[default]
     Automatic,
     /// As long as the error allows.
     Adaptive,
-    /// Equal steps between samples. A sample interval is the mean distance of the asked times or of the
-    /// points at which inputs change, whichever is the shorter; longer segments of the inputs get more
-    /// steps, shorter ones get one.
+    /// Equal steps between samples. The sample interval is the mean distance of the requested times or of the points at
+    /// which inputs change, whichever is shorter; longer segments of the inputs get more steps, shorter ones get one.
     PerSample(PerSample),
 }
 
-/// How many steps a sample interval gets.
+/// Number of steps in a sample interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PerSample {
-    /// As many as keep the local error of every step below the tolerance. A fit looks at the errors of
-    /// the unknowns alone: its sensitivities are the derivatives of what it computes, whatever the steps.
+    /// As many as keep the local error of every step below the tolerance. A fit considers only the errors of the
+    /// unknowns: its sensitivities are the derivatives of its computed solution, whatever the steps.
     Automatic,
-    /// So many, whatever the error.
+    /// This number, whatever the error.
     Exactly(NonZeroU32),
 }
 
@@ -123,7 +120,7 @@ fn whole_run<S: Solved, C: Carried<S>>(
     count: Count,
     solution: &mut Solution,
 ) -> Result<(), IntegrateError> {
-    // Of Taylor series the order is chosen first, then the number.
+    // For Taylor series the order is chosen first, then the number of steps.
     let kind = match options.method.kind {
         MethodKind::Taylor(None) if count.is_open() => {
             let lowest = choice::lowest_order::<S, C>(simulation, times);
@@ -141,8 +138,8 @@ pub fn can_stream<S: Solved>(problem: &Problem<'_, S>, options: &Options) -> boo
     is_fixed && is_swept(options.method.kind) && verify(problem, options.method).is_ok()
 }
 
-/// Runs with sensitivities and with so many steps per sample, and keeps nothing: every asked time goes
-/// to the sink as it is reached.
+/// Runs with sensitivities and a fixed number of steps per sample, and stores nothing: each requested time goes to the
+/// sink as it is reached.
 pub(crate) fn stream<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -163,14 +160,14 @@ pub(crate) fn stream<S: Solved>(
     dispatch(problem.system, options.method.kind, options.rtol, task)
 }
 
-/// What is to be done with a method that makes steps of given size.
+/// Work to do with a method that makes steps of a given size.
 trait Task<S: Solved, C: Carried<S>> {
     type Done;
 
     fn with<M: FixedStep<S, C>>(self, method: M) -> Self::Done;
 }
 
-/// Does it with the method of this kind; [`verify`] has found that there is one.
+/// Does a task with the method of this kind; [`verify`] has checked that there is one.
 #[inline(always)]
 fn dispatch<S: Solved, C: Carried<S>, T: Task<S, C>>(
     system: &S,
@@ -190,7 +187,7 @@ fn dispatch<S: Solved, C: Carried<S>, T: Task<S, C>>(
     }
 }
 
-/// Whether [`sweep`] is the loop for this kind of methods.
+/// Whether [`sweep`] is the loop for this kind of method.
 fn is_swept(kind: MethodKind) -> bool {
     kind.traits().solves != Solves::Linear
 }
@@ -234,8 +231,7 @@ impl<S: Solved, C: Carried<S>, K: Sink> Task<S, C> for Streamed<'_, S, C, K> {
     }
 }
 
-/// A run to all asked times into a solution; where the number of steps is sought, over its beginning
-/// first.
+/// A run to all requested times into a solution; if the number of steps is to be found, first over the beginning.
 struct WholeRun<'a, S: Solved, C> {
     problem: Problem<'a, S>,
     times: &'a [f64],
@@ -297,7 +293,7 @@ impl<S: Solved, C: Carried<S>> Task<S, C> for WholeRun<'_, S, C> {
     }
 }
 
-/// What a run carries on where it starts, and the sizes of that.
+/// The numbers that a run advances, at its start, and their sizes.
 fn started<S: Solved, C: Carried<S>>(simulation: &Simulation<'_, S>) -> (C, C) {
     let system = simulation.problem.system;
     let (mut start, mut sizes) = (C::zeros(system), C::zeros(system));
@@ -318,7 +314,7 @@ impl Sink for Solution {
     }
 }
 
-/// Keeps nothing.
+/// A sink that stores nothing.
 struct Nothing;
 
 impl Sink for Nothing {

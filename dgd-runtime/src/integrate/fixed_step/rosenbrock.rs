@@ -1,5 +1,5 @@
-//! Equal steps per sample for stiff models and those with algebraic unknowns, by the general loop's
-//! own steps: what is consistent after a jump, and where sensitivities end, is the same.
+//! Equal steps per sample for stiff models and those with algebraic unknowns, made of the general loop's steps: it
+//! treats consistency after jumps and the end of sensitivities in the same way.
 
 use super::choice::{Measured, head};
 use super::count::Count;
@@ -13,8 +13,7 @@ use crate::problem::{Options, Problem};
 use crate::solution::Solution;
 use crate::solved::Solved;
 
-/// Runs to all `times`; where a number of steps turns out to be too small, it is made larger and the
-/// run made again.
+/// Runs to all `times`; if the number of steps turns out to be too small, increases it and repeats the run.
 pub(super) fn run<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
@@ -47,7 +46,7 @@ pub(super) fn run<S: Solved>(
     }
 }
 
-/// One run over the grid, for its errors too.
+/// One run over the grid, which also measures errors.
 pub(super) fn measure<S: Solved>(
     simulation: &mut Simulation<'_, S>,
     times: &[f64],
@@ -63,7 +62,7 @@ pub(super) fn measure<S: Solved>(
 }
 
 impl<S: Solved> Simulation<'_, S> {
-    /// One run over the grid; gives the square of its largest local error.
+    /// One run over the grid; returns the square of its largest local error.
     fn step_equally(
         &mut self,
         times: &[f64],
@@ -104,7 +103,7 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(largest)
     }
 
-    /// Whether the step tried last leads to numbers.
+    /// Whether the last tried step gives finite values.
     fn is_finite(&self) -> bool {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
         finite(self.stepper.y_new.as_ref())

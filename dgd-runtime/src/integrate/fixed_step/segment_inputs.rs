@@ -1,11 +1,11 @@
 //! Inputs along a segment.
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 use crate::signal::Segment;
 
-/// Inputs along a segment, of which is known whether any changes.
+/// Inputs along a segment, with a flag whether any changes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SegmentInputs<'a> {
     segment: Segment<'a>,
@@ -18,7 +18,7 @@ impl<'a> SegmentInputs<'a> {
         Self { segment, is_constant: segment.is_constant() }
     }
 
-    /// u(t): where inputs change, it is written to `now`.
+    /// u(t), which is written to `now` if inputs change.
     #[inline(always)]
     pub(crate) fn at<'b>(&self, t: f64, now: &'b mut [f64]) -> &'b [f64]
     where

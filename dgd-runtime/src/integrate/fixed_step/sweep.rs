@@ -6,10 +6,10 @@
 //!     for k = 0 … n − 1:  x(a + k h) → x(a + (k + 1) h)
 //! ```
 //!
-//! No step is rejected, nothing depends on an error, and x is a smooth function of what the run
-//! depends on: sensitivities are its derivatives, to rounding.
+//! No step is rejected, nothing depends on an error, and x is a smooth function of the data of the run: sensitivities
+//! are its derivatives, to rounding.
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 use super::carried::Carried;
@@ -24,12 +24,12 @@ use crate::linalg::norm::larger;
 use crate::signal::{Inputs, Segment, Side};
 use crate::solved::Solved;
 
-/// What is run.
+/// The problem and the times of a run.
 pub(crate) struct Course<'a, S> {
     pub(crate) system: &'a S,
     pub(crate) p: &'a [f64],
     pub(crate) inputs: &'a Inputs,
-    /// Asked times, ascending, one at least.
+    /// Requested times, ascending, at least one.
     pub(crate) times: &'a [f64],
     pub(crate) grid: Grid,
     pub(crate) max_steps: usize,
@@ -37,21 +37,21 @@ pub(crate) struct Course<'a, S> {
 }
 
 impl<S> Course<'_, S> {
-    /// Segments of the inputs that the run goes through, with the one that begins where it ends.
+    /// Number of input segments in the run, including one that begins at its end.
     pub(crate) fn segments(&self) -> usize {
         let last = self.inputs.segment_at(self.times[self.times.len() - 1], Side::Right);
         last + 1 - self.inputs.segment_at(self.times[0], Side::Right)
     }
 }
 
-/// Receives values at the asked times.
+/// Receives values at the requested times.
 pub(crate) trait Sink {
-    /// y and S at the next of the asked times, with the inputs that go on from there or, on the left
-    /// side of a jump, come up to it.
+    /// y and S at the next requested time, with the inputs of the segment that follows it or, on the left side of a
+    /// jump, that ends there.
     fn take(&mut self, t: f64, segment: Segment<'_>, y: &[f64], s: &[f64]);
 }
 
-/// What errors are measured by.
+/// Measures errors.
 pub(crate) struct Gauge<C> {
     tolerances: Tolerances,
     sizes: C,
@@ -65,12 +65,12 @@ impl<C: Clone> Gauge<C> {
         Self { tolerances, sizes, error, measured: Measured { largest: 0.0, stiffness: 0.0 } }
     }
 
-    /// Forgets what was measured.
+    /// Resets the measurement.
     pub(crate) fn reset(&mut self) {
         self.measured = Measured { largest: 0.0, stiffness: 0.0 };
     }
 
-    /// What was measured.
+    /// The result of the measurement.
     pub(crate) fn measured(&self) -> Measured {
         self.measured
     }
@@ -94,16 +94,16 @@ impl<C: Clone> Gauge<C> {
 /// Why a run stopped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Stopped {
-    /// More steps than allowed.
+    /// The limit on the number of steps was reached.
     TooMany { t: f64 },
-    /// Whoever waited for it asked it to.
+    /// The caller asked it to stop.
     Asked { t: f64 },
-    /// The step from this time leads to what is not finite.
+    /// The step from this time gives non-finite values.
     NotFinite { t: f64 },
 }
 
 impl Stopped {
-    /// The error of more than `max_steps` steps, that of one who was stopped, or what is made of a step that is not finite.
+    /// The error for reaching `max_steps` or being stopped; a non-finite step is converted by the caller.
     pub(crate) fn into_error<T>(
         self,
         max_steps: usize,
@@ -117,9 +117,9 @@ impl Stopped {
     }
 }
 
-/// Runs from x at the first of the asked times, in `now`, to the last; gives the number of steps.
+/// Runs from x at the first requested time, in `now`, to the last, and returns the number of steps.
 ///
-/// Where the run stops, `now` is what was reached.
+/// If the run stops early, `now` holds the last values reached.
 #[inline(always)]
 pub(crate) fn sweep<S: Solved, C: Carried<S>, M: FixedStep<S, C>>(
     course: &Course<'_, S>,
@@ -173,8 +173,8 @@ pub(crate) fn sweep<S: Solved, C: Carried<S>, M: FixedStep<S, C>>(
             }
             std::mem::swap(now, &mut next);
             t = t_new;
-            // Within the segment, and at the end of a run that no change of the inputs ends; before a
-            // change all but the last of equal times are just before it.
+            // Times within the segment, and at the end of the run if no change of the inputs is there. At a change, all
+            // but the last of equal times are just before it.
             while asked < times.len()
                 && times[asked] == t
                 && (t < segment.t1 || times.get(asked + 1) == Some(&t))

@@ -1,6 +1,6 @@
-//! Steps of given size along Taylor series.
+//! Steps of a given size along Taylor series.
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 use super::carried::Carried;
@@ -11,16 +11,16 @@ use crate::system::{Point, Storage};
 
 /// Work space of the method.
 pub(crate) struct Taylor<S: Solved> {
-    /// Inputs where the step begins or ends, where they change.
+    /// Inputs at the start or end of the step, if they change.
     u: S::Inputs,
-    /// Slopes where the step made last ends.
+    /// Slopes at the end of the last step.
     f: S::Vector,
     g: Vec<f64>,
     expansion: Expansion,
 }
 
 impl<S: Solved> Taylor<S> {
-    /// Work space for a model and so many directions.
+    /// Work space for a model and `n_s` directions.
     pub(crate) fn new(system: &S, order: usize, n_s: usize) -> Self {
         Self {
             u: S::Inputs::zeros(system.signature().n_u()),
@@ -53,7 +53,7 @@ impl<S: Solved, C: Carried<S>> FixedStep<S, C> for Taylor<S> {
         }
     }
 
-    /// No rate of the model is known; where steps are too long for one, terms of the series are large.
+    /// No rate of the model is known; if steps are too long for one, the terms of the series are large.
     #[inline(always)]
     fn estimate(&mut self, equations: Equations<'_, S>, made: Made<'_, C>, error: &mut C) -> f64 {
         let (y, s) = error.parts_mut();

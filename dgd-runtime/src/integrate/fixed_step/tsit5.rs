@@ -1,10 +1,10 @@
-//! Steps of given size by Tsit5.
+//! Steps of a given size with Tsit5.
 //!
-//! Six evaluations make a step. The seventh stage, where the step ends, is made for an error estimate
-//! or an interpolation only; within a segment it is the first of the next step. Stages are written out
-//! one by one, so that their coefficients are constants of the generated code.
+//! A step takes six evaluations. The seventh stage, at the end of the step, is evaluated only for an error estimate or
+//! an interpolation; within a segment it is the first of the next step. Stages are written out one by one, so that
+//! their coefficients are constants in the generated code.
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 use super::carried::Carried;
@@ -28,16 +28,16 @@ const ERROR: [f64; MAX_STAGES] = {
     weights
 };
 
-/// Differences of stages below this part of the unknowns tell nothing.
+/// Differences of stages below this fraction of the unknowns are rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// Work space of the method.
 pub(crate) struct Tsit5<S: Solved, C> {
-    /// Inputs of a stage, where they change.
+    /// Inputs of a stage, if they change.
     u: S::Inputs,
     k: [C; 7],
     stage: C,
-    /// Whether the last of the `k` is the slope where the step made last ended.
+    /// Whether the last of the `k` is the slope at the end of the last step.
     has_end: bool,
 }
 
@@ -62,7 +62,7 @@ impl<S: Solved, C: Carried<S>> Tsit5<S, C> {
         self.stage.slopes(system, at, &mut self.k[I]);
     }
 
-    /// Makes one of the `k` the slope at `x`.
+    /// Sets one of the `k` to the slope at `x`.
     #[inline(always)]
     fn slopes<const I: usize>(&mut self, equations: Equations<'_, S>, t: f64, x: &C) {
         let Equations { system, p, inputs } = equations;
@@ -112,7 +112,7 @@ impl<S: Solved, C: Carried<S>> FixedStep<S, C> for Tsit5<S, C> {
     fn estimate(&mut self, equations: Equations<'_, S>, made: Made<'_, C>, error: &mut C) -> f64 {
         self.end(equations, made);
         C::weighted::<7>(made.h, &ERROR, &self.k, error);
-        // The last two stages stand at the same time: h |λ| ≈ h ‖k₇ − k₆‖ / ‖Y₇ − Y₆‖.
+        // The last two stages are at the same time: h |λ| ≈ h ‖k₇ − k₆‖ / ‖Y₇ − Y₆‖.
         let slopes = distance(self.k[6].y(), self.k[5].y());
         let values = distance(made.to.y(), self.stage.y());
         let size: f64 = made.to.y().iter().map(|y| y * y).sum();

@@ -1,8 +1,8 @@
-//! Discontinuities of what is read late: a delay reaches a point at which its unknown was not smooth.
+//! Discontinuities of delayed unknowns: a delay reaches a point at which its unknown was not smooth.
 //!
-//! A jump of x at s, with ds/dθ, is one of x(t − τ) at s + τ, which moves by ds/dθ + ∂τ/∂θ. It is gone
-//! through as jumps of inputs that move ([`super::moving_jump`]), and whatever triggers a mark of the
-//! history ([`super::history`]) marks it again, one level smoother.
+//! A jump of x at s, with ds/dθ, is one of x(t − τ) at s + τ, which moves by ds/dθ + ∂τ/∂θ. It is treated like a moving
+//! jump of an input ([`super::moving_jump`]), and becomes a new mark of the history ([`super::history`]), one level
+//! smoother.
 
 use crate::error::IntegrateError;
 use crate::integrate::drive::Drive;
@@ -15,17 +15,17 @@ use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
 use crate::solved::Solved;
 use crate::system::{Point, Storage};
 
-/// Marks from this level on leave the slope of what is read late as it was.
+/// Marks from this level on do not change the slope of the delayed unknown.
 const SMOOTH: u32 = 2;
 
-/// Where a mark is reached is known to this part of the step.
+/// The point at which a mark is reached is located to this fraction of the step.
 const NARROW: f64 = 1e-13;
 
 /// Work space at discontinuities.
 pub(in crate::integrate) struct Discontinuities<S: Solved> {
     pub(in crate::integrate) before: S::Vector,
     after: S::Vector,
-    /// Of steps that read themselves; `None` without sensitivities.
+    /// Sensitivities of steps that read themselves; `None` without sensitivities.
     pub(in crate::integrate) s: Option<S::Sensitivity>,
 }
 
@@ -36,7 +36,7 @@ impl<S: Solved> Discontinuities<S> {
 }
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Late values are known from now on.
+    /// Delayed values are known from now on.
     pub(in crate::integrate) fn begin_history(&mut self) {
         if S::FEATURES.past && self.discontinuities.is_some() {
             let s = self.directions.as_ref().map(|d| d.s.as_ref());
@@ -46,7 +46,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// The longest step after which all that is read late is known.
+    /// The longest step that needs only known delayed values.
     #[inline]
     pub(in crate::integrate) fn reach(&self) -> f64 {
         if !S::FEATURES.past {
@@ -55,7 +55,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.drive.history.as_ref().map_or(f64::INFINITY, |history| history.reach())
     }
 
-    /// When the next discontinuity is.
+    /// Time of the next discontinuity.
     #[inline]
     pub(in crate::integrate) fn next_discontinuity(&self) -> f64 {
         if !S::FEATURES.past {
@@ -64,7 +64,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.drive.history.as_ref().map_or(f64::INFINITY, |history| history.next_discontinuity())
     }
 
-    /// Passes the discontinuities that are now, one after another.
+    /// Passes the current discontinuities, one after another.
     #[inline]
     pub(in crate::integrate) fn pass_discontinuities(
         &mut self,
@@ -113,8 +113,8 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(())
     }
 
-    /// From the derivatives of the time of a mark to those of the time at which a delay that varies
-    /// reaches it, with α = t − τ and ẏ = f:
+    /// Converts the derivatives of the time of a mark to those of the time at which a variable delay reaches it, with α
+    /// = t − τ and ẏ = f:
     ///
     /// ```text
     ///   α(t_b, y(t_b)) = s:   dt_b/dθ = (ds/dθ + dτ/dθ) / (1 − τ̇),   τ̇ = ∂τ/∂y ẏ + ∂τ/∂t + ∂τ/∂u u̇
@@ -139,7 +139,7 @@ impl<S: Solved> Simulation<'_, S> {
         let along_y = f.as_ref().iter().enumerate().map(|(i, f)| by_y[i * n_tau + delay] * f);
         let rate = 1.0 - by_t[delay] - along_y.sum::<f64>();
         if rate == 0.0 || !rate.is_finite() {
-            // It touches the mark: a disturbed solution may not reach it.
+            // The delay only touches the mark: a perturbed solution may not reach it.
             let (from, until) = (self.t, self.t);
             let equation = format!("delay by {}", signature.varying_delays[delay]);
             let cause = UndefinedCause::Grazing;
@@ -152,8 +152,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Where in the step to `t_new` that was tried last a delay that varies reaches a mark, if it does
-    /// before the end; the next step ends there.
+    /// Locates where a variable delay reaches a mark before the end of the last tried step, to `t_new`, so that the
+    /// next step ends there. Returns whether one does.
     #[inline]
     pub(in crate::integrate) fn reaches_mark(&mut self, t_new: f64) -> bool {
         if !S::FEATURES.past {
@@ -186,7 +186,7 @@ impl<S: Solved> Simulation<'_, S> {
         true
     }
 
-    /// Marks the present as a point at which a derivative of the solution jumps.
+    /// Marks the current time as a point at which a derivative of the solution jumps.
     #[inline]
     pub(in crate::integrate) fn mark(&mut self, level: u32, dt: &[f64]) {
         if !S::FEATURES.past {
@@ -198,8 +198,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// What the solution makes of the begin of a segment: a kink where an input jumps, less where one
-    /// only kinks.
+    /// Level of the mark at the start of a segment: a kink if an input jumps, smoother if one only kinks.
     #[inline]
     pub(in crate::integrate) fn level_of(&mut self, segment: Segment<'_>) -> u32 {
         if !S::FEATURES.past || self.drive.history.is_none() {
@@ -214,7 +213,7 @@ impl<S: Solved> Simulation<'_, S> {
         if jumps { 1 } else { 2 }
     }
 
-    /// Marks the instant of a change of modes, or of a condition on time.
+    /// Marks the instant of a change of mode or of a condition on time.
     pub(in crate::integrate) fn mark_instant(&mut self) {
         if !S::FEATURES.past {
             return;

@@ -1,7 +1,7 @@
-//! Steps as history: those that are kept, and those that read what they are about to make.
+//! Steps as history: those that are recorded, and those that read themselves.
 //!
-//! A delay that varies may be shorter than a step. Such a step first reads beyond the last piece of the
-//! history; it is made again with its own polynomial until it does not change any more.
+//! A variable delay may be shorter than a step. Such a step first reads beyond the last piece of the history; it is
+//! repeated with its own polynomial until it no longer changes.
 
 use crate::error::IntegrateError;
 use crate::integrate::late::discontinuities::Discontinuities;
@@ -12,15 +12,15 @@ use crate::linalg::norm::{larger, largest_block};
 use crate::solution::Solution;
 use crate::solved::Solved;
 
-/// So often a step is made again that reads itself.
+/// Maximum number of times that a step that reads itself is repeated.
 const MOST_PASSES: usize = 12;
-/// A step that reads itself may still move by this part of the tolerance.
+/// Change, as a fraction of the tolerance, below which a step that reads itself has converged.
 const SETTLED: f64 = 1e-2;
-/// A delay may fall below zero by this part of a step: the error of the solution that it depends on.
+/// A delay may be negative by this fraction of a step: the error of the solution on which it depends.
 const AHEAD: f64 = 1e-2;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Before a step is tried: what another one left is gone.
+    /// Discards what the previous trial left, before a step is tried.
     #[inline]
     pub(in crate::integrate) fn forget_trial(&mut self) {
         if S::FEATURES.past
@@ -30,8 +30,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Makes a step that reads what it is about to make consistent with itself: the step is made
-    /// again with its own polynomial as history until it does not change any more.
+    /// Makes a step that reads itself consistent: repeats it with its own polynomial as history until it no longer
+    /// changes.
     #[inline]
     pub(in crate::integrate) fn close_step(
         &mut self,
@@ -68,7 +68,7 @@ impl<S: Solved> Simulation<'_, S> {
         closed
     }
 
-    /// Whether the step tried last is the one before it, to a part of the tolerance.
+    /// Whether the last tried step equals the one before it, to a fraction of the tolerance.
     fn has_settled(&self, work: &mut Discontinuities<S>) -> bool {
         let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
         for (before, after) in work.before.as_mut().iter_mut().zip(y_new) {
@@ -88,7 +88,7 @@ impl<S: Solved> Simulation<'_, S> {
         moved <= SETTLED * SETTLED
     }
 
-    /// The delay that varies and has come out below zero at the end of the step tried last.
+    /// The error for a variable delay that is negative at the end of the last tried step, if there is one.
     #[inline]
     pub(in crate::integrate) fn reads_ahead(&mut self, h: f64) -> Option<IntegrateError> {
         if !S::FEATURES.past {
@@ -102,7 +102,7 @@ impl<S: Solved> Simulation<'_, S> {
         })
     }
 
-    /// Keeps the step to `t_new` that was tried last in the history.
+    /// Records the last tried step, to `t_new`, in the history.
     #[inline]
     pub(in crate::integrate) fn remember_step(&mut self, t_new: f64) {
         if S::FEATURES.past {
@@ -132,15 +132,15 @@ impl<S: Solved> Simulation<'_, S> {
         history.end_piece();
     }
 
-    /// Whether algebraic unknowns are read late, and not within the step: there they are what the step made of
-    /// them.
+    /// Whether algebraic unknowns are delayed and were not read within the step itself, where they have the step's own
+    /// values.
     fn remembers_algebraic(&self) -> bool {
         let mass = self.algebraic.mass.as_ref();
         let of_others = self.drive.history.as_ref().filter(|history| !history.has_trial());
         of_others.is_some_and(|history| history.watches(|unknown| mass[unknown] == 0.0))
     }
 
-    /// The same with rows between the ends on their algebraic equations. The ends are those of the step.
+    /// The same with rows between the ends moved onto their algebraic equations. The ends are those of the step.
     fn remember_projected(&mut self, t_new: f64) {
         self.stepper.prepare_dense(self.y.as_ref(), self.directions.as_mut());
         self.begin_projection();
@@ -158,7 +158,7 @@ impl<S: Solved> Simulation<'_, S> {
             }
             rows.push((row, row_s));
         }
-        // A row between may read the step before: only now is there this one.
+        // A row in between may read the previous step: this one exists only now.
         let Some(history) = &mut self.drive.history else { return };
         history.begin_piece(self.t, t_new, false);
         for (node, (row, row_s)) in rows.iter().enumerate() {

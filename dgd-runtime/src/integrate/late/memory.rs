@@ -1,20 +1,20 @@
-//! What a run goes on from where another one has ended, beside its unknowns.
+//! The state, besides its unknowns, that a run needs to continue another.
 //!
-//! Sides of switches, chosen states, bounds of algebraic unknowns and conditions on time are seen from
-//! the values at the time. In which mode a system is, which of its conditions have been true all along,
-//! and whether a state is held by its bound are not. Nor is how long a step may be, which is found once.
+//! Sides of switches, chosen states, bounds of algebraic unknowns and conditions on time follow from the values at the
+//! time. The mode of a system, which of its conditions have been true all along, and whether a state is held by its
+//! bound do not. Nor does the step size, which would otherwise have to be found again.
 
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::solved::Solved;
 use crate::system::{Discrete, Point};
 
-/// What a run that has ended remembers beside its unknowns.
+/// The state of a run at its end, besides its unknowns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Memory {
     z: Vec<f64>,
     armed: Vec<bool>,
-    /// The natural step size where the run ended, of methods that make their first step as they do others.
+    /// The natural step size at the end of the run, for methods whose first step is like any other.
     natural_step: Option<f64>,
 }
 
@@ -25,7 +25,7 @@ impl Memory {
     }
 }
 
-/// Unknowns that are at their bounds in the modes `z`, by their positions.
+/// Positions of the unknowns that are at their bounds in the modes `z`.
 pub fn held_by_bounds(discrete: &Discrete, z: &[f64]) -> Vec<usize> {
     let held = discrete
         .automata
@@ -42,7 +42,7 @@ pub fn held_by_bounds(discrete: &Discrete, z: &[f64]) -> Vec<usize> {
 }
 
 impl<S: Solved> Simulation<'_, S> {
-    /// What another run would go on from.
+    /// The state from which another run can continue.
     pub(in crate::integrate) fn memory(&self) -> Memory {
         Memory {
             z: self.discrete.z().to_vec(),
@@ -51,12 +51,12 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// The step size to go on with, in a run that goes on.
+    /// The step size to continue with, in a resumed run.
     pub(in crate::integrate) fn resumed_step(&self) -> Option<f64> {
         self.resumed.and_then(|memory| memory.natural_step)
     }
 
-    /// Begins in the modes of a run that has ended here.
+    /// Begins in the final modes of the previous run.
     pub(in crate::integrate) fn recall_modes(&mut self, memory: &Memory) {
         if !S::FEATURES.events {
             return;

@@ -1,4 +1,5 @@
-//! Late values and memory: the history of a run, where it is not smooth, and what another run goes on from.
+//! Delayed values and memory: the history of a run, its discontinuities, and the state from which another run
+//! continues.
 
 pub(in crate::integrate) mod discontinuities;
 pub(in crate::integrate) mod history;

@@ -1,15 +1,15 @@
-//! Jumps whose times depend on parameters: those of held inputs that arrive late.
+//! Jumps whose times depend on parameters: those of held inputs with delays.
 //!
-//! A jump of u at t₁ is one of u(t − τ) at t₁ + τ, and moves with τ. Differential unknowns do not
-//! jump there, whatever θ is, so that
+//! A jump of u at t₁ is one of u(t − τ) at t₁ + τ, and moves with τ. Differential unknowns do not jump there for any θ,
+//! so that
 //!
 //! ```text
 //!   S⁻ + ẏ⁻ ∂τ/∂θ = S⁺ + ẏ⁺ ∂τ/∂θ,     S⁺ = S⁻ + (f⁻ − f⁺) ∂τ/∂θ
 //! ```
 //!
-//! with f on both sides at consistent values. Jumps of several inputs at one time are taken one
-//! after another, those that do not move first. Transitions that a jump triggers belong to its
-//! instant ([`crate::integrate::events`]), whose time moves by ∂τ/∂θ.
+//! with f on both sides at consistent values. Jumps of several inputs at one time are taken one after another, fixed
+//! ones first. Transitions that a jump triggers belong to its instant ([`crate::integrate::events`]), whose time moves
+//! by ∂τ/∂θ.
 
 use crate::error::IntegrateError;
 use crate::integrate::simulation::Simulation;
@@ -20,15 +20,14 @@ use crate::solution::Solution;
 use crate::solved::Solved;
 use crate::system::{Point, Storage};
 
-/// Inputs on the two sides of a jump may differ by this without one, relative to their size: the
-/// rounding of a product and a sum.
+/// Relative differences of inputs up to this are not jumps: the rounding of a product and a sum.
 pub(in crate::integrate) const NO_JUMP: f64 = 16.0 * f64::EPSILON;
 
-/// What is needed at jumps that move.
+/// Work space for moving jumps.
 pub(in crate::integrate) struct MovingJumps<S: Solved> {
     /// ∂τ/∂θ, delays × n_s by columns.
     dtau: Vec<f64>,
-    /// Of one delay.
+    /// ∂τ/∂θ of one delay.
     dt: Vec<f64>,
     /// Inputs while some of them have jumped.
     u: S::Inputs,
@@ -37,7 +36,7 @@ pub(in crate::integrate) struct MovingJumps<S: Solved> {
 }
 
 impl<S: Solved> MovingJumps<S> {
-    /// `None` where no delay of an input depends on a direction.
+    /// `None` if no delay of an input depends on a direction.
     pub(in crate::integrate) fn new(problem: &Problem<'_, S>) -> Option<Self> {
         let signature = problem.system.signature();
         if signature.delayed_inputs.is_empty() {
@@ -130,7 +129,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// f with the current inputs, where sensitivities need it.
+    /// f with the current inputs, if sensitivities need it.
     pub(in crate::integrate) fn rates(&mut self, f: &mut S::Vector) {
         if self.directions.is_none() {
             return;
@@ -141,7 +140,7 @@ impl<S: Solved> Simulation<'_, S> {
         system.rhs(at, f.as_mut());
     }
 
-    /// S⁺ = S⁻ + (f⁻ − f⁺) dt/dθ where unknowns are differential; the others follow.
+    /// S⁺ = S⁻ + (f⁻ − f⁺) dt/dθ for differential unknowns; the others follow.
     pub(in crate::integrate) fn move_sensitivities(
         &mut self,
         before: &S::Vector,

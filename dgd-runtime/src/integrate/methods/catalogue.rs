@@ -19,15 +19,15 @@ use crate::system::Signature;
 /// An integration method.
 #[derive(Debug)]
 pub struct Method {
-    /// What users call it.
+    /// Its name for users.
     pub name: &'static str,
-    /// What it is good for, in a line.
+    /// Its purpose, in one line.
     pub description: &'static str,
     /// Order of accuracy.
     pub order: u32,
-    /// Where its coefficients were read.
+    /// Source of its coefficients.
     pub source: &'static str,
-    /// What the stepper needs to know.
+    /// Its family, with coefficients.
     pub kind: MethodKind,
 }
 
@@ -42,18 +42,17 @@ pub enum MethodKind {
     Esdirk(&'static RungeKuttaTableau),
     /// Backward differentiation, of orders up to this one.
     Bdf(usize),
-    /// Taylor series, of this order or of the one that suits the tolerance.
+    /// Taylor series, of this order or, if `None`, of the one that suits the tolerance.
     Taylor(Option<usize>),
 }
 
 impl MethodKind {
-    /// Order of the solution that error estimates belong to, at the start.
+    /// Order of the solution to which error estimates belong, at the start.
     pub fn estimate_order(self, rtol: f64) -> u32 {
         by_family!(self, |family| family.estimate_order(rtol))
     }
 
-    /// Whether it solves equations for the end of a step, so that models may be stiff and unknowns
-    /// algebraic.
+    /// Whether it solves equations for the end of a step, so that models may be stiff and have algebraic unknowns.
     pub fn is_implicit(self) -> bool {
         self.traits().is_implicit()
     }
@@ -68,7 +67,7 @@ impl MethodKind {
         by_family!(self, |family| law_of(family))
     }
 
-    /// Whether a problem can be solved by the method of this name.
+    /// Checks that the method of this name can solve a problem.
     pub(crate) fn verify<S: Solved>(
         self,
         problem: &Problem<'_, S>,
@@ -132,7 +131,7 @@ pub static METHODS: &[Method] = &[
     },
 ];
 
-/// Methods for these orders.
+/// Taylor methods of these orders.
 macro_rules! taylor_of_order {
     ($($order:literal)*) => {
         [$(Method {
@@ -157,22 +156,22 @@ pub(crate) fn taylor_up_to(order: usize) -> &'static [Method] {
     &TAYLOR[..count]
 }
 
-/// The method used where none is named.
+/// The default method.
 pub static DEFAULT: &Method = &METHODS[0];
 
-/// What users call the choice by [`automatic`].
+/// Name of the choice by [`automatic`].
 pub const AUTOMATIC: &str = "auto";
 
-/// The most unknowns for which [`automatic`] takes the default method whatever they are.
+/// Number of unknowns up to which [`automatic`] always takes the default method.
 pub const MOST_FOR_DEFAULT: usize = 1000;
 
-/// The method for a model like this: `rodas5p`, whose errors are nearest to the tolerance and which goes
-/// through points where an equation stops determining its unknown; and for models of more than
-/// [`MOST_FOR_DEFAULT`] unknowns, none of them algebraic and the matrix no band, `bdf`, which evaluates
-/// and factorises least often, for an error ten to a hundred times as large.
+/// The method for a model: `rodas5p`, whose errors are closest to the tolerance and which passes points where an
+/// equation stops determining its unknown. For models of more than [`MOST_FOR_DEFAULT`] unknowns, none of them
+/// algebraic, whose matrix is not banded: `bdf`, which evaluates and factorises least often, at the cost of errors ten
+/// to a hundred times as large.
 ///
-/// A band costs little to factorise. It is that of a line, whose waves `bdf` may take a hundred times
-/// the steps for: above order 2 it is not A-stable.
+/// A banded matrix is cheap to factorise. It usually belongs to a line, for whose waves `bdf` may need a hundred times
+/// as many steps: above order 2 it is not A-stable.
 pub fn automatic(signature: &Signature) -> &'static Method {
     let n = signature.unknowns.len();
     let is_large = n > MOST_FOR_DEFAULT && signature.unknowns.n_algebraic() == 0;
@@ -188,7 +187,7 @@ pub fn automatic(signature: &Signature) -> &'static Method {
 ///
 /// # Errors
 ///
-/// [`UnknownMethod`], which lists the names there are.
+/// [`UnknownMethod`], which lists the valid names.
 pub fn find(name: &str) -> Result<&'static Method, UnknownMethod> {
     METHODS
         .iter()
@@ -197,7 +196,7 @@ pub fn find(name: &str) -> Result<&'static Method, UnknownMethod> {
         .ok_or_else(|| UnknownMethod { name: name.to_owned() })
 }
 
-/// A name that no method has.
+/// Error for an unknown method name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownMethod {
     /// The name.

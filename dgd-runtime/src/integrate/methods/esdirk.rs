@@ -5,8 +5,8 @@
 //!   0 = f(t + cᵢ h, Yᵢ) − M (Yᵢ − Ȳᵢ)/(h γ),   Ȳᵢ = y + h Σⱼ aᵢⱼ kⱼ,   kᵢ = (Yᵢ − Ȳᵢ)/(h γ)
 //! ```
 //!
-//! kᵢ from the difference and not from f: so algebraic unknowns have slopes as the others do, and what
-//! Newton's method leaves is not multiplied by the rates of a stiff model. All stages share a matrix.
+//! kᵢ is computed from the difference rather than from f, so that algebraic unknowns have slopes like the others, and
+//! residuals of Newton's method are not multiplied by the rates of a stiff model. All stages share a matrix.
 
 use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
@@ -17,7 +17,7 @@ use crate::integrate::methods::tableaux::{RungeKuttaTableau, extrapolate};
 use crate::solution::Statistics;
 use crate::solved::Solved;
 
-/// Iterations of Newton's method for a stage.
+/// Maximum number of Newton iterations for a stage.
 const MOST_ITERATIONS: i32 = 7;
 
 /// Singly diagonally implicit Runge–Kutta methods with an explicit first stage.
@@ -74,7 +74,7 @@ impl Family for Esdirk {
 }
 
 impl<S: Solved> Stepper<S> {
-    /// Tries a step; J is known where it starts.
+    /// Tries a step; J is known at its start.
     fn attempt_esdirk(
         &mut self,
         tableau: &RungeKuttaTableau,
@@ -119,8 +119,7 @@ fn slope(k: &mut [f64], c: f64, y: &[f64], known: &[f64]) {
     }
 }
 
-/// Weights of the slopes of earlier stages in the guess of the i-th: the line through the two that
-/// stand nearest to it.
+/// Weights of the slopes of earlier stages in the guess of the i-th: the line through the two nearest ones.
 fn predictor(tableau: &RungeKuttaTableau, i: usize) -> [f64; MAX_STAGES] {
     let mut weights = [0.0; MAX_STAGES];
     let c = tableau.c;

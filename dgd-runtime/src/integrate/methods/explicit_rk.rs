@@ -3,9 +3,8 @@
 //! The method is applied to the system of y and S together, ẏ = f and Ṡ = g. It is for models
 //! without algebraic unknowns.
 //!
-//! Where the model is stiff for it, steps are as long as stability allows and errors far below the
-//! tolerance. The last two stages stand at the same time and tell the largest rate λ of the model
-//! from the difference of their slopes,
+//! If the model is stiff for it, stability limits the steps and errors are far below the tolerance. The last two stages
+//! are at the same time, and the difference of their slopes gives the largest rate λ of the model,
 //!
 //! ```text
 //!   h |λ| ≈ h ‖k_s − k_{s−1}‖ / ‖Y_s − Y_{s−1}‖
@@ -25,9 +24,9 @@ use crate::solution::Statistics;
 use crate::solved::Solved;
 use crate::system::Point;
 
-/// So many steps at the limit of stability make a model stiff for the method.
+/// Number of steps at the stability limit after which the model counts as stiff.
 const STIFF: u32 = 15;
-/// So many others in a row take that back.
+/// Number of other steps in a row after which it no longer does.
 const NOT_STIFF: u32 = 6;
 
 /// Explicit Runge–Kutta methods.
@@ -132,7 +131,7 @@ impl<S: Solved> Stepper<S> {
         }
     }
 
-    /// Takes note of whether stability limits the step tried last, which is accepted.
+    /// Records whether stability limits the last tried step, which is accepted.
     fn note_stiffness(&mut self, tableau: &RungeKuttaTableau, h: f64) {
         let last = tableau.stages() - 1;
         let distance = |a: &[f64], b: &[f64]| -> f64 {
@@ -155,7 +154,7 @@ impl<S: Solved> Stepper<S> {
         self.stiff_steps.0 >= STIFF
     }
 
-    /// The first slope of the step tried last that is not finite, and its time.
+    /// The first slope of the last tried step that is not finite, and its time.
     fn non_finite_slope(
         &self,
         tableau: &RungeKuttaTableau,

@@ -1,12 +1,12 @@
-//! What a family of methods has to do, and the one place where families are told apart.
+//! The trait of families of methods, and the only place that distinguishes them.
 //!
-//! Families differ in what they need where a step starts, in what they remember, and in how they come to
-//! the end of a step ([`Traits`]):
+//! Families differ in what they need at the start of a step, in what they remember, and in the equations that they
+//! solve for its end ([`Traits`]):
 //!
 //! | family | needs at (t, y) | remembers from step to step | equations |
 //! |---|---|---|---|
 //! | Rosenbrock | f, J, df/dt; g, ∂g/∂y, dg/dt | nothing | linear |
-//! | explicit Runge–Kutta | – | slopes at the end of the step before | none |
+//! | explicit Runge–Kutta | – | slopes at the end of the previous step | none |
 //! | singly diagonally implicit Runge–Kutta | J | the same | solved by iteration |
 //! | backward differentiation | – | differences of earlier values, and a factorisation | solved by iteration |
 //! | Taylor series | the series | nothing | none |
@@ -21,38 +21,38 @@ use crate::problem::Problem;
 use crate::solution::Statistics;
 use crate::solved::Solved;
 
-/// What is to be known where a step starts.
+/// What a family needs at the start of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Needs {
-    /// Nothing that is not remembered.
+    /// Nothing beyond what it remembers.
     Nothing,
     /// J.
     Jacobian,
-    /// J and df/dt; with sensitivities the same of their equations, so second derivatives of f.
+    /// J and df/dt; with sensitivities also those of their equations, and so second derivatives of f.
     AllDerivatives,
     /// The Taylor series of the solution.
     Series,
 }
 
-/// What is remembered of the step before.
+/// What a family remembers of the previous step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Remembers {
     /// Nothing.
     Nothing,
     /// The slope at its end.
     Slope,
-    /// Differences of values at equal distances.
+    /// Differences of equidistant values.
     Differences,
 }
 
-/// Equations for the end of a step.
+/// Equations that a family solves for the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Solves {
     /// None: the method is explicit.
     Nothing,
     /// Linear ones.
     Linear,
-    /// Those that Newton's method solves, to a part of the tolerance.
+    /// Nonlinear equations, solved by Newton's method to a fraction of the tolerance.
     Nonlinear,
 }
 
@@ -65,25 +65,25 @@ pub(crate) struct Traits {
 }
 
 impl Traits {
-    /// Whether slopes are to be given where a solution begins.
+    /// Whether it needs slopes at the start of a solution.
     #[inline]
     pub(crate) fn wants_slopes(self) -> bool {
         self.remembers != Remembers::Nothing
     }
 
-    /// Whether a step is tried from a linearisation at (t, y).
+    /// Whether a step needs a linearisation at (t, y).
     #[inline]
     pub(crate) fn wants_jacobian(self) -> bool {
         matches!(self.needs, Needs::Jacobian | Needs::AllDerivatives)
     }
 
-    /// Whether a linearisation includes df/dt and that of the sensitivities' equations.
+    /// Whether the linearisation includes df/dt and the sensitivity equations.
     #[inline]
     pub(crate) fn wants_all_derivatives(self) -> bool {
         self.needs == Needs::AllDerivatives
     }
 
-    /// Whether a step is tried along the series at (t, y).
+    /// Whether a step needs the series at (t, y).
     #[inline]
     pub(crate) fn wants_series(self) -> bool {
         self.needs == Needs::Series
@@ -100,7 +100,7 @@ impl Traits {
         self.solves == Solves::Nonlinear
     }
 
-    /// Whether equations are solved at all, so that models may be stiff and unknowns algebraic.
+    /// Whether equations are solved at all, so that models may be stiff and have algebraic unknowns.
     #[inline]
     pub(crate) fn is_implicit(self) -> bool {
         self.solves != Solves::Nothing
@@ -112,11 +112,11 @@ impl Traits {
 pub(crate) struct Judged {
     /// Its size.
     pub(crate) h: f64,
-    /// The square of its error in units of the tolerance; NaN where it could not be evaluated.
+    /// The square of its error in units of the tolerance; NaN if it could not be evaluated.
     pub(crate) error: f64,
 }
 
-/// What errors are measured against: values where the step ends, and tolerances.
+/// The scale of errors: values at the end of the step, and tolerances.
 pub(crate) struct Scale<'a, S: Solved> {
     pub(crate) tolerances: Tolerances,
     pub(crate) y: &'a [f64],
@@ -125,7 +125,7 @@ pub(crate) struct Scale<'a, S: Solved> {
 }
 
 impl<S: Solved> Scale<'_, S> {
-    /// The square of an error of y, and of S for each block of it, in units of the tolerance.
+    /// The squared error of y, and of each block of S, in units of the tolerance; the largest.
     pub(super) fn square(&self, e: &[f64], of_s: impl Fn(&Directions<S>) -> &[f64]) -> f64 {
         let error = self.tolerances.mean_square(e, self.y, self.y, self.sizes);
         let Some(d) = self.directions else { return error };
@@ -134,17 +134,17 @@ impl<S: Solved> Scale<'_, S> {
     }
 }
 
-/// A family of methods, with the numbers of one of them.
+/// A family of methods, with the coefficients of one of them.
 pub(crate) trait Family: Copy {
     const TRAITS: Traits;
 
     /// How steps are controlled.
     const LAW: Law;
 
-    /// Order of the solution that error estimates belong to, at the start.
+    /// Order of the solution to which error estimates belong, at the start.
     fn estimate_order(self, rtol: f64) -> u32;
 
-    /// Whether a problem can be solved.
+    /// Checks that the method can solve a problem.
     fn verify<S: Solved>(
         self,
         _problem: &Problem<'_, S>,
@@ -153,10 +153,10 @@ pub(crate) trait Family: Copy {
         Ok(())
     }
 
-    /// Lays out work space that not every family has.
+    /// Allocates work space that only some families need.
     fn lay_out<S: Solved>(self, _stepper: &mut Stepper<S>, _system: &S, _rtol: f64, _n_s: usize) {}
 
-    /// Tries a step; gives y⁺ in `y_new` and S⁺ in `s_new`.
+    /// Tries a step; leaves y⁺ in `y_new` and S⁺ in `s_new`.
     fn attempt<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
@@ -166,7 +166,7 @@ pub(crate) trait Family: Copy {
         statistics: &mut Statistics,
     ) -> Result<(), Failed>;
 
-    /// Takes note that the step tried last is accepted, of size h.
+    /// Records that the last tried step, of size h, is accepted.
     #[inline]
     fn advance<S: Solved>(
         self,
@@ -177,20 +177,20 @@ pub(crate) trait Family: Copy {
     ) {
     }
 
-    /// Local error of the step tried last.
+    /// Local error of the last tried step.
     #[inline]
     fn local_error<S: Solved>(self, stepper: &Stepper<S>) -> &[f64] {
         stepper.error.as_ref()
     }
 
-    /// Local error of the sensitivities of the step tried last.
+    /// Local error of the sensitivities of the last tried step.
     #[inline]
     fn sensitivity_error<S: Solved>(self, directions: &Directions<S>) -> &[f64] {
         directions.error.as_ref()
     }
 
-    /// The first evaluation of the step tried last that is not finite, and its time; `None` where the
-    /// family says so itself.
+    /// The first evaluation of the last tried step that is not finite, and its time; `None` if the family reports it
+    /// itself.
     fn non_finite<S: Solved>(
         self,
         _stepper: &mut Stepper<S>,
@@ -213,8 +213,8 @@ pub(crate) trait Family: Copy {
         controller.accept(judged.h, judged.error);
     }
 
-    /// Chooses the next step after a rejected one; whether (t, y) itself may be to blame, and not the
-    /// size of the step or what is remembered.
+    /// Chooses the next step after a rejected one. Returns whether (t, y) itself may be the cause, rather than the step
+    /// size or what is remembered.
     fn adapt_to_rejection<S: Solved>(
         self,
         _stepper: &mut Stepper<S>,
@@ -229,7 +229,7 @@ pub(crate) trait Family: Copy {
         true
     }
 
-    /// Prepares [`Family::interpolate`] for the step tried last.
+    /// Prepares [`Family::interpolate`] for the last tried step.
     #[inline]
     fn prepare_dense<S: Solved>(
         self,
@@ -239,10 +239,10 @@ pub(crate) trait Family: Copy {
     ) {
     }
 
-    /// y at the fraction θ of the step tried last.
+    /// y at the fraction θ of the last tried step.
     fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]);
 
-    /// S at the fraction θ of the step tried last.
+    /// S at the fraction θ of the last tried step.
     fn interpolate_sensitivities<S: Solved>(
         self,
         stepper: &Stepper<S>,
@@ -251,7 +251,7 @@ pub(crate) trait Family: Copy {
         out: &mut [f64],
     );
 
-    /// Appends y at each of the asked times within the step tried last.
+    /// Appends y at each requested time within the last tried step.
     #[inline]
     fn interpolate_all<S: Solved>(
         self,
@@ -267,7 +267,7 @@ pub(crate) trait Family: Copy {
         }
     }
 
-    /// Appends S at each of the asked times within the step tried last.
+    /// Appends S at each requested time within the last tried step.
     #[inline]
     fn interpolate_all_sensitivities<S: Solved>(
         self,
@@ -283,7 +283,7 @@ pub(crate) trait Family: Copy {
         }
     }
 
-    /// Appends y at the fraction θ of the step tried last, of `chosen` unknowns only.
+    /// Appends y at the fraction θ of the last tried step, for `chosen` unknowns only.
     fn interpolate_chosen<S: Solved>(
         self,
         stepper: &mut Stepper<S>,
@@ -299,10 +299,10 @@ pub(crate) trait Family: Copy {
     }
 }
 
-/// Asked times within a step.
+/// Requested times within a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Asked<'a> {
-    /// Where the step begins, and 1/h.
+    /// Start of the step, and 1/h.
     pub(super) from: f64,
     pub(super) per_h: f64,
     pub(super) times: &'a [f64],
@@ -320,8 +320,7 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// Evaluates `$body` with the family of a [`MethodKind`](super::catalogue::MethodKind), whose type is
-/// known there.
+/// Evaluates `$body` with the family of a [`MethodKind`](super::catalogue::MethodKind), as its concrete type.
 macro_rules! by_family {
     ($kind:expr, |$family:ident| $body:expr) => {
         match $kind {

@@ -1,4 +1,4 @@
-//! Families of methods: each tries a step, and leaves it to its caller to judge it.
+//! Families of methods: each tries a step, and leaves the judgement to its caller.
 
 pub mod catalogue;
 mod esdirk;

@@ -1,17 +1,16 @@
-//! The equations of an implicit stage or step, for y and then for S.
+//! Solves the equations of an implicit stage or step, for y and then for S.
 //!
 //! ```text
 //!   0 = f(t, Y) − c M (Y − Ȳ),      W Δ = f − c M (Y − Ȳ),   Y ← Y + Δ,   W = c M − J
 //!   0 = g(t, Y, S) − c M (S − S̄)    with the same W, once Y is known
 //! ```
 //!
-//! Ȳ collects what is known from before. W stems from another point, so that corrections fall by
-//! about the same factor ρ each time; what is left after the last one is ρ/(1 − ρ) of it. The equations for
-//! S are linear with the matrix of this very point: where a W from elsewhere does not lead to them, one
-//! from here does at once.
+//! Ȳ collects the known terms. W was computed at another point, so corrections fall by about the same factor ρ each
+//! time, and the remaining error is ρ/(1 − ρ) of the last one. The equations for S are linear, with the matrix at this
+//! point: if iteration with an older W does not converge, one with the current W takes a single step.
 //!
-//! Equations that are fulfilled to the rounding of their terms are solved, though corrections be larger
-//! than the tolerance: what is left of 0 = 1 − y₁ − y₂ − y₃ is rounding of one, whatever the size of y₃.
+//! Equations that are satisfied to the rounding of their terms count as solved, even if corrections exceed the
+//! tolerance: the residual of 0 = 1 − y₁ − y₂ − y₃ has the rounding error of one, whatever the size of y₃.
 //!
 //! # Source
 //!
@@ -29,19 +28,19 @@ use crate::solution::Statistics;
 use crate::solved::Solved;
 use crate::system::{Pattern, Point};
 
-/// For equations that are linear, and a matrix that may be from an earlier step.
+/// Maximum number of iterations for linear equations, with a matrix that may be from an earlier step.
 const MOST_LINEAR_ITERATIONS: i32 = 10;
 
-/// The most that may be left, in units of the tolerance, and the most that rounding may: corrections
-/// that are smaller than this and do not shrink are rounding of the equations.
+/// Largest remaining error, in units of the tolerance, and largest error by rounding: corrections that are smaller than
+/// this and do not shrink are rounding of the equations.
 const MOST_LEFT: f64 = 0.03;
 const ROUNDING: f64 = 0.03;
-/// Convergence is not expected to be faster than this at first.
+/// Fastest convergence rate assumed at first.
 const LEAST_EXPECTED: f64 = 0.1;
 
-/// Follows the corrections of one iteration.
+/// Monitors the corrections of one iteration.
 struct Convergence {
-    /// What may be left, in units of the tolerance.
+    /// Permitted remaining error, in units of the tolerance.
     target: f64,
     previous: f64,
     left: i32,
@@ -49,7 +48,7 @@ struct Convergence {
     eta: f64,
 }
 
-/// What a correction says.
+/// Verdict on a correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Progress {
     Converged,
@@ -58,7 +57,7 @@ enum Progress {
 }
 
 impl Convergence {
-    /// `eta` is that of the iteration before with a matrix like this one.
+    /// `eta` is that of the previous iteration with a similar matrix.
     fn new(tolerances: Tolerances, eta: f64, most: i32) -> Self {
         let rounding = f64::EPSILON / tolerances.rtol;
         Self {
@@ -76,7 +75,7 @@ impl Convergence {
         if self.previous.is_finite() {
             let rate = norm / self.previous;
             self.eta = if rate < 1.0 { rate / (1.0 - rate) } else { f64::INFINITY };
-            // What is to be left after the iterations that may follow
+            // The error that would remain after the iterations left
             shrinks = rate.powi(self.left) * self.eta * norm <= self.target;
         }
         self.previous = norm;
@@ -108,7 +107,7 @@ impl<S: Solved> Stepper<S> {
         factorised.map_err(|singular| failed(singular, trial.base.t, pattern, jacobian))
     }
 
-    /// Takes J at (t, y_new), if f is finite there.
+    /// Computes J at (t, y_new), if f is finite there.
     pub(in crate::integrate) fn renew_jacobian(
         &mut self,
         trial: &Trial<'_, S>,
@@ -128,7 +127,7 @@ impl<S: Solved> Stepper<S> {
         }
     }
 
-    /// Solves for Y in `y_new`, which holds a guess, with Ȳ in `stage`, in at most so many iterations.
+    /// Solves for Y in `y_new`, which holds a guess, with Ȳ in `stage`, in at most `most` iterations.
     pub(in crate::integrate) fn solve_unknowns(
         &mut self,
         trial: &Trial<'_, S>,
@@ -178,8 +177,8 @@ impl<S: Solved> Stepper<S> {
         }
     }
 
-    /// Whether what is left of each equation at `y_new` is rounding of its terms. Overwrites `rhs`, and
-    /// `error`, which is not known yet.
+    /// Whether the residual of each equation at `y_new` is rounding of its terms. Overwrites `rhs`, and `error`, which
+    /// is not in use yet.
     #[cold]
     fn is_solved(
         &mut self,
@@ -270,8 +269,7 @@ impl<S: Solved> Stepper<S> {
     }
 }
 
-/// Why a matrix with this Jacobian at `t` could not be factorised: singular it may be called where its
-/// numbers are finite.
+/// Why a matrix with this Jacobian at `t` could not be factorised: it is singular if its entries are finite.
 #[cold]
 pub(in crate::integrate) fn failed(
     singular: Singular,

@@ -1,6 +1,6 @@
 //! Evaluations that are not finite.
 
-/// What of the model is not finite, by the position of its equation.
+/// The function of the model that is not finite, with the position of its equation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum NonFinite {
     Equation(usize),

@@ -1,9 +1,9 @@
-//! What steps of all families share: work space, the linearisation, and how a step is asked for.
+//! The stepper, shared by all families: work space, the linearisation, and the interface of a step.
 //!
-//! A stepper tries a step from (t, y) and gives y⁺ and S⁺, their local errors, and what lies between
-//! (t, y) and (t + h, y⁺). Accepting or rejecting it is the caller's business.
+//! A stepper tries a step from (t, y) and gives y⁺ and S⁺, their local errors, and the dense output between (t, y) and
+//! (t + h, y⁺). The caller accepts or rejects it.
 //!
-//! What is remembered holds along a smooth solution only: [`Stepper::restart`] forgets it.
+//! Remembered values are valid only along a smooth solution: [`Stepper::restart`] discards them.
 
 use crate::integrate::controller::Controller;
 use crate::integrate::drive::Drive;
@@ -28,27 +28,27 @@ pub(crate) struct Stepper<S: Solved> {
     pub(crate) f: S::Vector,
     pub(crate) jacobian: S::Jacobian,
     pub(crate) dfdt: S::Vector,
-    /// Yᵢ, or what it is sought from.
+    /// Yᵢ, or the known terms of its equation.
     pub(in crate::integrate) stage: S::Vector,
     /// f there.
     pub(crate) rhs: S::Vector,
     /// Increments, slopes or differences, by family.
     pub(in crate::integrate) k: [S::Vector; MAX_STAGES],
     pub(crate) y_new: S::Vector,
-    /// Local error, where no vector of `k` is.
+    /// Local error, if it is not one of the vectors in `k`.
     pub(in crate::integrate) error: S::Vector,
-    /// Of the dense output of Rosenbrock methods.
+    /// Vectors of the dense output of Rosenbrock methods.
     pub(super) dense: [S::Vector; 4],
-    /// Size of the step tried last, and whether it has been shortened since.
+    /// Size of the last tried step, and whether it has been shortened since.
     pub(super) h: f64,
     pub(super) is_cut: bool,
     /// Whether nothing is known of the solution before (t, y).
     fresh: bool,
-    /// Whether `jacobian` was taken elsewhere than at the start of the step.
+    /// Whether `jacobian` was computed at a point other than the start of the step.
     pub(in crate::integrate) moved: bool,
     /// How fast Newton's method converged last.
     pub(in crate::integrate) eta: f64,
-    /// Steps in a row that stability limited, and since then those that it did not.
+    /// Number of steps in a row limited by stability, and of those since then that were not.
     pub(in crate::integrate) stiff_steps: (u32, u32),
     pub(in crate::integrate) history: History,
     /// Taylor series at the start of the step.
@@ -68,7 +68,7 @@ pub(crate) struct Directions<S: Solved> {
     pub(in crate::integrate) dgdt: S::Sensitivity,
     pub(in crate::integrate) stage: S::Sensitivity,
     pub(in crate::integrate) rhs: S::Sensitivity,
-    /// What `k` is to the unknowns.
+    /// The counterpart of `k` for sensitivities.
     pub(in crate::integrate) v: [S::Sensitivity; MAX_STAGES],
     pub(in crate::integrate) error: S::Sensitivity,
     pub(super) dense: [S::Sensitivity; 4],
@@ -95,12 +95,12 @@ impl<S: Solved> Directions<S> {
     }
 }
 
-/// Where a step starts.
+/// The start of a step.
 pub(crate) struct Base<'a, S: Solved> {
     pub(crate) system: &'a S,
     pub(crate) p: &'a [f64],
     pub(crate) z: &'a [f64],
-    /// 1 where the unknown is differential, 0 where it is algebraic.
+    /// 1 for a differential unknown, 0 for an algebraic one.
     pub(crate) mass: &'a S::Vector,
     pub(crate) t: f64,
 }
@@ -113,7 +113,7 @@ impl<S: Solved> Clone for Base<'_, S> {
 
 impl<S: Solved> Copy for Base<'_, S> {}
 
-/// A step to try: from (t, y) by h, with what equations are solved to.
+/// A step to try: from (t, y) by h, with the tolerances of its equations.
 pub(crate) struct Trial<'a, S: Solved> {
     pub(crate) base: Base<'a, S>,
     pub(crate) y: &'a S::Vector,
@@ -130,16 +130,16 @@ impl<S: Solved> Clone for Trial<'_, S> {
 
 impl<S: Solved> Copy for Trial<'_, S> {}
 
-/// Why a step could not be tried to its end.
+/// Why a step failed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Failed {
     /// The matrix of the stages is singular.
     Singular { row: usize },
-    /// Newton's method does not converge; the unknown moves most for its size.
+    /// Newton's method does not converge; the unknown has the largest correction relative to its size.
     NotConverged { unknown: usize },
-    /// An equation that is not finite, and the time of that.
+    /// An equation that is not finite, and the time.
     NotFinite { t: f64, what: NonFinite },
-    /// A step that reads itself does not become consistent with itself.
+    /// A step that reads itself does not become consistent.
     Unsettled,
 }
 
@@ -185,25 +185,25 @@ impl<S: Solved> Stepper<S> {
         }
     }
 
-    /// Forgets what is known of the solution before (t, y): from here on it is another.
+    /// Discards what is known of the solution before (t, y), which is not smooth here.
     #[inline]
     pub(crate) fn restart(&mut self) {
         self.fresh = true;
         self.history.is_resumed = false;
     }
 
-    /// Lays out work space that not every family has, for n_s directions.
+    /// Allocates work space that only some families need, for n_s directions.
     pub(crate) fn lay_out(&mut self, system: &S, rtol: f64, n_s: usize) {
         by_family!(self.kind, |family| family.lay_out(self, system, rtol, n_s));
     }
 
-    /// Whether slopes are to be given by [`Stepper::begin`] before a step is tried.
+    /// Whether [`Stepper::begin`] must provide slopes before a step is tried.
     #[inline]
     pub(crate) fn wants_slopes(&self) -> bool {
         self.fresh && self.traits.wants_slopes()
     }
 
-    /// Evaluates everything that a step from (t, y) shares between its stages.
+    /// Evaluates everything that the stages of a step from (t, y) share.
     #[inline]
     pub(crate) fn linearize(
         &mut self,
@@ -237,8 +237,7 @@ impl<S: Solved> Stepper<S> {
         }
     }
 
-    /// Takes the slopes at (t, y) that `f` and `g` hold, of a solution that begins there, for one
-    /// step of size h.
+    /// Uses the slopes in `f` and `g` of a solution that begins at (t, y), for one step of size h.
     pub(crate) fn begin(&mut self, h: f64, directions: Option<&mut Directions<S>>) {
         self.fresh = false;
         self.eta = 1.0;
@@ -262,7 +261,7 @@ impl<S: Solved> Stepper<S> {
         }
     }
 
-    /// Tries a step; gives y⁺ in `y_new` and S⁺ in `s_new`.
+    /// Tries a step; leaves y⁺ in `y_new` and S⁺ in `s_new`.
     #[inline]
     pub(crate) fn attempt(
         &mut self,
@@ -276,7 +275,7 @@ impl<S: Solved> Stepper<S> {
         by_family!(self.kind, |family| family.attempt(self, trial, drive, directions, statistics))
     }
 
-    /// Takes note that the step tried last is accepted, of size h.
+    /// Records that the last tried step, of size h, is accepted.
     #[inline]
     pub(crate) fn advance(
         &mut self,
@@ -312,7 +311,7 @@ impl<S: Solved> Stepper<S> {
         by_family!(self.kind, |family| family.adapt_to_acceptance(self, judged, scale, controller));
     }
 
-    /// Chooses the next step after a rejected one; whether (t, y) itself may be to blame.
+    /// Chooses the next step after a rejected one. Returns whether (t, y) itself may be the cause.
     pub(crate) fn adapt_to_rejection(
         &mut self,
         judged: Judged,
@@ -321,8 +320,8 @@ impl<S: Solved> Stepper<S> {
         by_family!(self.kind, |family| family.adapt_to_rejection(self, judged, controller))
     }
 
-    /// Shortens the step tried last to size h, for a method that remembers: its solution within the
-    /// step is its dense output, which has its order.
+    /// Shortens the last tried step to size h, for a method that remembers earlier values: its solution within the step
+    /// is its dense output, which has the same order.
     pub(in crate::integrate) fn shorten(
         &mut self,
         h: f64,
@@ -338,19 +337,19 @@ impl<S: Solved> Stepper<S> {
         }
     }
 
-    /// Local error of the step tried last.
+    /// Local error of the last tried step.
     #[inline]
     pub(crate) fn local_error(&self) -> &[f64] {
         by_family!(self.kind, |family| family.local_error(self))
     }
 
-    /// Local error of the sensitivities of the step tried last.
+    /// Local error of the sensitivities of the last tried step.
     #[inline]
     pub(crate) fn sensitivity_error<'a>(&self, directions: &'a Directions<S>) -> &'a [f64] {
         by_family!(self.kind, |family| family.sensitivity_error(directions))
     }
 
-    /// The first evaluation of the step tried last that is not finite, and its time.
+    /// The first evaluation of the last tried step that is not finite, and its time.
     pub(crate) fn non_finite(
         &mut self,
         trial: Trial<'_, S>,
@@ -360,19 +359,19 @@ impl<S: Solved> Stepper<S> {
         by_family!(self.kind, |family| family.non_finite(self, trial, drive, directions))
     }
 
-    /// Prepares [`Stepper::interpolate`] for the step tried last.
+    /// Prepares [`Stepper::interpolate`] for the last tried step.
     #[inline]
     pub(crate) fn prepare_dense(&mut self, y: &[f64], directions: Option<&mut Directions<S>>) {
         by_family!(self.kind, |family| family.prepare_dense(self, y, directions));
     }
 
-    /// y at the fraction θ of the step tried last.
+    /// y at the fraction θ of the last tried step.
     #[inline]
     pub(crate) fn interpolate(&self, theta: f64, y: &[f64], out: &mut [f64]) {
         by_family!(self.kind, |family| family.interpolate(self, theta, y, out));
     }
 
-    /// S at the fraction θ of the step tried last.
+    /// S at the fraction θ of the last tried step.
     #[inline]
     pub(crate) fn interpolate_sensitivities(
         &self,
@@ -385,7 +384,7 @@ impl<S: Solved> Stepper<S> {
         });
     }
 
-    /// Appends y at each of the `asked` times within the step tried last; `row` is work space.
+    /// Appends y at each of the `asked` times within the last tried step; `row` is work space.
     #[inline]
     pub(crate) fn interpolate_all(
         &self,
@@ -397,7 +396,7 @@ impl<S: Solved> Stepper<S> {
         by_family!(self.kind, |family| family.interpolate_all(self, asked, y, row, out));
     }
 
-    /// Appends S at each of the `asked` times within the step tried last; `row` is work space.
+    /// Appends S at each of the `asked` times within the last tried step; `row` is work space.
     #[inline]
     pub(crate) fn interpolate_all_sensitivities(
         &self,
@@ -411,8 +410,7 @@ impl<S: Solved> Stepper<S> {
         });
     }
 
-    /// Appends y at the fraction θ of the step tried last, of `chosen` unknowns only. `row` is work
-    /// space.
+    /// Appends y at the fraction θ of the last tried step, for `chosen` unknowns only. `row` is work space.
     pub(crate) fn interpolate_chosen(
         &mut self,
         theta: f64,

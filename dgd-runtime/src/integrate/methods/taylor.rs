@@ -1,15 +1,15 @@
 //! One step along the Taylor series of the solution, for the unknowns alone or with their
 //! sensitivities.
 //!
-//! The coefficients at (t, y) are computed once, for a step h₀ that is about as long as the one to be
-//! tried, and serve every size of it:
+//! The coefficients at (t, y) are computed once, for a step h₀ about as long as the one to be tried, and serve any step
+//! size:
 //!
 //! ```text
 //!   y(t + h) = Σₖ yₖ θᵏ,   θ = h/h₀,   k = 0 … p
 //! ```
 //!
-//! between step ends, too. The local error is taken from the last two terms: the last one is that of
-//! the series without it, and where series are even or odd it may vanish by chance.
+//! between step ends as well. The local error is estimated from the last two terms: the last one is the error of the
+//! series without it, but may vanish if the series is even or odd.
 //!
 //! The order that needs least work for a tolerance ε is
 //!
@@ -17,14 +17,14 @@
 //!   p = 1 − ln(ε)/2
 //! ```
 //!
-//! as terms then shrink by e² from one to the next, and the work of a step grows with p².
+//! since terms then shrink by e² from one to the next, and the work of a step grows like p².
 //!
 //! # Source
 //!
 //! Jorba and Zou, A software package for the numerical integration of ODEs by means of high-order
 //! Taylor methods, Experimental Mathematics 14 (2005) 99–117, §3.
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 use crate::codegen::taylor::{MOST_ORDER, Terms};
@@ -40,15 +40,14 @@ use crate::solution::Statistics;
 use crate::solved::Solved;
 use crate::system::{Interpolation, Point};
 
-/// The lowest order that is taken for a tolerance.
+/// The lowest order used for a tolerance.
 pub(crate) const LEAST_ORDER: usize = 2;
-/// The last term but one counts as an error by this part: where terms shrink by e² it is about as large
-/// as the last.
+/// Weight of the last term but one in the error: if terms shrink by e², its share is about as large as the last term.
 const BUT_ONE: f64 = 0.1;
 
-/// The order that is asked for, or the one for a relative tolerance.
+/// The requested order, or the one for a relative tolerance.
 pub(crate) fn order(asked: Option<usize>, rtol: f64) -> usize {
-    // A tolerance is positive; one above 1 asks for no accuracy.
+    // A tolerance is positive; above 1 it requires no accuracy.
     let order = asked.unwrap_or_else(|| (1.0 - 0.5 * rtol.ln()).ceil().max(0.0) as usize);
     order.clamp(LEAST_ORDER, MOST_ORDER)
 }
@@ -69,14 +68,14 @@ pub(crate) struct Expansion {
     rows: Vec<f64>,
 }
 
-/// A quantity of the unknowns, and of their sensitivities where these are wanted.
+/// A quantity of the unknowns, and of their sensitivities if these are wanted.
 pub(in crate::integrate) struct YAndS<'a> {
     pub(in crate::integrate) y: &'a mut [f64],
     pub(in crate::integrate) s: &'a mut [f64],
 }
 
 impl Expansion {
-    /// Work space for a system that has series, and for so many directions.
+    /// Work space for a system that has series, and for n_s directions.
     pub(crate) fn new<S: Solved>(system: &S, order: usize, n_s: usize) -> Self {
         let Ok(kept) = system.taylor_series() else { return Self::default() };
         let n = system.signature().unknowns.len();
@@ -91,8 +90,8 @@ impl Expansion {
         }
     }
 
-    /// Adds to errors at h₀θ by how much the slopes there, g, are not those of the series: a solution
-    /// that has left its branch is not the one that the series goes on with.
+    /// Adds to errors at h₀θ the difference between the slopes there, g, and those of the series: the series does not
+    /// follow a solution that has left its branch.
     fn add_defect(
         &self,
         series: &[f64],
@@ -145,8 +144,8 @@ impl Expansion {
         self.order
     }
 
-    /// Computes the series at a point, for steps of about the size h; S is given for the beginning, or
-    /// nothing where it is not wanted.
+    /// Computes the series at a point, for steps of about the size h; S is that at the start, or empty if it is not
+    /// wanted.
     #[inline(always)]
     pub(in crate::integrate) fn compute<S: Solved>(
         &mut self,
@@ -172,7 +171,7 @@ impl Expansion {
     #[inline(always)]
     pub(in crate::integrate) fn sum(&self, theta: f64, y: &[f64], out: &mut [f64]) {
         add_terms(&self.y, self.order, theta, out);
-        // The increment is small against y: only this sum rounds.
+        // The increment is small relative to y: only this sum rounds.
         for (out, y) in out.iter_mut().zip(y) {
             *out += y;
         }
@@ -215,13 +214,13 @@ impl Expansion {
     }
 }
 
-/// The terms of series but those of order 0.
+/// The terms of series except those of order 0.
 #[inline(always)]
 fn add_terms(series: &[f64], order: usize, theta: f64, out: &mut [f64]) {
     let len = out.len();
     out.fill(0.0);
     let terms = series[len..(order + 1) * len].chunks_exact(len.max(1));
-    // Steps of the size that the series are made for: the same without factors of 1.
+    // The step size of the series: the same without factors of 1.
     if theta == 1.0 {
         for row in terms {
             for (out, term) in out.iter_mut().zip(row) {
@@ -239,7 +238,7 @@ fn add_terms(series: &[f64], order: usize, theta: f64, out: &mut [f64]) {
     }
 }
 
-/// The larger of the last two terms of series, the last but one by its part.
+/// The larger of the last two terms of series, the last but one weighted.
 #[inline(always)]
 fn last_terms(series: &[f64], order: usize, theta: f64, error: &mut [f64]) {
     let len = error.len();
@@ -253,7 +252,7 @@ fn last_terms(series: &[f64], order: usize, theta: f64, error: &mut [f64]) {
     }
 }
 
-/// Numbers by `m` columns of n made those by n columns of `m`.
+/// Transposes `m` columns of n numbers to n columns of `m`.
 #[inline(always)]
 fn transpose(from: &[f64], n: usize, to: &mut [f64], m: usize) {
     for j in 0..m {
@@ -263,7 +262,7 @@ fn transpose(from: &[f64], n: usize, to: &mut [f64], m: usize) {
     }
 }
 
-/// Taylor series, of this order or of the one that suits the tolerance.
+/// Taylor series, of this order or, if `None`, of the one that suits the tolerance.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Taylor {
     pub(crate) order: Option<usize>,
@@ -375,12 +374,12 @@ impl<S: Solved> Stepper<S> {
         }
     }
 
-    /// y at a time h after the start of the step tried last.
+    /// y at a time h after the start of the last tried step.
     fn series_at(&self, h: f64, y: &[f64], out: &mut [f64]) {
         self.expansion.sum(h / self.expansion.h, y, out);
     }
 
-    /// S at a time h after the start of the step tried last.
+    /// S at a time h after the start of the last tried step.
     fn sensitivity_series_at(&self, h: f64, s: &[f64], out: &mut [f64]) {
         let Expansion { order, h: own, s: series, .. } = &self.expansion;
         let n = self.y_new.as_ref().len().max(1);
@@ -414,27 +413,27 @@ impl<S: Solved> Stepper<S> {
         if let Some(what) = of_y.or_else(of_s) {
             return Some((trial.base.t, what));
         }
-        // The slopes at the end, where those of a branch are looked at.
+        // The slopes at the end, which are checked for models with branches.
         let of_end = bad(self.rhs.as_ref()).filter(|_| *has_branches);
         of_end.map(|at| (trial.base.t + trial.h, NonFinite::Equation(at)))
     }
 }
 
-/// Where a step ends.
+/// The end of a step.
 fn end<'a, S: Solved>(trial: Trial<'a, S>, drive: &'a mut Drive<S>, y: &'a [f64]) -> Point<'a> {
     let Base { p, z, t, .. } = trial.base;
     let t = t + trial.h;
     Point { t, y, u: drive.at(t, y), p, z }
 }
 
-/// Whether a problem can be solved along Taylor series.
+/// Checks that a problem can be solved with Taylor series.
 pub(crate) fn verify<S: Solved>(
     problem: &Problem<'_, S>,
     method: &'static str,
 ) -> Result<(), IntegrateError> {
     let Problem { system, inputs, .. } = problem;
     system.taylor_series().map_err(|why| IntegrateError::NoTaylorSeries { method, why })?;
-    // Series are made for inputs that go on between samples as the model declares it.
+    // Series assume that inputs behave between samples as the model declares.
     let declared = system.signature().inputs.iter().enumerate();
     let mut held = declared.filter(|(_, input)| input.interpolation == Interpolation::Hold);
     match held.find(|(position, _)| inputs.has_slopes(*position)) {

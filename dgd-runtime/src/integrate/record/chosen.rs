@@ -1,4 +1,4 @@
-//! Values of chosen unknowns at the asked times: of a large model, a few.
+//! Records a few chosen unknowns of a large model at the requested times.
 
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
@@ -46,15 +46,15 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Whether rows are made as a whole: outputs read them, and an algebraic unknown depends on them.
+    /// Whether whole rows are needed: for outputs, or for a chosen algebraic unknown.
     fn is_whole(&self, chosen: &[usize]) -> bool {
         let mass = self.algebraic.mass.as_ref();
         let is_algebraic = || chosen.iter().any(|i| mass[*i] == 0.0);
         self.observed.is_some() || (!self.algebraic.is_empty() && is_algebraic())
     }
 
-    /// Records `chosen` unknowns of the row at `t` that is in work, moved onto the algebraic equations, and
-    /// outputs where they are asked for.
+    /// Records `chosen` unknowns of the current row at `t`, moved onto the algebraic equations, and outputs if
+    /// requested.
     fn record_whole(&mut self, chosen: &[usize], t: f64, solution: &mut Solution) {
         let mut row = self.row.take();
         if !self.algebraic.is_empty() {

@@ -1,4 +1,4 @@
-//! Values at the asked times.
+//! Records values at the requested times.
 
 mod chosen;
 pub(crate) mod projection;
@@ -12,7 +12,7 @@ use crate::solution::Solution;
 use crate::solved::Solved;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Records asked times in (t, t_new].
+    /// Records requested times in (t, t_new].
     #[inline]
     pub(in crate::integrate) fn record_step(
         &mut self,
@@ -74,7 +74,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Records the asked times that are now.
+    /// Records the requested times equal to the current one.
     #[inline]
     pub(in crate::integrate) fn record_now(&mut self, times: &[f64], solution: &mut Solution) {
         while times.get(solution.times.len()) == Some(&self.t) {
@@ -98,7 +98,7 @@ impl<S: Solved> Simulation<'_, S> {
         fill_undefined(solution);
     }
 
-    /// Begins to move rows of the step tried last onto the algebraic equations.
+    /// Prepares to move rows of the last tried step onto the algebraic equations.
     pub(in crate::integrate) fn begin_projection(&mut self) {
         if let Some(projection) = &mut self.projection {
             let pattern = &self.problem.system.signature().jacobian;
@@ -106,14 +106,14 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Begins to move a row that belongs to no step.
+    /// Prepares to move a row that does not belong to a step.
     pub(in crate::integrate) fn begin_projection_anew(&mut self) {
         if let Some(projection) = &mut self.projection {
             projection.begin_anew();
         }
     }
 
-    /// Moves the rows at `times`, recorded from these places on, onto the algebraic equations.
+    /// Moves the rows at `times`, recorded from these positions on, onto the algebraic equations.
     #[inline]
     fn project_recorded(
         &mut self,
@@ -149,10 +149,10 @@ impl<S: Solved> Simulation<'_, S> {
     }
 }
 
-/// How many of the asked times are within the step to `t_new`, and how many at its end.
+/// The number of requested times within the step to `t_new`, and at its end.
 #[inline]
 fn due(asked: &[f64], t_new: f64, stop: Stop) -> (usize, usize) {
-    // By eights, each counted at once.
+    // In groups of eight.
     let eights = asked.as_chunks::<8>().0.iter().take_while(|eight| eight[7] < t_new).count();
     let rest = asked[8 * eights..].iter().take_while(|&&t| t < t_new).count();
     let inside = 8 * eights + rest;
@@ -163,13 +163,14 @@ fn due(asked: &[f64], t_new: f64, stop: Stop) -> (usize, usize) {
     }
 }
 
-/// How many of some equal times at a jump are recorded before it: the first of two, as [`side`](crate::solution::side) says.
+/// The number of equal times at a jump that are recorded before it: the first of two, as
+/// [`side`](crate::solution::side) says.
 #[inline]
 pub(crate) fn before_change(equal: usize) -> usize {
     usize::from(equal == 2)
 }
 
-/// Records what is known of delayed unknowns at `t`, where outputs read it.
+/// Records the past of delayed unknowns at `t`, if outputs read it.
 fn record_past<S: Solved>(drive: &mut Drive<'_, S>, t: f64, y: &[f64], solution: &mut Solution) {
     if S::FEATURES.past && solution.n_past > 0 {
         let u = drive.at(t, y);
@@ -177,7 +178,7 @@ fn record_past<S: Solved>(drive: &mut Drive<'_, S>, t: f64, y: &[f64], solution:
     }
 }
 
-/// Sensitivities that were not recorded are undefined.
+/// Marks sensitivities that were not recorded as undefined.
 #[inline]
 fn fill_undefined(solution: &mut Solution) {
     let len = solution.times.len() * solution.n * solution.n_s;

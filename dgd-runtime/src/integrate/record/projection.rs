@@ -1,16 +1,15 @@
-//! Rows that fulfil their algebraic equations.
+//! Projects recorded rows onto the algebraic equations.
 //!
-//! What lies between the ends of a step is a polynomial in time, which knows nothing of 0 = f_a: where
-//! an algebraic unknown bends within a step it is off by far more than the tolerance, and so are its
-//! sensitivities. Rows that are kept are therefore moved onto the equations, with differential unknowns
-//! as they are:
+//! The dense output of a step is a polynomial in time that ignores 0 = f_a: if an algebraic unknown bends within a
+//! step, it is off by far more than the tolerance, and so are its sensitivities. Recorded rows are therefore moved onto
+//! the equations, with differential unknowns unchanged:
 //!
 //! ```text
 //!   −∂f_a/∂y_a δ = f_a(t, y_d, y_a),  y_a ← y_a + δ      with one matrix for all rows of a step,
 //! ```
 //!
-//! and the same for the sensitivities. Where that matrix does not lead there, because the row is on another
-//! branch, Newton's method does from the row itself.
+//! and likewise for the sensitivities. If that does not converge, because the row is on another branch, Newton's method
+//! starts from the row itself.
 
 use crate::algebraic::{Algebraic, AlgebraicPoint};
 use crate::integrate::drive::Drive;
@@ -19,30 +18,30 @@ use crate::linalg::norm::{Tolerances, larger};
 use crate::solved::Solved;
 use crate::system::{Pattern, Point, Storage};
 
-/// What may be left of a correction, in units of the tolerance; a correction of this size leaves less.
+/// Permitted remaining error, in units of the tolerance; a correction of this size leaves less.
 const LEFT: f64 = 1e-2;
-/// Corrections that shrink by less than this are left to Newton's method.
+/// Corrections that converge more slowly than this rate are left to Newton's method.
 const SLOW: f64 = 0.3;
 const MOST_CORRECTIONS: usize = 6;
-/// Rows of a step lie further from where its matrix was taken than the first of them, and their corrections shrink
-/// as much less.
+/// Later rows of a step are further from the point of its matrix than the first, and their corrections shrink less by
+/// up to this factor.
 const FURTHER: f64 = 16.0;
 
 /// Moves rows of a solution onto the algebraic equations.
 pub(crate) struct Projection<S: Solved> {
-    /// Where that of the step does not do; work space to others.
+    /// Used if that of the step does not suffice; otherwise work space.
     pub(crate) jacobian: S::Jacobian,
     f: S::Vector,
-    /// The row as it was.
+    /// The row before projection.
     kept: S::Vector,
     kept_s: Vec<f64>,
     /// Whether a matrix is factorised.
     is_factorised: bool,
-    /// How corrections by it shrink, as far as rows of this step have shown.
+    /// Convergence rate with it, from earlier rows of this step.
     rate: f64,
 }
 
-/// What is the same for all rows of a step.
+/// Data shared by all rows of a step.
 pub(crate) struct Rows<'a, S: Solved> {
     pub(crate) system: &'a S,
     pub(crate) p: &'a [f64],
@@ -51,7 +50,7 @@ pub(crate) struct Rows<'a, S: Solved> {
     pub(crate) tolerances: Tolerances,
 }
 
-/// Corrections of one row by one matrix.
+/// Corrections of one row with one matrix.
 struct Corrections {
     previous: f64,
     rate: f64,
@@ -70,18 +69,18 @@ impl Corrections {
         Self { previous: f64::INFINITY, rate: SLOW.min(FURTHER * rate), left: MOST_CORRECTIONS }
     }
 
-    /// How they shrink, if more than one has been made.
+    /// Their convergence rate, if there was more than one.
     fn measured(&self) -> Option<f64> {
         (self.left + 1 < MOST_CORRECTIONS).then_some(self.rate)
     }
 
-    /// Judges a correction of this size, in units of the tolerance, that has been made.
+    /// Judges a correction of this size, in units of the tolerance, after it was applied.
     fn judge(&mut self, norm: f64) -> Verdict {
         self.left -= 1;
         if self.previous.is_finite() {
             self.rate = norm / self.previous;
         } else if norm > 1.0 {
-            // The rate of other rows is trusted where little depends on it.
+            // The rate of other rows is trusted if little depends on it.
             self.rate = SLOW;
         }
         let rate = self.rate;
@@ -103,7 +102,7 @@ pub(crate) struct SensitivityRow<'a> {
     pub(crate) s: &'a mut [f64],
     /// Their sizes.
     pub(crate) sizes: &'a [f64],
-    /// As many numbers to write on.
+    /// Work space of the same size.
     pub(crate) work: &'a mut [f64],
 }
 
@@ -121,7 +120,7 @@ impl<S: Solved> Projection<S> {
         }
     }
 
-    /// Begins rows close to where `jacobian` was taken.
+    /// Begins rows close to the point of `jacobian`.
     pub(crate) fn begin(
         &mut self,
         algebraic: &mut Algebraic<S>,
@@ -132,17 +131,17 @@ impl<S: Solved> Projection<S> {
         self.rate = SLOW;
     }
 
-    /// Begins a row with the matrix of one that may be far away.
+    /// Begins a row with a matrix from a point that may be far away.
     pub(crate) fn begin_far_row(&mut self) {
         self.rate = SLOW;
     }
 
-    /// Begins a row of which nothing is known.
+    /// Begins a row without a matrix.
     pub(crate) fn begin_anew(&mut self) {
         self.is_factorised = false;
     }
 
-    /// Moves the algebraic unknowns of the row at `t`; they stay where their equations are not solved.
+    /// Moves the algebraic unknowns of the row at `t` onto their equations; leaves them unchanged if that fails.
     pub(crate) fn project(
         &mut self,
         algebraic: &mut Algebraic<S>,
@@ -160,7 +159,7 @@ impl<S: Solved> Projection<S> {
         let at = AlgebraicPoint { t, u: drive.at(t, y), p, z };
         let jacobian = self.jacobian.as_mut();
         let solved = algebraic.solve_nearby(system, at, y, jacobian, sizes, tolerances).is_ok();
-        // An iteration that finds nothing left has factorised nothing.
+        // An iteration that finds zero residuals does not factorise.
         let pattern = &system.signature().jacobian;
         self.is_factorised = solved && algebraic.factorise(pattern, jacobian).is_ok();
         self.rate = SLOW;
@@ -169,7 +168,7 @@ impl<S: Solved> Projection<S> {
         }
     }
 
-    /// Corrects by the matrix that is factorised; whether that solves the equations.
+    /// Corrects with the factorised matrix. Returns whether that solves the equations.
     fn correct(
         &mut self,
         algebraic: &mut Algebraic<S>,
@@ -224,7 +223,7 @@ impl<S: Solved> Projection<S> {
         }
         let SensitivityRow { s, work, .. } = row;
         s.copy_from_slice(&self.kept_s);
-        // They are linear, and their matrix is that of this very row.
+        // The equations are linear, with the matrix at this row.
         let jacobian = self.jacobian.as_mut();
         system.linearize(at, udot, self.f.as_mut(), jacobian, self.kept.as_mut());
         self.is_factorised = algebraic.factorise(&system.signature().jacobian, jacobian).is_ok();
@@ -237,7 +236,7 @@ impl<S: Solved> Projection<S> {
         }
     }
 
-    /// Corrects by the matrix that is factorised; whether that solves their equations.
+    /// Corrects with the factorised matrix. Returns whether that solves their equations.
     fn correct_sensitivities(
         &mut self,
         algebraic: &mut Algebraic<S>,

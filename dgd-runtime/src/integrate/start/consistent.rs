@@ -1,4 +1,4 @@
-//! The start of a run: values that fulfil all equations, and modes that hold there.
+//! The start of a run: values that satisfy all equations, and modes that hold there.
 
 use crate::algebraic::{Algebraic, AlgebraicPoint};
 use crate::discrete::state_selection::select_states;
@@ -12,20 +12,20 @@ use crate::signal::Side;
 use crate::solved::Solved;
 use crate::system::{Point, Storage};
 
-/// A start that fulfils all equations.
+/// A start that satisfies all equations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConsistentStart {
     /// Unknowns.
     pub y: Vec<f64>,
-    /// Their derivatives, those of algebraic unknowns included.
+    /// Their derivatives, including those of algebraic unknowns.
     pub ydot: Vec<f64>,
     /// Discrete numbers.
     pub z: Vec<f64>,
-    /// Positions of the transitions whose conditions hold here: they act once these were false.
+    /// Positions of the transitions whose conditions hold here: they act only after these have been false.
     pub waiting: Vec<usize>,
 }
 
-/// Start values at `t` that fulfil the algebraic equations, and their derivatives.
+/// Start values at `t` that satisfy the algebraic equations, and their derivatives.
 ///
 /// # Errors
 ///

@@ -1,8 +1,9 @@
-//! Algebraic equations that are linearly dependent wherever one looks, and so determine fewer unknowns than they are.
+//! Finds algebraic equations that are linearly dependent everywhere, and so determine fewer unknowns than there are
+//! equations.
 //!
-//! ∂f_a/∂y_a is taken at several points around the start: unknowns and inputs are drawn, parameters are as given, and the
-//! modes are those that hold at the start. At a single point a matrix may well be singular, that of q|q| at q = 0; what is
-//! dependent is so at each of them.
+//! ∂f_a/∂y_a is evaluated at several points around the start, with random unknowns and inputs, the given parameters,
+//! and the modes that hold at the start. At a single point the matrix may be singular by chance, as for q|q| at q = 0;
+//! dependent equations are so at every point.
 //!
 //! ```text
 //!   Jᵀ c = 0:  equations with cᵢ ≠ 0 say one thing less than they are
@@ -15,29 +16,29 @@ use crate::problem::unknown_sizes;
 use crate::solved::Solved;
 use crate::system::{Point, Storage};
 
-/// Points that are looked at.
+/// Number of points.
 const POINTS: usize = 8;
-/// So many of them have to be had: elsewhere something may not be finite.
+/// Minimum number of points with finite values.
 const FEWEST: usize = 4;
-/// Pivots below this part of the largest are rounding.
+/// Pivots below this fraction of the largest are rounding.
 const NOTHING: f64 = 1e-11;
-/// Larger systems take too long.
+/// Maximum size of a system; larger ones take too long.
 const MOST: usize = 300;
 
-/// Equations that depend on each other, no fewer of which do.
+/// A minimal set of equations that depend on each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dependent {
-    /// Rows, ascending, each with its factor: the sum of their derivatives to algebraic unknowns vanishes. The first
-    /// factor is one.
+    /// Rows, ascending, each with its factor: the weighted sum of their derivatives with respect to algebraic unknowns
+    /// vanishes. The first factor is one.
     pub equations: Vec<(usize, f64)>,
-    /// Algebraic unknowns that these equations leave open, ascending.
+    /// Algebraic unknowns that these equations do not determine, ascending.
     pub unknowns: Vec<usize>,
     /// Whether the factors are the same at all points.
     pub is_constant: bool,
 }
 
-/// The algebraic equations that are dependent with these parameters, SI, in the modes that hold at the start; nothing
-/// where that cannot be told.
+/// The algebraic equations that are dependent with these parameters, SI, in the modes that hold at the start; empty if
+/// that cannot be determined.
 pub fn dependent_equations<S: Solved>(system: &S, p: &[f64]) -> Vec<Dependent> {
     if !system.signature().unknowns.is_empty() && p.len() == system.signature().parameters.len() {
         let mut draws = Draws(0x9e37_79b9_7f4a_7c15);
@@ -56,7 +57,7 @@ pub fn dependent_equations<S: Solved>(system: &S, p: &[f64]) -> Vec<Dependent> {
     Vec::new()
 }
 
-/// What is dependent at all points.
+/// The sets that are dependent at all points.
 fn common(found: Vec<Vec<Dependent>>) -> Vec<Dependent> {
     let rows = |one: &Dependent| one.equations.iter().map(|(row, _)| *row).collect::<Vec<_>>();
     let mut all = found.into_iter();
@@ -76,9 +77,9 @@ fn common(found: Vec<Vec<Dependent>>) -> Vec<Dependent> {
     first
 }
 
-/// What a point says.
+/// The result at a point.
 enum Looked {
-    /// Something is not finite there, or there is too much of it.
+    /// Something is not finite there, or the system is too large.
     Nothing,
     /// The equations are independent.
     Regular,
@@ -88,7 +89,7 @@ enum Looked {
 fn at_a_point<S: Solved>(system: &S, p: &[f64], draws: &mut Draws, point: usize) -> Looked {
     let signature = system.signature();
     let n = signature.unknowns.len();
-    // Of several sizes: nothing is known of them but the unit.
+    // Several sizes are tried, since only the unit is known.
     let size = [1.0, 10.0, 0.1, 100.0][point % 4];
     let mut u: Vec<f64> = (0..signature.n_u()).map(|_| draws.between(0.1, 1.0)).collect();
     for (u, input) in u.iter_mut().zip(signature.inputs.iter()) {
@@ -101,7 +102,7 @@ fn at_a_point<S: Solved>(system: &S, p: &[f64], draws: &mut Draws, point: usize)
         return Looked::Nothing;
     }
     unknown_sizes(system, &y, &mut sizes);
-    // On the side of zero on which the start is, half of the time.
+    // Half of the time, on the same side of zero as the start.
     for (y, size) in y.iter_mut().zip(&sizes) {
         let side = if *y < 0.0 { -1.0 } else { 1.0 };
         let moved = if point.is_multiple_of(2) {
@@ -149,7 +150,7 @@ fn at_a_point<S: Solved>(system: &S, p: &[f64], draws: &mut Draws, point: usize)
     }
 }
 
-/// Positions of what is more than rounding.
+/// Positions of entries above rounding.
 fn support(vector: &[f64]) -> Vec<usize> {
     let largest = vector.iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
     (0..vector.len()).filter(|i| vector[*i].abs() > 1e-8 * largest).collect()
@@ -174,8 +175,8 @@ impl Matrix {
         self.values.iter().all(|value| value.is_finite())
     }
 
-    /// Rows that depend on each other, each set with the columns that they leave open; nothing where the matrix is
-    /// regular. `names` are what rows and columns are called.
+    /// Sets of rows that depend on each other, each with the columns that they do not determine; `None` if the matrix
+    /// is regular. `names` are the names of rows and columns.
     fn dependent(self, names: &[usize]) -> Option<Vec<Dependent>> {
         let Self { n, values } = self;
         let transposed: Vec<f64> = (0..n * n).map(|k| values[(k % n) * n + k / n]).collect();
@@ -184,7 +185,7 @@ impl Matrix {
         let of_rows = |c: Vec<f64>| {
             let rows = support(&c);
             let first = rows.first().map_or(1.0, |row| c[*row]);
-            // A set that moves what these rows read.
+            // A set of unknowns that these rows read.
             let reads = |k: &usize| rows.iter().any(|row| values[row * n + k] != 0.0);
             let mut columns: Vec<usize> =
                 open.iter().filter(|set| set.iter().any(reads)).flatten().copied().collect();
@@ -200,10 +201,10 @@ impl Matrix {
     }
 }
 
-/// The solutions of A v = 0, one for each column that elimination with full pivoting leaves over: it and what of the other
-/// columns makes up for it. Nothing where no column is left over.
+/// A basis of the solutions of A v = 0, one for each free column of elimination with full pivoting. `None` if there is
+/// no free column.
 fn null_space(n: usize, mut a: Vec<f64>) -> Option<Vec<Vec<f64>>> {
-    // Rows and columns are of one size, so that pivots can be compared.
+    // Rows and columns are scaled alike, so that pivots are comparable.
     let mut scales = vec![1.0; n];
     for _ in 0..2 {
         for row in a.chunks_exact_mut(n) {
@@ -230,7 +231,7 @@ fn null_space(n: usize, mut a: Vec<f64>) -> Option<Vec<Vec<f64>>> {
     while rank < n {
         let places = (rank..n).flat_map(|row| (rank..n).map(move |column| (row, column)));
         let size = |(row, column): &(usize, usize)| a[row * n + column].abs();
-        // The first of equals.
+        // The first on a tie.
         let best =
             places.reduce(|best, place| if size(&place) > size(&best) { place } else { best });
         let Some((row, column)) = best.filter(|place| size(place) > NOTHING) else { break };
@@ -268,7 +269,7 @@ fn null_space(n: usize, mut a: Vec<f64>) -> Option<Vec<Vec<f64>>> {
     Some((rank..n).map(of_column).collect())
 }
 
-/// Numbers that look random and are always the same (Vigna, xorshift64*).
+/// Reproducible pseudo-random numbers (Vigna, xorshift64*).
 struct Draws(u64);
 
 impl Draws {
@@ -299,7 +300,7 @@ mod tests {
         let [Dependent { equations, unknowns, .. }] = &found[..] else { panic!("{found:?}") };
         let [(4, 1.0), (8, half)] = equations[..] else { panic!("{equations:?}") };
         assert!((half - 0.5).abs() < 1e-14, "{half}");
-        // (2, −1, 5/7) moves all three.
+        // The null vector (2, −1, 5/7) involves all three.
         assert_eq!(*unknowns, [4, 6, 8]);
     }
 

@@ -13,29 +13,27 @@ use crate::signal::Side;
 use crate::solved::Solved;
 use crate::system::Point;
 
-/// Most corrections.
+/// Maximum number of corrections.
 const MOST_ITERATIONS: usize = 50;
 
 /// A correction below this fraction of every unknown's size ends the iteration.
 const CONVERGED: f64 = 1e-10;
 
-/// Directions that the outputs see this many times less than the best seen one are left alone.
+/// Directions whose effect on the outputs is below this fraction of the strongest are left alone.
 const UNSEEN: f64 = 1e-8;
 
-/// Start values of the differential unknowns that make the outputs at `t` equal those measured.
+/// Start values of the differential unknowns that make the outputs at `t` equal the measured ones.
 ///
-/// Gauss–Newton on w(y₀) = w_measured: with G = dw/dy_d, algebraic unknowns following, the
-/// correction Δ minimises |N⁻¹ (w_measured − w − G Δ)| over N, the outputs' noise. Where the outputs
-/// determine less than the unknowns, it is the shortest in units of the unknowns' sizes, so that
-/// what is not seen keeps the model's start value. A model without differential unknowns, or outputs
-/// of which none was measured, give no start values.
+/// Gauss–Newton on w(y₀) = w_measured: with G = dw/dy_d, which includes the response of algebraic unknowns, the
+/// correction Δ minimises |N⁻¹ (w_measured − w − G Δ)|, where N is the outputs' noise. If the outputs do not determine
+/// all unknowns, it is the shortest correction in units of the unknowns' sizes, so that undetermined directions keep
+/// the model's start value. A model without differential unknowns, or without measured outputs, gives no start values.
 ///
-/// `measured` and `noise` have one entry for each output; an output without a measurement is left
-/// out.
+/// `measured` and `noise` have one entry for each output; outputs without a measurement are left out.
 ///
 /// # Errors
 ///
-/// [`MeasuredStartError`]: no consistent values on the way, or no convergence.
+/// [`MeasuredStartError`]: no consistent values, or no convergence.
 pub fn start_from_outputs<S: Solved>(
     problem: &Problem<'_, S>,
     t: f64,
@@ -67,13 +65,13 @@ pub fn start_from_outputs<S: Solved>(
         let (differential, algebraic): (Vec<usize>, Vec<usize>) =
             (0..n).partition(|i| mass[*i] != 0.0);
         if differential.is_empty() || seen.is_empty() {
-            // Nothing is to be found, or nothing tells: the model's start stands.
+            // There are no unknowns to find or no measurements: the model's start applies.
             return Ok(Vec::new());
         }
         system.outputs(at, &mut w);
         let slopes = output_slopes(system, at, &differential, &algebraic)
             .ok_or(MeasuredStartError::Undetermined { t })?;
-        // Rows over the noise, columns times the size.
+        // Rows are divided by the noise, columns multiplied by the size.
         let g = DMatrix::from_fn(seen.len(), differential.len(), |row, column| {
             slopes[(seen[row], column)] * sizes[differential[column]] / noise[seen[row]]
         });
@@ -96,7 +94,7 @@ pub fn start_from_outputs<S: Solved>(
         if correction.amax() <= CONVERGED {
             return Ok(start);
         }
-        // Algebraic unknowns start from where they are.
+        // Algebraic unknowns start from their current values.
         let guess = algebraic.iter().map(|i| (*i, y[*i]));
         let start: Vec<(usize, f64)> = start.into_iter().chain(guess).collect();
         let next = Problem { start: &start, ..*problem };
@@ -105,8 +103,8 @@ pub fn start_from_outputs<S: Solved>(
     Err(MeasuredStartError::NotConverged { t, iterations: MOST_ITERATIONS })
 }
 
-/// dw/dy_d = ∂w/∂y_d − ∂w/∂y_a (∂f_a/∂y_a)⁻¹ ∂f_a/∂y_d, n_w × number of differential unknowns;
-/// `None` where the algebraic unknowns are not determined.
+/// dw/dy_d = ∂w/∂y_d − ∂w/∂y_a (∂f_a/∂y_a)⁻¹ ∂f_a/∂y_d, n_w × number of differential unknowns; `None` if the algebraic
+/// unknowns are not determined.
 fn output_slopes<S: Solved>(
     system: &S,
     at: Point<'_>,
@@ -151,7 +149,7 @@ pub enum MeasuredStartError {
         /// The time, s.
         t: f64,
     },
-    /// Corrections do not become small.
+    /// The corrections do not converge.
     NotConverged {
         /// The time, s.
         t: f64,

@@ -1,4 +1,4 @@
-//! Consistent values: where a run begins, and where inputs or modes have changed.
+//! Consistent values at the start of a run, and after inputs or modes have changed.
 
 pub(crate) mod consistent;
 pub(crate) mod dependent;
@@ -16,7 +16,8 @@ use crate::solution::Solution;
 use crate::solved::Solved;
 use crate::system::{Direction, Point};
 
-/// Corrections of sensitivities at the start of a history, and the part of the tolerance that is none.
+/// Maximum number of corrections of sensitivities at the start of a history, and the fraction of the tolerance at which
+/// they end.
 const MOST_CORRECTIONS: usize = 8;
 const CORRECTED: f64 = 1e-6;
 
@@ -32,7 +33,7 @@ impl<S: Solved> Simulation<'_, S> {
         if let Some(d) = &mut self.directions {
             system.start_sensitivities(at, d.s.as_mut());
             let directions = &system.signature().directions;
-            // A replaced start value depends on nothing but itself.
+            // A replaced start value depends only on itself.
             for &(i, _) in start {
                 let columns = d.s.as_mut().chunks_exact_mut(n);
                 for (column, direction) in columns.zip(directions.iter()) {
@@ -62,8 +63,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
         self.make_consistent(solution)?;
         self.reselect_states(solution)?;
-        // Unknowns beyond their bounds at the start act at once; other conditions that are true from the start act
-        // once they have been false.
+        // Bounds that unknowns exceed at the start act at once; other conditions that are true at the start act only
+        // after they have been false.
         self.begin_sample();
         self.settle(solution)?;
         if self.resumed.is_none() {
@@ -112,7 +113,7 @@ impl<S: Solved> Simulation<'_, S> {
             .map_err(IntegrateError::Initial)
     }
 
-    /// Linearises at (t, y), sensitivities left aside: no step can start from that.
+    /// Linearises at (t, y) without sensitivities; a step cannot start from that.
     pub(super) fn linearize_values(&mut self) {
         let Problem { system, p, .. } = *self.problem;
         let (mass, z) = (&self.algebraic.mass, self.discrete.z());
@@ -121,8 +122,8 @@ impl<S: Solved> Simulation<'_, S> {
         self.linearized = false;
     }
 
-    /// Makes the sensitivities of algebraic unknowns follow those of the others, or ends them where
-    /// they are not determined. The stepper is linearised at (t, y).
+    /// Computes the sensitivities of algebraic unknowns from those of the others, or ends them if they are not
+    /// determined. The stepper is linearised at (t, y).
     pub(super) fn make_sensitivities_consistent(&mut self, solution: &mut Solution) {
         let Problem { system, p, .. } = *self.problem;
         if self.directions.is_none() {
@@ -146,9 +147,9 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Makes sensitivities of algebraic unknowns consistent with a history that has begun with them: until
-    /// then what is read late was read as if it were not, with the derivative −ẋ to a delay, although nothing
-    /// moved before the start. Linear but for delays that vary, so that one correction is most of it.
+    /// Makes sensitivities of algebraic unknowns consistent with a history that has begun with them. Until then,
+    /// delayed unknowns were read without delay, with the derivative −ẋ with respect to a delay, although nothing moved
+    /// before the start. The problem is linear except for variable delays, so the first correction is the main one.
     pub(super) fn make_sensitivities_consistent_with_history(&mut self) {
         let Problem { system, p, .. } = *self.problem;
         let history = self.drive.history.as_ref();

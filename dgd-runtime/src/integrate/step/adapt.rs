@@ -1,4 +1,4 @@
-//! What follows from the verdict on a step: the size of the next one, or why there is none.
+//! Acts on the verdict on a step: chooses the size of the next one, or the error if there is none.
 
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
@@ -9,14 +9,14 @@ use crate::integrate::step::judge::Tried;
 use crate::solution::Solution;
 use crate::solved::Solved;
 
-/// So far before the point at which it can go on no more a run may end, in its span.
+/// Distance, as a fraction of the span, before the point of no continuation at which a run may end.
 const NEAR: f64 = 1e-9;
 
-/// An error this large, in units of the tolerance, says little of the step that would have been right.
+/// An error this large, in units of the tolerance, says little about the right step size.
 const FAR_OFF: f64 = 10.0;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Chooses the next step after one that has been accepted.
+    /// Chooses the next step after an accepted one.
     #[inline]
     pub(super) fn adapt_to_acceptance(&mut self, tried: &Tried, controller: &mut Controller) {
         let scale = Scale {
@@ -28,7 +28,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.stepper.adapt_to_acceptance(tried.judged(), &scale, controller);
     }
 
-    /// Chooses the next step after one that was rejected; whether (t, y) itself may be to blame.
+    /// Chooses the next step after a rejected one. Returns whether (t, y) itself may be the cause.
     fn adapt_to_rejection(&mut self, tried: &Tried, controller: &mut Controller) -> bool {
         let is_suspect = self.stepper.adapt_to_rejection(tried.judged(), controller);
         let is_far_off = tried.error.is_finite() && tried.error > FAR_OFF * FAR_OFF;
@@ -38,7 +38,7 @@ impl<S: Solved> Simulation<'_, S> {
         is_suspect
     }
 
-    /// Goes on from (t, y) with another step, if there is one.
+    /// Retries from (t, y) with another step, if possible.
     pub(super) fn reject(
         &mut self,
         tried: &Tried,
@@ -49,12 +49,12 @@ impl<S: Solved> Simulation<'_, S> {
         solution.statistics.rejected += 1;
         let Tried { h, remaining, error, .. } = *tried;
         let is_suspect = self.adapt_to_rejection(tried, controller);
-        // Below this a step does not move t reliably, and stages cannot be told apart.
+        // Below this a step does not advance t reliably, and stages are indistinguishable.
         let least = 4.0 * f64::EPSILON * self.t.abs().max(f64::EPSILON * self.span);
         if controller.h > least {
             if is_suspect && let Some(h) = self.after_rejection(h, remaining, times, solution) {
                 controller.h = h;
-                // It leads off a singular point, and sensitivities have ended there.
+                // The step leads off a singular point, where sensitivities ended.
                 self.begin_sample();
                 self.settle(solution)?;
             }
@@ -69,7 +69,7 @@ impl<S: Solved> Simulation<'_, S> {
         Err(self.no_step_is_small_enough(tried))
     }
 
-    /// Goes on with shorter steps up to where a delay falls below zero, and ends there.
+    /// Continues with shorter steps up to the point where a delay becomes negative, and ends there.
     pub(super) fn step_less_far(
         &mut self,
         tried: &Tried,

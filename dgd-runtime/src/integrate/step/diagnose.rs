@@ -1,4 +1,4 @@
-//! What to say when no step is small enough.
+//! Finds the error to report if no step is small enough.
 
 use crate::algebraic::readings::readings;
 use crate::error::{Evaluation, IntegrateError};
@@ -54,7 +54,7 @@ impl<S: Solved> Simulation<'_, S> {
         let trial = Trial { base, y: &self.y, h, sizes, tolerances: self.tolerances };
         match self.stepper.non_finite(trial, &mut self.drive, self.directions.as_mut()) {
             Some((t, what)) => self.evaluation_not_finite(t, what),
-            // Finite evaluations, but a solution beyond the largest number.
+            // Evaluations are finite, but the solution overflows.
             None => self.step_size_too_small(h),
         }
     }

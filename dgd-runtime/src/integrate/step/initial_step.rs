@@ -1,4 +1,4 @@
-//! How far to go at first.
+//! Chooses the initial step size.
 
 use crate::integrate::methods::multistep::error_constant;
 use crate::integrate::methods::rosenbrock::add_product;
@@ -9,19 +9,19 @@ use crate::solution::Solution;
 use crate::solved::Solved;
 use crate::system::Point;
 
-/// C of an error estimate, as those of fifth-order methods have it. What comes out is tried, not trusted.
+/// Error constant C, typical of fifth-order methods. The resulting step is tried, not trusted.
 const ESTIMATE: f64 = 1e-3;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// A step from (t, y), where the stepper is linearised, over which a transient that starts with the
-    /// present slope has an error near the tolerance; infinity where nothing is known of it.
+    /// A step from (t, y), where the stepper is linearised, over which a transient that starts with the current slope
+    /// has an error near the tolerance; infinity if nothing is known about it.
     ///
     /// ```text
     ///   ÿ = ∂f/∂y f + df/dt,   λ = ‖ÿ‖ / ‖ẏ‖,   e ≈ C (h λ)^k ‖ẏ‖ / λ
     /// ```
     ///
-    /// Where inputs jump, a step may be longer than the new transient by so much that its error says
-    /// nothing of the right size: the estimate of a method for stiff models does not grow like h^k there.
+    /// After inputs jump, a step may be so much longer than the new transient that its error says nothing about the
+    /// right size: the error estimate of a stiff method does not grow like h^k there.
     pub(in crate::integrate) fn transient_step(&mut self) -> f64 {
         if !self.algebraic.is_empty() || !self.stepper.traits.wants_all_derivatives() {
             return f64::INFINITY;
@@ -38,7 +38,7 @@ impl<S: Solved> Simulation<'_, S> {
         if h > 0.0 { h } else { f64::INFINITY }
     }
 
-    /// A step that is small against the time in which the solution and its slope change.
+    /// A step that is small relative to the time in which the solution and its slope change.
     ///
     /// ```text
     ///   h₀ = 0.01 ‖y‖ / ‖ẏ‖,  ‖ÿ‖ ≈ ‖f(t + h₀, y + h₀ f) − f‖ / h₀
@@ -117,7 +117,7 @@ impl<S: Solved> Simulation<'_, S> {
         let h = (0.01 / steepest)
             .powf(1.0 / f64::from(self.method.kind.estimate_order(tolerances.rtol) + 1))
             .min(100.0 * h0);
-        // Nothing moves, or the trial point is outside the model's domain.
+        // The solution is at rest, or the trial point is outside the model's domain.
         let fallback = if steepest == 0.0 { span } else { 0.01 * h0 };
         if h.is_finite() && h > 0.0 { h.min(span) } else { fallback }
     }

@@ -1,4 +1,4 @@
-//! What to make of a step that has been tried.
+//! Judges a step that has been tried.
 
 use crate::error::IntegrateError;
 use crate::integrate::methods::family::Judged;
@@ -9,12 +9,12 @@ use crate::solved::Solved;
 
 /// A step that has been tried.
 pub(super) struct Tried {
-    /// Its size, and where it ends.
+    /// Its size, and its end.
     pub(super) h: f64,
     pub(super) t_new: f64,
-    /// How far it was to where steps must end.
+    /// The distance to the time at which steps must end.
     pub(super) remaining: f64,
-    /// The square of its error in units of the tolerance; NaN where it could not be evaluated.
+    /// The square of its error in units of the tolerance; NaN if it could not be evaluated.
     pub(super) error: f64,
     pub(super) outcome: Result<(), Failed>,
 }
@@ -25,15 +25,15 @@ impl Tried {
     }
 }
 
-/// What is to be done with a step.
+/// What to do with a step.
 pub(super) enum Verdict {
-    /// It is good.
+    /// Its error is within the tolerance.
     Accept,
-    /// It is good, and at the end of this part of it a transition is due, or can be armed.
+    /// Its error is within the tolerance, and at this fraction of it a transition is due or can be armed.
     Threshold { part: f64 },
-    /// It is good, but a delay that varies reaches a mark before its end.
+    /// Its error is within the tolerance, but a variable delay reaches a mark before its end.
     Mark,
-    /// A delay that varies comes out below zero.
+    /// A variable delay becomes negative.
     ReadsAhead(Box<IntegrateError>),
     /// Its error is too large, and it passes a corner at which it may be cut.
     Corner,
@@ -44,7 +44,7 @@ pub(super) enum Verdict {
 }
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Takes the error of the step of size h towards `end` that was tried last.
+    /// Computes the error of the last tried step, of size h towards `end`.
     #[inline]
     pub(super) fn tried(&mut self, h: f64, end: f64, outcome: Result<(), Failed>) -> Tried {
         let error = match outcome {
@@ -57,11 +57,11 @@ impl<S: Solved> Simulation<'_, S> {
         Tried { h, t_new, remaining, error, outcome }
     }
 
-    /// Judges the step tried last.
+    /// Judges the last tried step.
     #[inline]
     pub(super) fn judge(&mut self, tried: &Tried) -> Verdict {
         let Tried { h, t_new, error, .. } = *tried;
-        // NaN compares false: what could not be evaluated is not accepted.
+        // NaN compares false: a step that could not be evaluated is not accepted.
         if error <= 1.0 {
             if let Some(error) = self.reads_ahead(h) {
                 return Verdict::ReadsAhead(Box::new(error));
@@ -83,7 +83,7 @@ impl<S: Solved> Simulation<'_, S> {
         if self.passes_corner(h, t_new) { Verdict::Corner } else { Verdict::Reject }
     }
 
-    /// Square of the local error of the step tried last, in units of the tolerance.
+    /// Square of the local error of the last tried step, in units of the tolerance.
     #[inline]
     pub(in crate::integrate) fn error(&self) -> f64 {
         let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
@@ -92,7 +92,7 @@ impl<S: Solved> Simulation<'_, S> {
         larger(error, self.sensitivity_error())
     }
 
-    /// Square of the local error of the sensitivities of the step tried last.
+    /// Square of the local error of the sensitivities of the last tried step.
     #[inline]
     pub(in crate::integrate) fn sensitivity_error(&self) -> f64 {
         let Some(d) = &self.directions else {

@@ -1,4 +1,4 @@
-//! One step: prepared, tried, judged, and what follows from the verdict.
+//! One step: prepares it, tries it, judges it, and acts on the verdict.
 
 mod adapt;
 mod diagnose;
@@ -15,7 +15,7 @@ use crate::solved::Solved;
 use judge::Verdict;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Tries one step towards `end`, and records what was asked for if it is accepted.
+    /// Tries one step towards `end`, and records requested values if it is accepted.
     #[inline]
     pub(in crate::integrate) fn step(
         &mut self,
@@ -49,7 +49,7 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Tries a step of size h; one that reads itself is made consistent with itself.
+    /// Tries a step of size h; one that reads itself is made consistent.
     #[inline]
     pub(in crate::integrate) fn try_step(
         &mut self,
@@ -80,13 +80,13 @@ impl<S: Solved> Simulation<'_, S> {
         outcome
     }
 
-    /// What happens at the end of a step.
+    /// Whether inputs or modes change at the end of a step.
     #[inline]
     fn stop_at(&self, t_new: f64) -> Stop {
         if t_new == self.stop() { Stop::Change } else { Stop::None }
     }
 
-    /// Records the asked times of an accepted step, and moves on to its end.
+    /// Records the requested times of an accepted step, and moves to its end.
     #[inline]
     pub(in crate::integrate) fn accept(
         &mut self,

@@ -1,4 +1,4 @@
-//! What a step needs at the point that it starts from: slopes, a linearisation, or a series.
+//! Computes what a step needs at its start: slopes, a linearisation, or a series.
 
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
@@ -11,7 +11,7 @@ use crate::solution::Solution;
 use crate::solved::Solved;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Makes ready for a step towards `end`, and proposes its size.
+    /// Prepares a step towards `end`, and proposes its size.
     #[inline]
     pub(super) fn prepare(
         &mut self,
@@ -39,7 +39,7 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(controller.propose(remaining).min(self.reach()))
     }
 
-    /// Linearises at (t, y) as a step needs it.
+    /// Linearises at (t, y) for a step.
     #[inline]
     pub(in crate::integrate) fn linearize_for_step(&mut self, solution: &mut Solution) {
         let with_sensitivities = self.stepper.traits.wants_all_derivatives();
@@ -51,7 +51,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.linearized = true;
     }
 
-    /// Gives the stepper the slopes of y and S where the solution begins, and a first step.
+    /// Gives the stepper the slopes of y and S at the start of the solution, and a first step.
     fn begin_stepper(&mut self, controller: &mut Controller, solution: &mut Solution) {
         let Problem { system, .. } = *self.problem;
         let signature = system.signature();
@@ -68,7 +68,7 @@ impl<S: Solved> Simulation<'_, S> {
         let is_regular = self.algebraic.rates(pattern, jacobian, f, dfdt).is_ok();
         solution.statistics.factorisations += usize::from(!self.algebraic.is_empty());
         if !is_regular {
-            // A guess is good enough where there is no slope.
+            // If there is no slope, a guess is good enough.
             self.algebraic.keep_differential(f);
         }
         self.begin_sensitivities(is_regular);
@@ -79,7 +79,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.stepper.begin(controller.h, self.directions.as_mut());
     }
 
-    /// Makes `g` the slopes of S where the solution begins, from those of y in `f`.
+    /// Computes the slopes of S at the start of the solution into `g`, from those of y in `f`.
     fn begin_sensitivities(&mut self, is_regular: bool) {
         let Some(d) = &mut self.directions else { return };
         let n = self.y.as_ref().len().max(1);

@@ -1,31 +1,30 @@
-//! A past that a run is given.
+//! A past that is given to a run.
 //!
-//! Who moves a model from sample to sample, and corrects at each what it was, keeps the past of what is read
-//! late between the runs: polynomials as those of steps, with a change in a straight line between samples
-//! wherever it was corrected.
+//! A filter that moves a model from sample to sample, and corrects its state at each, keeps the past of delayed
+//! unknowns between the runs: polynomials like those of steps, with corrections that are linear between samples.
 
 use super::polynomial::{Basis, divide};
 use super::{Begun, History, Mark, NODES, ONE_TIME};
 
-/// What unknowns were until now.
+/// The past of unknowns until now.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Past {
     /// Positions of the unknowns, ascending.
     watched: Vec<usize>,
-    /// Where it begins; before that it is the first value, or what the model says.
+    /// Its start, s; before that, unknowns have the first value or the history that the model gives.
     from: f64,
-    /// Begin and end of each piece, and its divided differences: those of all unknowns for each node.
+    /// Start and end of each piece, and its divided differences: those of all unknowns for each node.
     ends: Vec<[f64; 2]>,
     differences: Vec<f64>,
     /// Values before the first piece.
     origin: Vec<f64>,
-    /// Where it is not smooth.
+    /// Points where it is not smooth.
     marks: Vec<Kink>,
     /// Its sensitivities; zero in all other directions.
     seeds: Vec<Seed>,
 }
 
-/// A time at which the past is not smooth: with the first piece behind it, and the derivative that jumps.
+/// A time at which the past is not smooth, with the first piece after it and the order of the derivative that jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Kink {
     t: f64,
@@ -33,19 +32,19 @@ struct Kink {
     level: u32,
 }
 
-/// How the past of an unknown changes with what it was at one time: a straight line to the times before and
-/// after at which it is known apart.
+/// How the past of an unknown changes with its value at one time: linearly to zero at the neighbouring independent
+/// times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hat {
-    /// Where it is zero on the left; `None` where it is 1 all the time before.
+    /// Where it reaches zero on the left; `None` if it is 1 at all earlier times.
     pub left: Option<f64>,
     /// Where it is 1.
     pub top: f64,
-    /// Where it is zero on the right; `None` where it is 1 all the time after.
+    /// Where it reaches zero on the right; `None` if it is 1 at all later times.
     pub right: Option<f64>,
 }
 
-/// The change of one unknown, by its position among those that are watched, in one direction.
+/// The change of one unknown, by its position among the watched ones, in one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seed {
     /// The direction.
@@ -57,7 +56,7 @@ pub struct Seed {
 }
 
 impl Hat {
-    /// The change at a time, as a part of that at the top.
+    /// The change at a time, as a fraction of that at the top.
     pub fn at(self, t: f64) -> f64 {
         let part = |zero: Option<f64>| match zero {
             Some(zero) => ((t - zero) / (self.top - zero)).max(0.0),
@@ -74,7 +73,7 @@ impl Hat {
 }
 
 impl Past {
-    /// Nothing but the values of the unknowns at the positions `watched` at the time `from`.
+    /// A past with only the values of the unknowns at the positions `watched` at the time `from`.
     pub fn new(watched: Vec<usize>, from: f64, y: &[f64]) -> Self {
         let origin = watched.iter().map(|i| y[*i]).collect();
         let (ends, differences, seeds) = (Vec::new(), Vec::new(), Vec::new());
@@ -94,17 +93,17 @@ impl Past {
         &self.watched
     }
 
-    /// Since when it is known.
+    /// Time from which it is known.
     pub fn from(&self) -> f64 {
         self.from
     }
 
-    /// Until when it is known.
+    /// Time until which it is known.
     pub fn until(&self) -> f64 {
         self.ends.last().map_or(self.from, |ends| ends[1])
     }
 
-    /// Goes on from t₀ to t₁ with the values of all unknowns at each of [`NODES`].
+    /// Extends it from t₀ to t₁ with the values of all unknowns at each of [`NODES`].
     pub fn push<'y>(&mut self, [t0, t1]: [f64; 2], y: impl Fn(usize) -> &'y [f64]) {
         let (n, at) = (self.watched.len(), self.differences.len());
         for node in 0..NODES.len() {
@@ -120,12 +119,12 @@ impl Past {
         self.marks.iter().map(|kink| kink.t)
     }
 
-    /// The solution does not go on smoothly: its derivative of this order jumps.
+    /// Marks that the derivative of this order jumps at the end.
     pub fn mark(&mut self, level: u32) {
         self.marks.push(Kink { t: self.until(), piece: self.ends.len(), level });
     }
 
-    /// Adds a change of one of the unknowns, `change` of time, that is a straight line within each piece.
+    /// Adds to one unknown a `change` over time that is a straight line within each piece.
     pub fn add(&mut self, unknown: usize, change: impl Fn(f64) -> f64) {
         let n = self.watched.len();
         self.origin[unknown] += change(self.from);
@@ -137,7 +136,7 @@ impl Past {
         }
     }
 
-    /// One of the unknowns, and its rate, at a time; at rest before it begins.
+    /// Value and rate of an unknown at a time; constant before the past begins.
     pub fn value(&self, unknown: usize, t: f64) -> (f64, f64) {
         let Some(last) = self.ends.len().checked_sub(1) else { return (self.origin[unknown], 0.0) };
         if t < self.from {
@@ -152,7 +151,7 @@ impl Past {
         (x, slope / (t1 - t0))
     }
 
-    /// Forgets what was before a time at which it was marked.
+    /// Drops the pieces before a time at which it was marked.
     pub fn forget_before(&mut self, t: f64) {
         let Some(first) = self.marks.iter().position(|kink| kink.t == t) else { return };
         let piece = self.marks[first].piece;
@@ -178,7 +177,7 @@ impl Past {
 }
 
 impl History {
-    /// Begins with a past that is known, at a time up to which it is.
+    /// Begins with a given past, which must be known up to the time `t`.
     pub(in crate::integrate) fn resume(&mut self, past: &Past, t: f64) {
         let (n_w, n) = (self.watched.len(), self.now.len());
         let (of_past, pieces) = (past.watched.len(), past.ends.len());
@@ -220,7 +219,7 @@ impl History {
         self.pass_all_until(t);
     }
 
-    /// Delays read behind the last mark that they have reached.
+    /// Makes each delay read after the last mark that it has reached.
     pub(super) fn pass_all_until(&mut self, t: f64) {
         for i in 0..self.lags.len() {
             let Some(tau) = self.lags[i].constant() else { continue };

@@ -1,4 +1,4 @@
-//! What is read late at a time, in the inputs' places for it.
+//! Looks up delayed values at a time, and writes them to their places in u.
 
 use super::polynomial::Basis;
 use super::{Before, Begun, History, NODES, ONE_TIME, Read, Tau};
@@ -6,11 +6,11 @@ use crate::problem::Problem;
 use crate::solved::Solved;
 use crate::system::{PastLayout, Point};
 
-/// A piece shorter than this part of the one beside it has no slope of its own.
+/// A piece shorter than this fraction of its neighbour has no slope of its own.
 const SHORT: f64 = 1e-8;
 
 impl History {
-    /// Writes what is known of delayed unknowns at (t, y) behind the inputs.
+    /// Writes the past of delayed unknowns at (t, y) after the inputs.
     pub(in crate::integrate) fn write<S: Solved>(
         &mut self,
         problem: &Problem<'_, S>,
@@ -32,7 +32,7 @@ impl History {
         }
     }
 
-    /// The delays that vary at (t, y).
+    /// Evaluates the variable delays at (t, y).
     pub(super) fn look_up<S: Solved>(
         &mut self,
         problem: &Problem<'_, S>,
@@ -41,7 +41,7 @@ impl History {
         u: &[f64],
     ) {
         if !self.varying.is_empty() {
-            // They depend on no discrete number.
+            // They do not depend on discrete numbers.
             let at = Point { t, y, u, p: problem.p, z: &[] };
             problem.system.varying_delays(at, &mut self.varying);
         }
@@ -54,7 +54,7 @@ impl History {
         }
     }
 
-    /// Before the start.
+    /// Writes values before the start.
     fn write_origin<S: Solved>(
         &mut self,
         problem: &Problem<'_, S>,
@@ -92,7 +92,7 @@ impl History {
         }
     }
 
-    /// A delay of zero, which matters where values jump: with any delay it would read the left one.
+    /// Writes values with a delay of zero. It matters where values jump: any positive delay would read the left one.
     fn write_present(&mut self, lag: usize, past: &mut Channels<'_>) {
         let lag = &self.lags[lag];
         let mark = self.marks.get(lag.mark - self.first_mark);
@@ -103,7 +103,7 @@ impl History {
         }
     }
 
-    /// Between two marks.
+    /// Writes values between two marks.
     fn write_piece(&mut self, index: usize, alpha: f64, past: &mut Channels<'_>) {
         let (n, n_v, n_w) = (self.now.len(), self.layout.n_v, self.watched.len());
         let lag = &mut self.lags[index];
@@ -114,7 +114,7 @@ impl History {
             |last: &[f64; 2]| alpha > last[1] + ONE_TIME * last[1].abs().max(self.from.abs());
         self.reads_beyond |= behind.is_none() && self.ends.last().is_none_or(ahead);
         if begin >= end {
-            // The first step behind the mark is under way.
+            // The first step after the mark is not finished yet.
             for &Read { delayed: k, watched, .. } in &lag.reads {
                 past.held[k] = 1.0;
                 past.set(k, [self.now[watched], 0.0, 0.0]);
@@ -153,7 +153,7 @@ impl History {
         }
     }
 
-    /// The basis of a piece at α, one over its length, and its divided differences.
+    /// The basis of a piece at α, the reciprocal of its length, and its divided differences.
     fn piece(&self, at: usize, alpha: f64) -> (Basis, f64, &[f64]) {
         let n = self.now.len() * NODES.len();
         let [t0, t1] = self.ends[at];
@@ -161,8 +161,8 @@ impl History {
         (Basis::at((alpha - t0) * per_h), per_h, &self.differences[at * n..(at + 1) * n])
     }
 
-    /// The piece whose slope is that of this one: another where this one is so short, between two events
-    /// at nearly one time, that the difference of its ends is rounding.
+    /// The piece to take the slope from: a neighbour if this one is so short, between two events at nearly one time,
+    /// that the difference of its ends is rounding.
     fn sloped(&self, at: usize) -> usize {
         let length = |at: usize| self.ends.get(at).map_or(0.0, |[t0, t1]| t1 - t0);
         let beside = [Some(at + 1), at.checked_sub(1)].into_iter().flatten();
@@ -170,7 +170,7 @@ impl History {
     }
 }
 
-/// What u has of delayed unknowns.
+/// The part of u for delayed unknowns.
 struct Channels<'a> {
     held: &'a mut [f64],
     value: &'a mut [f64],

@@ -1,18 +1,16 @@
-//! What delayed unknowns were: the history of a run, looked up at α = t − τ.
+//! The history of delayed unknowns in a run, looked up at α = t − τ.
 //!
-//! Every accepted step leaves a polynomial ([`polynomial`]) of the unknowns that are read late, and of
-//! their sensitivities. Before the start an unknown has the history that the model gives it, otherwise
-//! its start value.
+//! Every accepted step leaves a polynomial ([`polynomial`]) of the delayed unknowns and their sensitivities. Before the
+//! start an unknown has the history that the model gives, otherwise its start value.
 //!
-//! Where a solution is not smooth it is *marked*. A delay that reaches a mark makes what is read late
-//! change its piece there: a *discontinuity* of the run, at which a step ends ([`super::discontinuities`]).
-//! Between two of them a delay reads what lies between two marks, however α is rounded.
+//! Points where a solution is not smooth are *marked*. When a delay reaches a mark, the delayed value changes its
+//! piece: a *discontinuity* of the run, at which a step ends ([`super::discontinuities`]). Between two discontinuities
+//! a delay reads only values between two marks, however α is rounded.
 //!
-//! A mark of level l has a jump in the l-th derivative. The solution integrates what it reads late, so
-//! that a discontinuity at a mark of level l is a mark of level l + 1. Marks are followed up to
-//! [`MOST_LEVEL`]; beyond, the error estimate of any method sees nothing of them. Where very many are
-//! on their way, as with recordings of every second and a long delay, only those are followed up that
-//! values or sensitivities jump at: levels 0 and 1.
+//! A mark of level l has a jump in the l-th derivative. The solution integrates delayed values, so a discontinuity at a
+//! mark of level l is a mark of level l + 1. Marks are followed up to [`MOST_LEVEL`]; the error estimates of all
+//! methods are blind to higher ones. If very many are in transit, as with recordings of every second and a long delay,
+//! only levels 0 and 1 are followed, at which values or sensitivities jump.
 
 mod given;
 mod look_up;
@@ -30,54 +28,53 @@ use polynomial::divide;
 pub use given::{Hat, Past, Seed};
 pub use polynomial::NODES;
 
-/// Marks up to this level are followed up.
+/// Highest level of marks that are followed.
 const MOST_LEVEL: u32 = 6;
-/// With so many marks on their way to the longest delay, weak ones are not followed up.
+/// With this many marks in transit over the longest delay, weak ones are not followed.
 const MANY: usize = 32;
-/// Marks below this level are always followed up.
+/// Marks below this level are always followed.
 const WEAK: u32 = 2;
-/// Times closer than this, relative to themselves, are one: the rounding of t + τ.
+/// Times closer than this, relative to themselves, count as equal: the rounding of t + τ.
 pub(in crate::integrate) const ONE_TIME: f64 = 4.0 * f64::EPSILON;
-/// Values may differ by this part of the tolerance without a jump: algebraic ones are solved for.
+/// Differences below this fraction of the tolerance are not jumps: algebraic unknowns are solved iteratively.
 const NO_JUMP: f64 = 1e-2;
-/// Pieces that no delay reaches any more are dropped when there are so many.
+/// Number of passed pieces, which no delay reaches any more, at which they are dropped.
 const MANY_PASSED: usize = 1024;
 
 /// The past of a run.
 pub(in crate::integrate) struct History {
     layout: PastLayout,
     from: f64,
-    /// What a jump is measured with; sizes of all unknowns.
+    /// Tolerances for jumps, and sizes of all unknowns.
     tolerances: Tolerances,
     sizes: Vec<f64>,
-    /// Directions that are recorded.
+    /// Number of recorded directions.
     n_s: usize,
-    /// Unknowns that are read late, each once.
+    /// Delayed unknowns, each once.
     watched: Vec<usize>,
     lags: Vec<Lag>,
     begun: Begun,
-    /// What the model says of delayed unknowns before the start.
+    /// The model's history of delayed unknowns before the start.
     before: Before,
-    /// Watched values, then their sensitivities direction by direction: before the start, and where
-    /// the solution stands.
+    /// Watched values, then their sensitivities direction by direction: before the start, and now.
     origin: Vec<f64>,
     now: Vec<f64>,
-    /// Pieces: begin and end, and the divided differences of each. The first has this number.
+    /// Number of the first piece kept; then start, end and divided differences of each piece.
     first: usize,
     ends: Vec<[f64; 2]>,
     differences: Vec<f64>,
-    /// Where the solution is not smooth, ascending. The first one kept has this number.
+    /// Number of the first mark kept; then the marks, ascending.
     first_mark: usize,
     marks: Vec<Mark>,
-    /// The shortest delay that is not zero and does not vary.
+    /// The shortest constant non-zero delay.
     shortest: f64,
-    /// Delays that vary, at the place looked at last.
+    /// Variable delays at the last look-up.
     varying: Vec<f64>,
-    /// Whether something was read of what the solution has not reached yet.
+    /// Whether a value was read that the solution has not reached yet.
     reads_beyond: bool,
-    /// Whether the last piece is that of a step that is only tried.
+    /// Whether the last piece is that of a trial step.
     is_trial: bool,
-    /// A delay that varies reaches a mark within the step: which, when, and whether from behind.
+    /// A variable delay that reaches a mark within the step: its position, the time, and whether backwards.
     crossing: Option<(usize, f64, bool)>,
 }
 
@@ -86,15 +83,15 @@ pub(in crate::integrate) struct History {
 enum Begun {
     /// The run has no consistent start values.
     NotYet,
-    /// At the start, with what the model says of the time before.
+    /// At the start, with the model's history.
     Anew,
-    /// With a past that was given.
+    /// With a given past.
     FromAPast,
 }
 
-/// A delay, and what it reads.
+/// A delay, and the unknowns that it reads.
 struct Lag {
-    /// Its value, or its position among those that vary.
+    /// Its value, or its position among the variable delays.
     tau: Tau,
     /// ∂τ/∂θ.
     dtau: Vec<f64>,
@@ -121,7 +118,7 @@ struct Read {
     has_history: bool,
 }
 
-/// Numbers of the model about times before the start, one for each delayed unknown.
+/// Values of the model's history before the start, one for each delayed unknown.
 #[derive(Default)]
 struct Before {
     values: Vec<f64>,
@@ -134,28 +131,28 @@ struct Before {
 /// A point at which the solution is not smooth.
 struct Mark {
     t: f64,
-    /// The first piece behind it.
+    /// The first piece after it.
     piece: usize,
     level: u32,
     /// dt/dθ.
     dt: Vec<f64>,
-    /// Watched values just before it, where some of them jump.
+    /// Watched values just before it, if some of them jump.
     left: Vec<f64>,
 }
 
-/// A delay has reached a mark.
+/// A discontinuity: a delay reaches a mark.
 pub(in crate::integrate) struct Discontinuity {
     lag: usize,
-    /// Whether the delay goes back behind the mark.
+    /// Whether the delay passes the mark backwards.
     back: bool,
     pub(in crate::integrate) level: u32,
-    /// Derivatives of its time; those of the mark for a delay that varies.
+    /// Derivatives of its time; for a variable delay, those of the mark.
     pub(in crate::integrate) dt: Vec<f64>,
-    /// Which delay that varies.
+    /// Position of the variable delay, if it is one.
     pub(in crate::integrate) varying: Option<usize>,
 }
 
-/// Whether delays of unknowns can be followed.
+/// Checks that the delays of unknowns are valid.
 pub(in crate::integrate) fn verify<S: Solved>(
     problem: &Problem<'_, S>,
     with_sensitivities: bool,
@@ -170,7 +167,7 @@ pub(in crate::integrate) fn verify<S: Solved>(
         let value = tau[delayed.delay];
         let moves = || dtau.chunks_exact(tau.len()).any(|column| column[delayed.delay] != 0.0);
         let is_known = value.is_finite() && value >= 0.0;
-        // The derivative to a delay of zero is −ẋ, which only an equation of x itself gives.
+        // The derivative with respect to a delay of zero is −ẋ, which only an equation of x itself gives.
         let has_rate = unknown.differential && signature.discrete.automata.is_empty();
         if is_known && (value > 0.0 || has_rate || !with_sensitivities || !moves()) {
             continue;
@@ -196,7 +193,7 @@ impl Lag {
 }
 
 impl History {
-    /// `None` where no unknown is read late, with delays that are not zero.
+    /// `None` if no unknown has a non-zero delay.
     pub(in crate::integrate) fn new<S: Solved>(
         problem: &Problem<'_, S>,
         from: f64,
@@ -238,7 +235,7 @@ impl History {
             mark: 0,
             piece: 0,
         });
-        // An unknown that is never late, whatever the parameters, has its present value.
+        // An unknown whose delay is zero whatever the parameters has its current value.
         let is_late = |lag: &Lag| match lag.tau {
             Tau::Constant(tau) => tau > 0.0 || lag.dtau.iter().any(|dtau| *dtau != 0.0),
             Tau::Varying(_) => true,
@@ -284,7 +281,7 @@ impl History {
         }))
     }
 
-    /// The longest step after which all that is read late is known.
+    /// The longest step that needs only known delayed values.
     pub(in crate::integrate) fn reach(&self) -> f64 {
         self.shortest
     }
@@ -307,7 +304,7 @@ impl History {
             return;
         }
         gather(&self.watched, self.n_s, y, s, &mut self.origin);
-        // The values just before take the place of the present ones.
+        // The values just before the start serve as the current ones.
         self.now.copy_from_slice(&self.origin);
         let at = Point { t: self.from, y: &[], u: &[], p: problem.p, z: &[] };
         let Before { values, rates, curvatures, .. } = &mut self.before;
@@ -317,7 +314,7 @@ impl History {
         }
         self.begun = Begun::Anew;
         self.mark(self.from, 1, &[], y, s);
-        // A delay that is zero at the start reads what follows.
+        // A delay that is zero at the start reads the values that follow it.
         self.look_up(problem, self.from, y, u);
         for lag in 0..self.lags.len() {
             if self.lags[lag].constant().is_none() && self.tau(lag) <= self.rounding(self.from) {
@@ -326,34 +323,34 @@ impl History {
         }
     }
 
-    /// Whether one of the unknowns that are read late is of a kind.
+    /// Whether the predicate holds for one of the delayed unknowns.
     pub(in crate::integrate) fn watches(&self, is_one: impl Fn(usize) -> bool) -> bool {
         self.watched.iter().any(|unknown| is_one(*unknown))
     }
 
-    /// Whether it goes on from a past that was given.
+    /// Whether it continues a given past.
     pub(in crate::integrate) fn is_resumed(&self) -> bool {
         self.begun == Begun::FromAPast
     }
 
-    /// Begins with these sensitivities, at the start.
+    /// Sets the sensitivities at the start.
     pub(in crate::integrate) fn begin_sensitivities(&mut self, y: &[f64], s: &[f64]) {
         gather(&self.watched, self.n_s, y, Some(s), &mut self.now);
         let n_w = self.watched.len();
         self.origin[n_w..].copy_from_slice(&self.now[n_w..]);
     }
 
-    /// Whether something was read of what the solution has not reached yet, in this trial.
+    /// Whether this trial read a value that the solution has not reached yet.
     pub(in crate::integrate) fn has_read_beyond(&self) -> bool {
         self.reads_beyond
     }
 
-    /// Whether the step tried last reads itself.
+    /// Whether the last tried step reads itself.
     pub(in crate::integrate) fn has_trial(&self) -> bool {
         self.is_trial
     }
 
-    /// Before a step is tried: what another one left is gone.
+    /// Discards what the previous trial left, before a step is tried.
     pub(in crate::integrate) fn forget_trial(&mut self) {
         self.remove_trial();
         self.reads_beyond = false;
@@ -365,7 +362,7 @@ impl History {
         }
     }
 
-    /// Makes room for a step from `t0` to `t1`, perhaps for now; its values at the nodes follow.
+    /// Makes room for a step from `t0` to `t1`, temporarily if `for_now`; its values at the nodes follow.
     pub(in crate::integrate) fn begin_piece(&mut self, t0: f64, t1: f64, for_now: bool) {
         self.remove_trial();
         self.is_trial = for_now;
@@ -375,7 +372,7 @@ impl History {
         self.differences.resize(self.ends.len() * n * NODES.len(), 0.0);
     }
 
-    /// The values at a node of the step that was begun last.
+    /// Sets the values at a node of the step begun last.
     pub(in crate::integrate) fn set_node(&mut self, node: usize, y: &[f64], s: Option<&[f64]>) {
         let n = self.now.len();
         let at = ((self.ends.len() - 1) * NODES.len() + node) * n;
@@ -385,14 +382,14 @@ impl History {
         }
     }
 
-    /// All values at the nodes are there.
+    /// Completes the step once all values at the nodes are set.
     pub(in crate::integrate) fn end_piece(&mut self) {
         let n = self.now.len();
         let at = (self.ends.len() - 1) * NODES.len() * n;
         divide(&mut self.differences[at..], n);
     }
 
-    /// Marks `t`, where the solution goes on with these values. The level is 0 where they jump.
+    /// Marks `t`, where the solution continues with these values. The level is 0 if they jump.
     pub(in crate::integrate) fn mark(
         &mut self,
         t: f64,
@@ -427,7 +424,7 @@ impl History {
             return;
         }
         if again {
-            // Between two jumps at one time lies a piece without length.
+            // Between two jumps at one time there is a piece of zero length.
             self.ends.push([t, t]);
             let n = self.now.len();
             self.differences.extend_from_slice(&self.now);
@@ -440,13 +437,13 @@ impl History {
         self.marks.push(Mark { t, piece, level, dt, left });
     }
 
-    /// Forgets, now and then, what no delay reaches any more from `t` on.
+    /// Occasionally drops the pieces that no delay reaches any more from `t` on.
     fn drop_passed(&mut self, t: f64) {
-        // A delay that varies may grow without bound.
+        // A variable delay may grow without bound.
         if self.ends.len() < 2 * MANY_PASSED || self.varies() {
             return;
         }
-        // A delay that is still before the start will read the first piece of all.
+        // A delay that is still before the start will read the very first piece.
         let oldest = self.lags.iter().map(|lag| self.piece_at(lag, t)).min().unwrap_or(self.first);
         let passed = oldest - self.first;
         if passed < MANY_PASSED {
@@ -461,8 +458,8 @@ impl History {
         self.first_mark = mark;
     }
 
-    /// The piece that a delay reads at `t`. The last stage of a step that is being recorded has read a
-    /// later one than the rows within the step will.
+    /// The piece that a delay reads at `t`, which may precede the piece read last: rows within a step are recorded
+    /// after its last stage.
     fn piece_at(&self, lag: &Lag, t: f64) -> usize {
         let alpha = t - lag.constant().unwrap_or(0.0) - self.rounding(t);
         let read = lag.piece.saturating_sub(self.first).min(self.ends.len());
@@ -471,7 +468,7 @@ impl History {
     }
 }
 
-/// Watched values, then their sensitivities; zeros where there are none any more.
+/// Watched values, then their sensitivities; zeros once these are undefined.
 fn gather(watched: &[usize], n_s: usize, y: &[f64], s: Option<&[f64]>, out: &mut [f64]) {
     let (values, sensitivities) = out.split_at_mut(watched.len());
     for (value, unknown) in values.iter_mut().zip(watched) {

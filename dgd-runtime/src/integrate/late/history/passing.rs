@@ -1,14 +1,14 @@
-//! When delays reach marks: discontinuities of what is read late.
+//! Finds when delays reach marks: the discontinuities of delayed unknowns.
 //!
-//! Of a constant delay that is known beforehand. A delay that varies is watched: where it has passed a
-//! mark at the end of a step, the step is to end there.
+//! For a constant delay the time is known beforehand. A variable delay is watched: if it has passed a mark at the end
+//! of a step, the step must end at the mark.
 
 use super::{Discontinuity, History, Lag, Mark, ONE_TIME, Tau};
 use crate::problem::Problem;
 use crate::solved::Solved;
 
 impl History {
-    /// When the next discontinuity is; infinity where none is known yet.
+    /// Time of the next discontinuity; infinity if none is known yet.
     pub(in crate::integrate) fn next_discontinuity(&self) -> f64 {
         let times = self.lags.iter().filter_map(|lag| self.discontinuity_of(lag));
         let crossing = self.crossing.map_or(f64::INFINITY, |(_, t, _)| t);
@@ -44,14 +44,14 @@ impl History {
         Some(Discontinuity { lag, back: false, level: mark.level, dt, varying: None })
     }
 
-    /// Late values are from behind the mark now.
+    /// Makes the delay read values after the mark.
     pub(in crate::integrate) fn pass(&mut self, at: &Discontinuity) {
         let mark = &mut self.lags[at.lag].mark;
         *mark = if at.back { *mark - 1 } else { *mark + 1 };
         self.crossing = None;
     }
 
-    /// The first delay that varies and has passed a mark at (t, y), and whether backwards.
+    /// The first variable delay that has passed a mark at (t, y), and whether backwards.
     pub(in crate::integrate) fn passed<S: Solved>(
         &mut self,
         problem: &Problem<'_, S>,
@@ -78,17 +78,17 @@ impl History {
         })
     }
 
-    /// Whether a step is to end by `t`, where a delay that varies reaches a mark.
+    /// Whether a step must end by `t` because a variable delay reaches a mark.
     pub(in crate::integrate) fn stops_by(&self, t: f64) -> bool {
         self.crossing.is_some_and(|(_, time, _)| time <= t)
     }
 
-    /// A step is to end at `t`, where a delay that varies reaches a mark.
+    /// Requires a step to end at `t`, where a variable delay reaches a mark.
     pub(in crate::integrate) fn stop_at(&mut self, t: f64, lag: usize, back: bool) {
         self.crossing = Some((lag, t, back));
     }
 
-    /// The delay that varies and would be furthest below zero, and its value.
+    /// The smallest variable delay, and its value.
     pub(in crate::integrate) fn earliest<S: Solved>(
         &mut self,
         problem: &Problem<'_, S>,
@@ -101,12 +101,12 @@ impl History {
         values.min_by(|(_, a), (_, b)| a.total_cmp(b))
     }
 
-    /// Of α near `t`.
+    /// Rounding error of α near `t`.
     pub(super) fn rounding(&self, t: f64) -> f64 {
         ONE_TIME * t.abs().max(self.from.abs())
     }
 
-    /// Whether there are delays that vary.
+    /// Whether there are variable delays.
     pub(in crate::integrate) fn varies(&self) -> bool {
         !self.varying.is_empty()
     }

@@ -1,16 +1,16 @@
-//! What a step was, as a polynomial.
+//! The solution within a step, as a polynomial.
 //!
-//! Newton's form over the part θ of the step that has passed,
+//! Newton's form in the elapsed fraction θ of the step,
 //!
 //! ```text
 //!   x(θ) = Σₖ cₖ Nₖ(θ),   Nₖ = Π_{j<k} (θ − θⱼ),   θ₀ = 0, θ₁ = 1
 //! ```
 //!
-//! cₖ are the divided differences of values at the nodes. It is exact for the dense output of any
-//! method up to its degree, and at the beginning of the step to the last bit.
+//! cₖ are the divided differences of values at the nodes. It is exact for dense output up to its degree, and bit for
+//! bit at the beginning of the step.
 
-/// Nodes of a step: the ends, then points between them that are denser there, in the order of Leja,
-/// so that divided differences stay small. Degrees up to 6 are reproduced.
+/// Nodes of a step: the ends, then points between that are denser near the ends, in Leja order, so that divided
+/// differences stay small. Degrees up to 6 are reproduced.
 pub const NODES: [f64; 7] = [0.0, 1.0, 0.5, 0.9375, 0.0625, 0.75, 0.25];
 
 /// Turns the values at the nodes, node by node, `n` numbers each, into divided differences.
@@ -52,7 +52,7 @@ impl Basis {
         basis
     }
 
-    /// x, dx/dθ and d²x/dθ² of number `i` of `n` with these divided differences.
+    /// x, dx/dθ and d²x/dθ² of the i-th of `n` numbers with these divided differences.
     pub(super) fn read(&self, differences: &[f64], n: usize, i: usize) -> [f64; 3] {
         let mut sums = [0.0; 3];
         for (k, c) in differences.iter().skip(i).step_by(n).enumerate() {

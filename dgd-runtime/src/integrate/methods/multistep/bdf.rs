@@ -1,22 +1,20 @@
-//! One step of backward differentiation of variable order, for the unknowns alone or with their
-//! sensitivities.
+//! One step of variable-order backward differentiation, for the unknowns alone or with their sensitivities.
 //!
-//! With the backward differences ∇ʲ of values at equal distances h, the formula of order k is
+//! With the backward differences ∇ʲ of values at equal spacing h, the formula of order k is
 //!
 //! ```text
 //!   M Σⱼ ∇ʲy⁺/j = h f(t + h, y⁺),     j = 1 … k
 //! ```
 //!
-//! and with the polynomial through the values before, y° = y + Σⱼ ∇ʲy, and γ_k = Σⱼ 1/j,
+//! and with the extrapolated polynomial through earlier values, y° = y + Σⱼ ∇ʲy, and γ_k = Σⱼ 1/j,
 //!
 //! ```text
 //!   0 = f(t + h, y⁺) − M (y⁺ − Ȳ) γ_k/h,   Ȳ = y° − Σⱼ γⱼ ∇ʲy / γ_k
 //!   d = y⁺ − y° = ∇ᵏ⁺¹y⁺,   local error ≈ d/(k + 1)
 //! ```
 //!
-//! The polynomial through the values is the dense output too; differences are taken anew from it when h
-//! changes. Orders and steps are changed after k + 1 equal steps at the earliest ([`super::order`]), which
-//! keeps that stable.
+//! The polynomial through the values is also the dense output; when h changes, differences are recomputed from it.
+//! Order and step size change after k + 1 equal steps at the earliest ([`super::order`]), which keeps that stable.
 //!
 //! J and the factorisation of M γ_k/h − J are kept for as long as Newton's method converges with them.
 //!
@@ -34,15 +32,15 @@ use crate::solution::Statistics;
 use crate::solved::Solved;
 use crate::system::Storage;
 
-/// The highest order there is.
+/// The highest order.
 pub(in crate::integrate) const MAX_ORDER: usize = 5;
 
 /// γ_k; index 0 is not an order.
 const GAMMA: [f64; MAX_ORDER + 1] = [0.0, 1.0, 3.0 / 2.0, 11.0 / 6.0, 25.0 / 12.0, 137.0 / 60.0];
-/// Iterations of Newton's method before J is taken anew.
+/// Maximum number of Newton iterations before J is recomputed.
 const MOST_ITERATIONS: i32 = 4;
 
-/// What the local error of order k is of ∇ᵏ⁺¹.
+/// Ratio of the local error of order k to ∇ᵏ⁺¹.
 pub(in crate::integrate) fn error_constant(order: usize) -> f64 {
     1.0 / (order + 1) as f64
 }
@@ -52,15 +50,15 @@ pub(in crate::integrate) fn error_constant(order: usize) -> f64 {
 pub(in crate::integrate) struct History {
     /// k.
     pub(in crate::integrate) order: usize,
-    /// Distance of the values.
+    /// Spacing of the values.
     h: f64,
-    /// Steps since that, or the order, was changed.
+    /// Steps since h or the order was changed.
     pub(in crate::integrate) equal_steps: usize,
     /// Steps since the solution began.
     pub(in crate::integrate) steps: usize,
-    /// Whether it began where an earlier one was given up.
+    /// Whether it began where an earlier one was abandoned.
     pub(in crate::integrate) is_resumed: bool,
-    /// γ_k/h of the factorisation; zero for none.
+    /// γ_k/h of the factorisation; zero if there is none.
     factorised: f64,
     has_jacobian: bool,
     /// Rejections since the last accepted step.
@@ -68,23 +66,23 @@ pub(in crate::integrate) struct History {
 }
 
 impl History {
-    /// At the start of a solution, of which the slope is known.
+    /// The history at the start of a solution, whose slope is known.
     pub(in crate::integrate) fn beginning(h: f64, is_resumed: bool) -> Self {
         Self { order: 1, h, is_resumed, ..Self::default() }
     }
 
-    /// Whether no more is remembered than the slope where the solution begins.
+    /// Whether only the slope at the start of the solution is remembered.
     pub(super) fn is_at_beginning(&self) -> bool {
         self.order == 1 && self.equal_steps == 0
     }
 
-    /// Goes on with another order.
+    /// Continues with another order.
     pub(in crate::integrate) fn change_order(&mut self, order: usize) {
         self.order = order;
         self.equal_steps = 0;
     }
 
-    /// The value at `offset` from the start of the step tried last, whose d is given.
+    /// The value at `offset` from the start of the last tried step, whose d is given.
     ///
     /// With p_i = Πₘ (θ − 1 + m)/(m + 1), m < i, and q_j = Σ p_i, 1 ≤ i ≤ j, it is
     /// y⁺ + Σ p_i ∇ⁱy⁺ = y + Σⱼ (1 + q_j) ∇ʲy + (1 + q_k) d.
@@ -112,7 +110,7 @@ impl History {
     }
 }
 
-/// Backward differentiation of orders up to a highest one.
+/// Backward differentiation up to a maximum order.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bdf {
     pub(crate) most_order: usize,
@@ -151,7 +149,7 @@ impl Family for Bdf {
         directions: Option<&mut Directions<S>>,
     ) {
         if stepper.is_cut {
-            // Values are no longer at equal distances.
+            // Values are no longer equidistant.
             stepper.restart();
         } else {
             stepper.advance_differences(directions);
@@ -251,7 +249,7 @@ impl<S: Solved> Stepper<S> {
         Ok(())
     }
 
-    /// Takes the differences at the end of the step tried last.
+    /// Updates the differences to the end of the last tried step.
     fn advance_differences(&mut self, directions: Option<&mut Directions<S>>) {
         let order = self.history.order;
         advance(order, &self.stage, &mut self.k);
@@ -287,7 +285,7 @@ fn predict<V: Storage>(
     k[0].as_mut().copy_from_slice(y_new);
 }
 
-/// `correction` ← d and `error` ← its part that is local error.
+/// `correction` ← d and `error` ← the local error in it.
 fn take_correction<V: Storage>(
     order: usize,
     predicted: &V,
@@ -321,8 +319,8 @@ fn advance<V: Storage>(order: usize, d: &V, k: &mut [V; MAX_STAGES]) {
     }
 }
 
-/// What takes differences at distance h to those at distance ratio · h, of the same polynomial; rows
-/// and columns 1 … k are used.
+/// Matrix that converts differences at spacing h to those at spacing ratio · h of the same polynomial; rows and columns
+/// 1 … k are used.
 ///
 /// R(ρ) U with R(ρ)ᵢⱼ = Πₗ (l − 1 − ρ j)/l, 1 ≤ l ≤ i, and U = R(1).
 fn change_of_step(order: usize, ratio: f64) -> [[f64; MAX_ORDER + 1]; MAX_ORDER + 1] {
@@ -371,7 +369,7 @@ mod tests {
 
     #[test]
     fn differences_change_with_the_step_as_those_of_a_polynomial() {
-        // t^q for q up to the order, at distances of 1 and 0.7 back from t = 2.
+        // t^q for q up to the order, at spacings of 1 and 0.7 back from t = 2.
         let order = MAX_ORDER;
         for degree in 1..=5 {
             let value = |k: usize, h: f64| (2.0 - h * k as f64).powi(degree);
@@ -387,7 +385,7 @@ mod tests {
             let (mut k, expected) = (differences(1.0), differences(0.7));
             change_differences(&change_of_step(order, 0.7), order, &mut k);
             for j in 1..=order {
-                // Values up to 3⁵ in sums of 2⁵ of them.
+                // Sums of 2⁵ values of up to 3⁵.
                 assert!((k[j][0] - expected[j][0]).abs() < 1e-11, "{degree} {j}");
             }
         }

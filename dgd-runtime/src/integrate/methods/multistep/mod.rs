@@ -1,4 +1,4 @@
-//! Methods with several steps.
+//! Multistep methods.
 
 mod bdf;
 mod order;

@@ -1,16 +1,14 @@
-//! Order and size of the steps of backward differentiation.
+//! Chooses order and size of the steps of backward differentiation.
 //!
-//! After k + 1 equal steps the errors that orders k − 1, k and k + 1 would have made are known from the
-//! differences,
+//! After k + 1 equal steps, the differences give the errors that orders k − 1, k and k + 1 would have made,
 //!
 //! ```text
 //!   e_q = ∇^(q+1) y/(q + 1),   h_q = (b e_q)^(−1/(q+1)) h
 //! ```
 //!
-//! and the order with the largest h_q is taken; b leaves room for errors that rise, and more of it for a
-//! higher order, which is less stable. Steps grow slowly except at the beginning: large ones pass over fast
-//! changes that they have not seen. A solution begins with order 1 and a step for which h² ÿ/2 is half
-//! the tolerance.
+//! and the order with the largest h_q is taken; b is a safety factor for errors that rise, larger for higher orders,
+//! which are less stable. Steps grow slowly except at the beginning, since large ones may skip fast changes. A solution
+//! begins with order 1 and a step for which h² ÿ/2 is half the tolerance.
 //!
 //! # Source
 //!
@@ -27,26 +25,26 @@ use crate::solved::Solved;
 const BIAS: f64 = 6.0;
 const BIAS_HIGHER: f64 = 10.0;
 const MOST_GROWTH: f64 = 2.0;
-/// The same in so many steps at the beginning, which are much shorter than those that follow.
+/// The same for the first steps, which are much shorter than those that follow.
 const MOST_GROWTH_AT_FIRST: f64 = 10.0;
 const FIRST_STEPS: usize = 10;
-/// So many rejections in a row say that the solution is not what is remembered.
+/// Number of rejections in a row after which the remembered values no longer fit the solution.
 const MOST_REJECTIONS: usize = 3;
-/// Steps shrink by no more than this, and at the first rejection and later ones by no less than that.
+/// Steps shrink at most by this factor, and at least by the following ones at the first and later rejections.
 const MOST_SHRINKING: f64 = 0.1;
 const LEAST_SHRINKING: f64 = 0.9;
 const SHRINKING_AGAIN: f64 = 0.2;
 
-/// (b e)^(−1/(q+1)) for an error of which the square is given.
+/// (b e)^(−1/(q+1)) for an error whose square is given.
 fn growth(order: usize, bias: f64, error: f64) -> f64 {
     (bias * bias * error).max(f64::MIN_POSITIVE).powf(-0.5 / (order + 1) as f64)
 }
-/// Steps are not changed by less: what is remembered would have to be taken anew.
+/// Steps grow by at least this factor or not at all, since a change requires new differences.
 const WORTH_GROWING: f64 = 1.2;
 const WORTH_SHRINKING: f64 = 0.7;
 
 impl<S: Solved> Stepper<S> {
-    /// Chooses order and size of the steps after an accepted one, of orders up to `most`.
+    /// Chooses order and size of the next steps after an accepted one, with orders up to `most`.
     pub(super) fn choose_order(
         &mut self,
         Judged { h, error }: Judged,
@@ -55,7 +53,7 @@ impl<S: Solved> Stepper<S> {
         controller: &mut Controller,
     ) {
         let order = self.history.order;
-        // Cut by what lies ahead: the natural step is another.
+        // The step was cut by what lies ahead: the natural step is different.
         if self.history.equal_steps <= order || h < 0.5 * controller.h {
             return;
         }
@@ -84,10 +82,10 @@ impl<S: Solved> Stepper<S> {
         controller.h = h * factor.min(most_growth);
     }
 
-    /// Takes note of a rejected step.
+    /// Reacts to a rejected step.
     ///
-    /// Where the solution is not as it has been, the polynomial through its values says nothing: after a
-    /// step that could not be evaluated, or several rejections, what is remembered is given up.
+    /// If the solution has changed its character, the polynomial through its values is meaningless: after a step that
+    /// could not be evaluated, or several rejections, the remembered values are discarded.
     pub(super) fn shrink_or_forget(
         &mut self,
         Judged { h, error }: Judged,

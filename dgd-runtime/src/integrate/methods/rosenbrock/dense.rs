@@ -1,6 +1,6 @@
-//! Dense output of Rosenbrock methods: what lies between the ends of a step.
+//! Dense output of Rosenbrock methods: values between the ends of a step.
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 use crate::integrate::methods::family::Asked;
@@ -98,7 +98,7 @@ pub(super) fn interpolate_all<V: Storage>(
     run_by_fours(Rows { asked, y, dense, out });
 }
 
-/// Rows of dense output to be written.
+/// Rows of dense output to write.
 struct Rows<'a, V> {
     asked: Asked<'a>,
     y: &'a V,
@@ -124,7 +124,7 @@ impl<V: Storage> Work for Rows<'_, V> {
 }
 
 impl<V: Storage> Rows<'_, V> {
-    /// Rows of N numbers, too few to fill vector operations: T of them side by side.
+    /// Rows of N numbers, too few to fill vector operations, computed T at a time.
     #[inline(always)]
     fn run_few<const N: usize, const T: usize>(self) {
         let Self { asked: Asked { from, per_h, times }, y, dense, out } = self;
@@ -193,7 +193,7 @@ mod tests {
         rows_are_those_of_single_times::<Vec<f64>>(11);
     }
 
-    /// The sums of the dense output, by the two ways in which they are made.
+    /// The sums of the dense output, computed in both ways.
     #[test]
     fn sums_of_dense_output_have_the_same_bits_on_stack_and_heap() {
         const N: usize = 11;

@@ -1,18 +1,17 @@
-//! Sums over the stages of a Rosenbrock method, made so that processors' lanes are full.
+//! Sums over the stages of a Rosenbrock method, arranged to fill vector lanes.
 //!
-//! On the stack all lengths are constants, and loops one after another are merged by the compiler. On the
-//! heap sums are made block by block.
+//! On the stack all lengths are constants, and the compiler fuses consecutive loops. On the heap sums are computed
+//! block by block.
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 use crate::integrate::methods::tableaux::MAX_STAGES;
 use crate::solved::Solved;
 use crate::system::Storage;
 
-/// Does something with each block of numbers from `$first` on, `$len` of them as a constant: what is
-/// summed up over a block is in registers, and what is read cannot be what is written. Where all lengths
-/// are constants, compilers do as well by themselves.
+/// Runs code on each block of `$len` numbers, a constant, from `$first` on: sums over a block stay in registers, and
+/// reads cannot alias writes. If all lengths are constants, compilers achieve the same by themselves.
 macro_rules! in_blocks {
     ($n:expr, |$len:ident, $first:ident| $body:block) => {
         let mut $first = 0;
@@ -37,8 +36,8 @@ pub(super) use in_blocks;
 
 /// `stage` ← y + Σ aⱼ kⱼ and `coupling` ← Σ cⱼ kⱼ of J increments, in one pass over them.
 ///
-/// Where the method closes, a differs from that of the stage before by a one for its increment:
-/// `stage` goes on from there.
+/// In closing stages, a differs from that of the previous stage by a one for its increment: `stage` is updated from
+/// there.
 #[inline(always)]
 pub(super) fn combine<const J: usize, V: Storage>(
     y: &[f64],
@@ -96,7 +95,7 @@ pub(super) fn combine<const J: usize, V: Storage>(
     });
 }
 
-/// L numbers from this place on.
+/// L numbers from position `first` on.
 #[inline(always)]
 pub(super) fn block_at<const L: usize>(values: &[f64], first: usize) -> [f64; L] {
     let mut block = [0.0; L];
@@ -150,7 +149,7 @@ mod tests {
     use super::*;
     use crate::integrate::methods::rosenbrock::tests::number;
 
-    /// The sums of the stages, by the two ways in which they are made.
+    /// The sums of the stages, computed in both ways.
     #[test]
     fn sums_of_stages_have_the_same_bits_on_stack_and_heap() {
         const N: usize = 11;

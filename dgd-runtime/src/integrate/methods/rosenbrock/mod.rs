@@ -1,17 +1,15 @@
 //! One step of a Rosenbrock method, for the unknowns alone or with their sensitivities.
 //!
-//! Sensitivities are the same method applied to the system of y and S together. Its Jacobian is
-//! block-triangular,
+//! Sensitivities use the same method applied to the system of y and S together. Its Jacobian is block-triangular,
 //!
 //! ```text
 //!   ⎡ J           ⎤        (M/(h γ) − J) Vᵢⱼ = gⱼ(stage) + (M/h) Σ c V + h γᵢ ∂gⱼ/∂t + ∂gⱼ/∂y Uᵢ
 //!   ⎣ ∂gⱼ/∂y   J  ⎦
 //! ```
 //!
-//! so that one factorisation serves all. Without ∂gⱼ/∂y, the second derivatives of f, the method
-//! would lose its order.
+//! so one factorisation serves all. Without ∂gⱼ/∂y, the second derivatives of f, the method would lose its order.
 
-// Lengths are constants where storage has a fixed size, and only once inlined there.
+// Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
 mod dense;
@@ -160,7 +158,7 @@ impl Family for Rosenbrock {
 }
 
 impl<S: Solved> Stepper<S> {
-    /// Tries a step; the stepper is linearised where it starts.
+    /// Tries a step; the stepper is linearised at its start.
     #[inline]
     fn attempt_rosenbrock(
         &mut self,
@@ -207,7 +205,7 @@ impl<S: Solved> Stepper<S> {
         }
         make!(0 1 2 3 4 5 6 7);
 
-        // y⁺ = Y_s + U_s. Y is kept where y⁺ comes to be: one vector less for large models.
+        // y⁺ = Y_s + U_s. Y shares its storage with y⁺, which saves a vector for large models.
         let last = stages - 1;
         for (y, u) in self.y_new.as_mut().iter_mut().zip(self.k[last].as_ref()) {
             *y += u;
@@ -217,7 +215,7 @@ impl<S: Solved> Stepper<S> {
         }
     }
 
-    /// The stage after I others: its increments, from theirs.
+    /// The increments of the stage after I others, from theirs.
     #[inline(always)]
     fn make_stage<const I: usize>(
         &mut self,
@@ -242,7 +240,7 @@ impl<S: Solved> Stepper<S> {
             (stage, v_i)
         });
 
-        // The first stage stands where the step starts.
+        // The first stage is at the start of the step.
         let f = if I == 0 {
             self.f.as_ref()
         } else {
@@ -286,7 +284,7 @@ impl<S: Solved> Stepper<S> {
         }
     }
 
-    /// The first evaluation of the step tried last that is not finite, and its time.
+    /// The first evaluation of the last tried step that is not finite, and its time.
     fn find_non_finite(
         &mut self,
         tableau: &RosenbrockTableau,
@@ -359,7 +357,7 @@ pub(in crate::integrate) fn add_product(
 
 #[cfg(test)]
 mod tests {
-    /// Numbers without a pattern, of all signs and sizes.
+    /// Irregular numbers, of various signs and sizes.
     pub(super) fn number(k: usize) -> f64 {
         (k as f64 * 0.7 + 0.3).sin() * 10_f64.powf((k % 7) as f64 - 3.0)
     }

@@ -24,7 +24,7 @@ fn algebraic(t: f64) -> Vec<f64> {
     y.into_iter().chain(s).collect()
 }
 
-/// Slopes from differences at a distance δ: δ⁴/30 times a fifth derivative of a few units, and ε/δ.
+/// Slopes from differences at a distance δ. Their error is δ⁴/30 times a fifth derivative of a few units, plus ε/δ.
 fn slopes(exact: Exact, t: f64) -> Vec<f64> {
     let delta = 1e-3;
     let at = |k: f64| exact(t + k * delta);
@@ -46,14 +46,13 @@ fn largest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |largest, (a, b)| largest.max((a - b).abs()))
 }
 
-/// The largest errors of y and of S at the ends of so many equal steps to t = 2, and of both inside
-/// them.
+/// The largest errors of y and of S at the ends of equal steps to t = 2, and of both inside them.
 fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] {
     let system = Heaped::of::<E>();
     let p = parameters::<E>();
     let inputs = Inputs::constant(&[0.0]);
     let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
-    // Newton's method is to go on to rounding.
+    // Makes Newton's method iterate to rounding.
     let tolerances = Tolerances { rtol: 1e-13, atol: 1e-13 };
     let segment = inputs.segment(inputs.segment_at(0.0, Side::Right));
     let mut drive = Drive::new(&problem, segment, 0.0, 0, tolerances);
@@ -115,7 +114,7 @@ fn errors<E: Equations>(kind: MethodKind, steps: u32, exact: Exact) -> [f64; 3] 
     worst
 }
 
-/// That h^order, and between step ends h^dense, is what errors fall by, within 0.15, when steps are
+/// Checks that errors fall like h^order, and between step ends like h^dense, within 0.15 of the exponent, if steps are
 /// halved.
 fn verify<E: Equations>(name: &str, kind: MethodKind, orders: [u32; 2], steps: u32, exact: Exact) {
     let [order, dense] = orders;
@@ -161,7 +160,7 @@ fn every_method_has_its_order() {
             MethodKind::Rosenbrock(tableau) => {
                 let dense = tableau.dense_order + 1;
                 verify::<Logistic>(name, kind, [order, dense], 128, logistic);
-                // Algebraic unknowns between step ends are a power of h worse.
+                // Between step ends, algebraic unknowns are one order less accurate.
                 verify::<LogisticDae>(name, kind, [order, dense - 1], 128, algebraic);
             }
         }

@@ -6,24 +6,24 @@ use crate::integrate::methods::tableaux::triangle;
 /// ESDIRK4(3)6L\[2\]SA: L-stable, stiffly accurate, of stage order 2, with an embedded method of
 /// order 3.
 ///
-/// The dense output is derived here: its weights b(θ) are the only ones that fulfil
+/// The dense output is derived here: its weights b(θ) are the only ones that satisfy
 ///
 /// ```text
 ///   b·1 = θ,  b·c = θ²/2,  b·c² = θ³/3,  b·c³ = θ⁴/4,  b·A c² = θ⁴/12,  b·A⁻¹ c³ = θ³
 /// ```
 ///
-/// with A⁻¹ over the implicit stages. The first five are what order 4 asks of a method of stage order
-/// 2, the last is order 3 of algebraic unknowns at index 1; so every error between step ends is one of
-/// h⁴ at most, as is the global error. b(1) is the method's own.
+/// with A⁻¹ over the implicit stages. The first five are the conditions for order 4 of a method of stage order 2; the
+/// last gives order 3 of algebraic unknowns at index 1. So every error between step ends is at most of order h⁴, as is
+/// the global error. b(1) is the method's own.
 ///
-/// The slopes of algebraic unknowns at the end of a step are derived, too: s = Aᵀ W, with the weights W of
-/// the stages Y₂ … Y₆ in the derivative at θ = 1 of the interpolant that fulfils
+/// The slopes of algebraic unknowns at the end of a step are also derived here: s = Aᵀ W, with the weights W of the
+/// stages Y₂ … Y₆ in the derivative at θ = 1 of the interpolant that satisfies
 ///
 /// ```text
 ///   W·c = θ,  W·c² = θ²,  W·c³ = θ³,  W·A c² = θ³/3,  W·A c³ = θ⁴/4
 /// ```
 ///
-/// Stages fulfil the equations, so that no error of k₁ enters, as it would by k₆.
+/// Stages satisfy the equations, so that no error of k₁ enters, as it would through k₆.
 ///
 /// # Source
 ///

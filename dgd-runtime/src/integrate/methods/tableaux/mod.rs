@@ -1,4 +1,4 @@
-//! Coefficients of methods: what a tableau holds, and one file of numbers per method.
+//! Coefficients of methods: the types of tableaux, and one file of numbers per method.
 
 mod kencarp4;
 mod rodas4;

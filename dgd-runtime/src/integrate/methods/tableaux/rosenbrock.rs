@@ -12,9 +12,9 @@ use crate::integrate::methods::tableaux::Triangle;
 ///   y(t + θh) ≈ (1−θ) y + θ (y⁺ + (1−θ) (k₁ + θ k₂ + θ² k₃)),   kₗ = Σⱼ dₗⱼ Uⱼ
 /// ```
 ///
-/// J and ∂f/∂t are taken at (t, y). That the last stage closes the step and is its own error
-/// estimate is what makes the method stiffly accurate and its error estimate good on algebraic
-/// unknowns; methods without it do not fit here.
+/// J and ∂f/∂t are evaluated at (t, y). The last stage closes the step and its increment is the error estimate, which
+/// makes the method stiffly accurate and the estimate reliable for algebraic unknowns; other methods do not fit this
+/// type.
 #[derive(Debug)]
 pub struct RosenbrockTableau {
     /// γ, the same in all stages.
@@ -23,7 +23,7 @@ pub struct RosenbrockTableau {
     pub a: Triangle,
     /// cᵢⱼ, a strictly lower triangle.
     pub c: Triangle,
-    /// αᵢ, where in the step a stage stands.
+    /// αᵢ, positions of the stages within the step.
     pub alpha: &'static [f64],
     /// γᵢ, weights of ∂f/∂t.
     pub gamma_sums: &'static [f64],
@@ -33,7 +33,7 @@ pub struct RosenbrockTableau {
     pub dense: [&'static [f64]; 3],
     /// Order of y⁺.
     pub order: u32,
-    /// Order of the solution that the error estimate belongs to.
+    /// Order of the solution to which the error estimate belongs.
     pub estimate_order: u32,
     /// Order of the dense output.
     pub dense_order: u32,
@@ -45,7 +45,7 @@ impl RosenbrockTableau {
         self.alpha.len()
     }
 
-    /// Evaluations of f in a step besides the linearisation, of which the first stage is part.
+    /// Evaluations of f in a step besides the linearisation, which includes that of the first stage.
     pub const fn evaluations(&self) -> usize {
         self.stages() - 1
     }
@@ -116,8 +116,8 @@ mod tests {
         m
     }
 
-    /// Σ over rooted trees up to `order`: (elementary weight, what it must be). Hairer and Wanner,
-    /// Solving ODEs II, tables IV.7.1 and IV.7.2.
+    /// For rooted trees up to `order`: (elementary weight, its required value). Hairer and Wanner, Solving ODEs II,
+    /// tables IV.7.1 and IV.7.2.
     fn conditions(method: &Classical, b: &[f64], order: u32, theta: f64) -> Vec<(f64, f64)> {
         let Classical { alpha, beta, .. } = method;
         let one = vec![1.0; b.len()];
@@ -151,7 +151,7 @@ mod tests {
             .collect()
     }
 
-    /// Coefficients up to 150 with 16 digits, in sums of products of up to four.
+    /// Rounding of sums of products of up to four coefficients, which are up to 150 and have 16 digits.
     const ROUNDING: f64 = 1e-10;
 
     fn tableaux() -> impl Iterator<Item = &'static RosenbrockTableau> {

@@ -1,10 +1,9 @@
-//! Coefficients of Runge–Kutta methods, explicit and singly diagonally implicit ones.
+//! Coefficients of explicit and singly diagonally implicit Runge–Kutta methods.
 
 use crate::integrate::methods::tableaux::{MAX_STAGES, Triangle};
 use crate::system::Storage;
 
-/// Coefficients of a Runge–Kutta method whose first stage stands where the step starts and whose
-/// last stage closes it.
+/// Coefficients of a Runge–Kutta method whose first stage is at the start of the step and whose last stage closes it.
 ///
 /// ```text
 ///   Y₁ = y,   Yᵢ = y + h Σⱼ aᵢⱼ kⱼ + h γ kᵢ,   kᵢ = f(t + cᵢ h, Yᵢ)
@@ -12,36 +11,36 @@ use crate::system::Storage;
 ///   y(t + θh) ≈ y + h Σᵢ bᵢ(θ) kᵢ,   bᵢ(θ) = Σₚ dᵢₚ θᵖ,   p = 1 … 4
 /// ```
 ///
-/// γ is zero for an explicit method. k_s is k₁ of the next step; that of algebraic unknowns, which an
-/// implicit method has from differences of stages only, is Σ sᵢ kᵢ.
+/// γ is zero for an explicit method. k_s is k₁ of the next step; for algebraic unknowns, whose slopes an implicit
+/// method gets only from differences of stages, k₁ is Σ sᵢ kᵢ.
 #[derive(Debug)]
 pub struct RungeKuttaTableau {
     /// γ, the same in all stages but the first.
     pub gamma: f64,
     /// aᵢⱼ, a strictly lower triangle.
     pub a: Triangle,
-    /// cᵢ, where in the step a stage stands.
+    /// cᵢ, positions of the stages within the step.
     pub c: &'static [f64],
     /// eᵢ, weights of the local error.
     pub error: &'static [f64],
     /// dᵢₚ of the dense output.
     pub dense: &'static [[f64; 4]],
-    /// sᵢ; none for an explicit method.
+    /// sᵢ; empty for an explicit method.
     pub end_slope: &'static [f64],
     /// Order of y⁺.
     pub order: u32,
-    /// Order of the solution that the error estimate belongs to.
+    /// Order of the solution to which the error estimate belongs.
     pub estimate_order: u32,
     /// The method is stable for y' = λ y, λ < 0, as long as h |λ| is below this.
     pub stability: f64,
-    /// Its stages written out for steps of given size, if they are.
+    /// Its stages written out for steps of a given size, if they are.
     pub equal_steps: Option<EqualSteps>,
 }
 
-/// Methods whose stages are written out for steps of given size, with coefficients as constants.
+/// Methods whose stages are written out for steps of a given size, with coefficients as constants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EqualSteps {
-    /// Those of [`TSIT5`](super::TSIT5).
+    /// The stages of [`TSIT5`](super::TSIT5).
     Tsit5,
 }
 
@@ -67,7 +66,7 @@ impl RungeKuttaTableau {
         extrapolate(y, h, &k[..self.stages()], &weights, out);
     }
 
-    /// Makes `k[0]` the slopes at the end of a step; `mass` repeats for every column.
+    /// Sets `k[0]` to the slopes at the end of a step; `mass` repeats for every column.
     pub(in crate::integrate) fn advance<V: Storage>(&self, mass: &[f64], k: &mut [V; MAX_STAGES]) {
         let last = self.stages() - 1;
         if !self.end_slope.is_empty() && mass.contains(&0.0) {
@@ -183,7 +182,7 @@ mod tests {
         ]
     }
 
-    /// Coefficients up to 90 with 16 digits, in sums of up to seven products.
+    /// Rounding of sums of up to seven products of coefficients, which are up to 90 and have 16 digits.
     const ROUNDING: f64 = 1e-12;
 
     fn verify(b: &[f64], a: &[Vector], order: u32, theta: f64) {
@@ -250,8 +249,8 @@ mod tests {
 
     #[test]
     fn slopes_at_the_end_are_of_order_three() {
-        // Σ sᵢ kᵢ = ẏ⁺ for polynomials up to the third degree; and, as Σ sᵢ kᵢ is made of differences
-        // of stages, s = Aᵀ W, so that no weight of k₁ is left over.
+        // Σ sᵢ kᵢ = ẏ⁺ for polynomials up to the third degree; and, as Σ sᵢ kᵢ consists of differences of stages, s =
+        // Aᵀ W, so that k₁ has no weight of its own.
         for tableau in tableaux().filter(|tableau| !tableau.end_slope.is_empty()) {
             let (a, s) = (matrix(tableau), tableau.end_slope);
             for exponent in 0..3 {

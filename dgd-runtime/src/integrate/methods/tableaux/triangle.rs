@@ -1,16 +1,16 @@
 //! Strictly lower triangles of coefficients.
 
-/// The most stages a method may have; work space is laid out for so many.
+/// Maximum number of stages of a method; work space is allocated for this many.
 pub const MAX_STAGES: usize = 8;
 
 /// A strictly lower triangle of coefficients, with zeros in and above the diagonal.
 pub type Triangle = [[f64; MAX_STAGES]; MAX_STAGES];
 
-/// A triangle of which row i has i entries.
+/// A triangle whose row i has i entries.
 ///
 /// # Panics
 ///
-/// If there are more than [`MAX_STAGES`] rows, or a row has another number of entries.
+/// If there are more than [`MAX_STAGES`] rows, or a row has the wrong number of entries.
 pub const fn triangle(rows: &[&[f64]]) -> Triangle {
     let mut triangle = [[0.0; MAX_STAGES]; MAX_STAGES];
     let mut i = 0;
