@@ -1,6 +1,6 @@
 //! Vector operations of this machine's full width, detected at run time.
 //!
-//! A program is compiled for any machine of its architecture, with vectors of two numbers. [`Work`] is also compiled
+//! A program is compiled for any machine of its architecture, with vectors of two numbers. `Work` is also compiled
 //! for wider ones. Operations are not fused, so that results do not depend on the width.
 
 /// Width of vector operations.
