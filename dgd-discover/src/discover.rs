@@ -37,20 +37,19 @@ use crate::report::{
 use crate::request::{DiscoverError, Request};
 use crate::search::{Evidence, Open, Outcome, Screen, Search, Verdict, p_value_of_the_base};
 
-/// Simulations of the last fit of what is reported.
+/// Maximum number of simulations in the final fit of a reported structure.
 const LAST_EVALUATIONS: usize = 60;
 
 /// Finds where a model and recordings disagree, and which known effect is missing.
 ///
 /// # Errors
 ///
-/// [`DiscoverError`]: the model cannot be fitted at all. Whatever else does not work is said in the
-/// result.
+/// [`DiscoverError`]: the model cannot be fitted at all. All other failures are reported in the result.
 pub fn discover(
     request: &Request<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Discovery, DiscoverError> {
-    // Readings that stand alone belong to no model: fits and tests are made without them.
+    // No model explains isolated readings: fits and tests leave them out.
     let (train, of_train) = without_spikes(request.train.0);
     let (valid, of_valid) = without_spikes(request.valid.0);
     let mut lonely = sums(&[of_train, of_valid]);
@@ -75,7 +74,8 @@ pub fn discover(
     Ok(Discovery { lonely, ..discovery })
 }
 
-/// The recordings without readings whose residuals in the base model stand alone, and how many each output has lost.
+/// The recordings without readings whose residuals in the base model are isolated spikes, and how many each output has
+/// lost.
 fn without_what_stands_alone(
     prepared: &Prepared<'_>,
 ) -> (Vec<Recording>, Vec<Recording>, Vec<usize>) {
@@ -86,65 +86,65 @@ fn without_what_stands_alone(
     (train, valid, sums(&[of_train, of_valid]))
 }
 
-/// Sums of numbers in the same places.
+/// Element-wise sums.
 fn sums(all: &[Vec<usize>]) -> Vec<usize> {
     let places = all.iter().map(Vec::len).max().unwrap_or(0);
     (0..places).map(|k| all.iter().filter_map(|one| one.get(k)).sum()).collect()
 }
 
-/// What a search begins with.
+/// The input of a search.
 struct Prepared<'a> {
     request: &'a Request<'a>,
     model: Model,
     /// Candidates of the library.
     of_library: Vec<Candidate<'a>>,
-    /// Effects of the library that cannot be tried, and why.
+    /// Effects of the library that cannot be tried, with the reasons.
     left_out: Vec<(String, String)>,
-    /// Templates in the measure of the recordings.
+    /// Templates scaled to the recordings.
     templates: Vec<Adapted>,
     /// The base model.
     fitted: Fitted,
-    /// The recordings with their noise; tolerances are those that are fine enough to rank structures.
+    /// The recordings with their noise, and tolerances that are fine enough to rank structures.
     data: Data<'a>,
 }
 
 impl Prepared<'_> {
-    /// Those of the library, then templates.
+    /// Candidates of the library, then templates.
     fn candidates(&self) -> Vec<Candidate<'_>> {
         let mut all = self.of_library.clone();
         all.extend(generic(&self.templates, &self.request.base.asts));
         all
     }
 
-    /// How to integrate what is reported. Structures with events and without are compared, and all are to
-    /// step alike.
+    /// Integration options for reported structures. Structures with and without events are compared, so all must step
+    /// alike.
     fn options(&self) -> Options {
         stepping_alike(self.request.options)
     }
 }
 
-/// What a search ends with.
+/// The result of a search.
 struct Searched<'a> {
     search: Search<'a>,
     outcome: Outcome,
-    /// Evidence for each effect of the structure that is named.
+    /// Evidence for each effect of the named structure.
     evidence: Vec<Evidence>,
-    /// What candidates promise in the base model: those of the library, then templates where they were tried.
+    /// What candidates promise in the base model: those of the library, then templates if they were tried.
     screens: Vec<Screen>,
-    /// Probability that the best of the first screen promises as much with nothing hidden.
+    /// Probability that the best of the first screen promises as much if nothing is missing.
     p_value: Option<f64>,
 }
 
-/// The base model and the corrected one, as they are reported.
+/// The base model and the corrected one, as reported.
 struct Refined<'a> {
     data: Data<'a>,
     before: Fitted,
     after: Fitted,
-    /// How far the estimates of both may be off for what is left over.
+    /// Uncertainty of the estimates of both because of remaining model error.
     model_spreads: [ModelSpread; 2],
 }
 
-/// What was found, and what is left over.
+/// What was found, and what remains unexplained.
 struct Explained {
     circumstances: Circumstances,
     missing: Missing,
@@ -152,7 +152,7 @@ struct Explained {
     unexplained: Vec<Unexplained>,
 }
 
-/// Fits the base model, and lists what may be missing.
+/// Fits the base model, and lists the candidates.
 fn prepare<'a>(
     request: &'a Request<'a>,
     diagnostics: &mut Diagnostics,
@@ -177,7 +177,7 @@ fn prepare<'a>(
     Ok(Prepared { request, model, of_library, left_out, templates, fitted, data })
 }
 
-/// The base model, fitted, and the recordings with what its fit says of their noise.
+/// The fitted base model, and the recordings with the noise estimated from its residuals.
 fn fit_base<'a>(request: &'a Request<'a>) -> Result<(Fitted, Data<'a>), DiscoverError> {
     let (train, valid) = (request.train.0, request.valid.0);
     let noise = noise_of(train, &readings(train));
@@ -203,7 +203,7 @@ fn fit_base<'a>(request: &'a Request<'a>) -> Result<(Fitted, Data<'a>), Discover
     Ok((fitted.map_err(not_fitted)?, search.data))
 }
 
-/// Looks for what the base model lacks, and for how surely.
+/// Searches for effects that the base model lacks, with the evidence for them.
 fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Searched<'a> {
     let Request { base, threads, seed, .. } = *prepared.request;
     let tried = BTreeMap::from([(StructureId::BASE, Ok(prepared.fitted.clone()))]);
@@ -221,14 +221,14 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
     Searched { search, outcome, evidence, screens, p_value }
 }
 
-/// Fits the base model and what was found to the end.
+/// Fits the base model and the structure found to the end.
 fn refine<'a>(
     prepared: &'a Prepared<'a>,
     searched: &Searched<'a>,
 ) -> Result<Refined<'a>, DiscoverError> {
     let Searched { search, outcome, .. } = searched;
     let data = Data { options: prepared.options(), ..search.data.clone() };
-    // The corrected model has what its own fit finds, which chooses its steps itself.
+    // The corrected model gets the result of its own fit, which chooses its steps itself.
     let options = prepared.request.options;
     let of_fit = Data { options, own_weights: true, ..search.data.clone() };
     let named = outcome.structure();
@@ -261,7 +261,7 @@ fn refine<'a>(
     Ok(Refined { data, before, after, model_spreads: [of_base, model_spread] })
 }
 
-/// What was fitted, to the end with the asked tolerance.
+/// Fits a structure to the end, with the requested tolerance.
 fn to_the_end(fitted: &Fitted, data: &Data<'_>) -> Result<Fitted, DiscoverError> {
     let structure = fitted.structure.clone();
     let points = [StartPoint::default()];
@@ -272,7 +272,7 @@ fn to_the_end(fitted: &Fitted, data: &Data<'_>) -> Result<Fitted, DiscoverError>
     Ok(fitted)
 }
 
-/// Says what each effect does and when, and what no effect explains.
+/// Explains what each effect does and when, and what no effect explains.
 fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'_>) -> Explained {
     let Prepared { request, model, .. } = prepared;
     let Searched { search, outcome, evidence, .. } = searched;
@@ -297,13 +297,13 @@ fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'
     Explained { circumstances, missing, effects, unexplained }
 }
 
-/// Places that are told.
+/// Number of places reported.
 const TOLD: usize = 5;
-/// Places that a formula is looked for at, besides those that are about as likely as the first.
+/// Number of places at which a formula is looked for, besides those that are about as likely as the first.
 const GUESSED: usize = 3;
 
-/// The places that make the readings most likely, with the condition that each coincides with and the quantities that
-/// it goes together with, and a formula at the best of them for which there is one.
+/// The places that make the readings most likely, each with the condition that coincides with it and the quantities
+/// that correlate with it, and a formula at the best place that has one.
 fn without_a_name(
     prepared: &Prepared<'_>,
     refined: &Refined<'_>,
@@ -326,7 +326,8 @@ fn without_a_name(
             Unexplained { together, guess, ..unexplained(&found.missing, condition, is_tied) }
         })
         .collect();
-    // What a formula confirms goes first: it has passed on other recordings, where a trace only follows readings.
+    // Places with a formula come first: a formula has been tested on other recordings, whereas a trace only follows
+    // readings.
     let left = |one: &Unexplained| one.guess.as_ref().map_or(f64::INFINITY, |g| g.left_after);
     let best = (0..all.len()).min_by(|a, b| left(&all[*a]).total_cmp(&left(&all[*b])));
     if let Some(best) =
@@ -336,8 +337,8 @@ fn without_a_name(
         all.insert(0, first);
         return all;
     }
-    // Along filters, whose noise takes a part of what is missing for each place, likelihoods tell places less well apart
-    // than how nearly a trace is a curve over a quantity of the model.
+    // Along filters, whose noise absorbs part of what is missing at each place, likelihoods distinguish places less
+    // well than how closely a trace follows a curve over a quantity of the model.
     let follows = missing.ranked.first().is_some_and(FoundPlace::is_followed);
     let beside = |one: &Unexplained| one.together.first().map_or(1.0, |closest| 1.0 - closest.r2);
     let best = (0..all.len()).min_by(|a, b| beside(&all[*a]).total_cmp(&beside(&all[*b])));
@@ -353,12 +354,12 @@ fn without_a_name(
     all
 }
 
-/// Whether a formula or a curve at another place leaves so much less that the place goes before the most likely one.
+/// Whether a formula or a curve at another place leaves so much less that the place comes before the most likely one.
 fn is_clearly_less(left: f64, of_first: f64) -> bool {
     left < 0.5 * of_first
 }
 
-/// Puts together all that is said.
+/// Assembles the result.
 fn report(
     prepared: &Prepared<'_>,
     searched: &Searched<'_>,

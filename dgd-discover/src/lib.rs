@@ -1,5 +1,5 @@
-//! Where a model and recordings disagree, which known effect is missing, and what each equation would
-//! have needed.
+//! Finds where a model and recordings disagree, which known effect is missing, and what each equation would have
+//! needed.
 //!
 //! ```text
 //!   model, effects, recordings  → discover: a verdict, the corrected model, how sure it is
@@ -11,8 +11,8 @@
 //!                               → reconstruct: the same where d is too large for one linearisation
 //! ```
 //!
-//! Residuals are measured − simulated, in SI units; a missing sample is not a number. Nothing here
-//! reads files, prints, or knows what a model is about.
+//! Residuals are measured − simulated, in SI units; a missing sample is NaN. Nothing here reads files, prints, or knows
+//! the subject of a model.
 
 mod conditions;
 mod discover;

@@ -1,4 +1,4 @@
-//! What a discovery works on, and why there may be none.
+//! The request for a discovery, and its errors.
 
 use std::fmt;
 
@@ -11,43 +11,40 @@ use dgd_runtime::Options;
 
 use crate::library::BaseModel;
 
-/// What a discovery works on.
+/// The request for a discovery.
 #[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
-    /// The model that may lack something.
+    /// The base model.
     pub base: &'a BaseModel,
-    /// Effects that it may lack.
+    /// Effects that may be missing from it.
     pub library: &'a [Effect],
-    /// Templates that fit any model ([`templates`](crate::templates)), for what the library does
-    /// not explain.
+    /// Templates that fit any model ([`templates`](crate::templates)), tried for what the library does not explain.
     pub templates: &'a [Effect],
     /// The texts of the model, the library and the templates.
     pub sources: &'a Sources,
-    /// Recordings to fit to, one at least, with what they are called. Their start values are first
-    /// guesses.
+    /// Recordings to fit to, at least one, with their names. Their start values are initial guesses.
     pub train: (&'a [Recording], &'a [String]),
-    /// Recordings kept out of the fits, with what they are called.
+    /// Validation recordings, with their names.
     pub valid: (&'a [Recording], &'a [String]),
     /// How to integrate.
     pub options: Options,
-    /// Whether the user named the method: it is kept then where structures are ranked, too.
+    /// Whether the user named the method: it is then also used to rank structures.
     pub is_method_named: bool,
-    /// Structures refitted at a time; the result does not depend on it.
+    /// Number of structures refitted at a time; the result does not depend on it.
     pub threads: usize,
     /// Seed of resampling.
     pub seed: u64,
-    /// How long the search may take, s; it then ends with the best so far. Results depend on it.
+    /// Time limit of the search, s; it then ends with the best so far. Results depend on it.
     pub budget: Option<f64>,
-    /// Keeps fits and screens, so that a run that was ended goes on where it was. The result does not
-    /// depend on it.
+    /// Stores fits and screens, so that an interrupted run can resume. The result does not depend on it.
     pub journal: &'a dyn Journal,
-    /// Is told how far it is. Where it says to stop, the search ends as if its time had passed: between fits, with
-    /// the best so far.
+    /// Receives progress. If it asks to stop, the search ends as if its time were over: between fits, with the best so
+    /// far.
     pub watch: &'a dyn Watch,
 }
 
 impl Request<'_> {
-    /// Digest of all that fits and screens depend on: texts, settings and recordings.
+    /// Digest of everything on which fits and screens depend: texts, settings and recordings.
     pub fn digest(&self) -> Digest {
         let BaseModel { asts, options, free, fix, engine: _ } = self.base;
         let texts: Vec<&str> = self.sources.iter().map(|source| &*source.text).collect();
@@ -61,16 +58,16 @@ impl Request<'_> {
     }
 }
 
-/// Why there is no discovery.
+/// Why a discovery failed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DiscoverError {
-    /// The model has mistakes, which were reported.
+    /// The model has errors, which were reported.
     Model(Reported),
-    /// There is no recording to fit to.
+    /// There is no training recording.
     NoRecording,
-    /// No output of the model was measured often enough to know its noise.
+    /// No output of the model was measured often enough to estimate its noise.
     NothingMeasured,
-    /// The model cannot be fitted as it is.
+    /// The base model cannot be fitted.
     BaseModel(String),
 }
 

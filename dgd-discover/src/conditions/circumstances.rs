@@ -1,4 +1,4 @@
-//! What was known while recordings were made: inputs, readings, and what the fitted model says of the rest.
+//! Quantities known during recordings: inputs, readings, and the fitted model's unknowns.
 
 use dgd_identify::Recording;
 use dgd_runtime::{Problem, Side, Solution, System, Unit, simulate};
@@ -7,10 +7,10 @@ use super::condition::{Condition, condition};
 use super::known::{KnownKind, KnownQuantity};
 use crate::fit::{Data, Fitted};
 
-/// Unknowns that are looked at: a model with more has grids, whose elements nobody names.
+/// Maximum number of unknowns considered: models with more have grids, whose elements have no names of their own.
 const MOST_UNKNOWNS: usize = 40;
 
-/// What was known while recordings were made.
+/// The quantities known during recordings.
 #[derive(Debug, Clone)]
 pub(crate) struct Circumstances {
     times: Vec<Vec<f64>>,
@@ -18,7 +18,7 @@ pub(crate) struct Circumstances {
 }
 
 impl Circumstances {
-    /// Those of all training recordings.
+    /// The known quantities of all training recordings.
     pub(crate) fn new(fitted: &Fitted, data: &Data<'_>) -> Circumstances {
         let times = data.train.iter().map(|recording| recording.times.clone()).collect();
         Circumstances { times, known: known_quantities(fitted, data) }
@@ -32,8 +32,7 @@ impl Circumstances {
 
 /// Inputs, measured outputs, and unknowns and modes of the fitted model in all training recordings.
 ///
-/// An unknown with the name of an output that was measured is left out, and so are unknowns of
-/// recordings that cannot be simulated.
+/// Unknowns with the name of a measured output are left out, as are unknowns of recordings that cannot be simulated.
 fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
     let system = &fitted.structure.system;
     let signature = system.signature();

@@ -1,16 +1,16 @@
-//! Known quantities compared with thresholds, and the threshold that tells some cells from the rest best.
+//! Compares known quantities with thresholds, and finds the threshold that best separates some cells from the rest.
 
 use super::condition::ConditionKind;
 use super::grid::{Grid, SHORTEST_SLOPE};
 use super::known::{KnownKind, KnownQuantity};
 
-/// Lengths of slopes, of the usual length of a window.
+/// Time spans of slopes, as fractions of the typical length of a window.
 const SLOPE_LENGTHS: [f64; 3] = [0.2, 0.6, 1.8];
-/// Thresholds that are compared with every shift.
+/// Number of thresholds compared for every shift.
 const THRESHOLDS: usize = 256;
 
-/// What a condition costs in balanced accuracy that is about something else than the level of an input:
-/// of conditions that are about equally good, the simplest is said.
+/// Penalty in balanced accuracy of a condition on anything other than the level of an input: of conditions that are
+/// about equally good, the simplest is reported.
 fn handicap(of: &KnownKind, kind: &ConditionKind) -> f64 {
     let quantity = match of {
         KnownKind::Input => 0.0,
@@ -25,7 +25,7 @@ fn handicap(of: &KnownKind, kind: &ConditionKind) -> f64 {
     quantity + comparison
 }
 
-/// All comparisons that are made of known quantities.
+/// All comparisons of known quantities.
 pub(super) fn comparisons(grid: &Grid, known: &[KnownQuantity], usual: f64) -> Vec<Comparison> {
     let shortest = grid.begin.windows(2).map(|ends| ends[1] - ends[0]).min().unwrap_or(0);
     let mut lengths: Vec<usize> = SLOPE_LENGTHS
@@ -63,12 +63,12 @@ pub(super) fn comparisons(grid: &Grid, known: &[KnownQuantity], usual: f64) -> V
     all
 }
 
-/// One quantity that is compared with thresholds in one way.
+/// A comparison of one quantity with thresholds.
 pub(super) struct Comparison {
     /// Position of the quantity.
     pub(super) quantity: usize,
     pub(super) kind: ConditionKind,
-    /// Cells that a slope is taken over.
+    /// Number of cells over which a slope is taken.
     pub(super) over: Option<usize>,
     pub(super) handicap: f64,
     pub(super) values: Vec<f64>,
@@ -76,13 +76,13 @@ pub(super) struct Comparison {
     pub(super) is_below: bool,
     /// Thresholds, ascending.
     pub(super) thresholds: Vec<f64>,
-    /// Number of thresholds below each value; behind the last where there is none.
+    /// Number of thresholds below each value; one more than the last if there is no value.
     pub(super) level: Vec<usize>,
-    /// Cells between any two thresholds.
+    /// Number of cells between consecutive thresholds.
     pub(super) count: Vec<u32>,
 }
 
-/// Where a comparison splits time best.
+/// The best split of time by a comparison.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Split {
     pub(super) threshold: f64,
@@ -91,7 +91,7 @@ pub(super) struct Split {
 }
 
 impl Comparison {
-    /// `None` where the values are all alike.
+    /// `None` if all values are equal.
     pub(super) fn new(
         quantity: usize,
         kind: ConditionKind,
@@ -107,7 +107,7 @@ impl Comparison {
             ConditionKind::Falling => threshold <= 0.0,
             ConditionKind::Above | ConditionKind::Below | ConditionKind::Mode(_) => true,
         };
-        // Between neighbours that differ, at equal shares of the time.
+        // Between neighbouring values that differ, at equal shares of time.
         let mut thresholds: Vec<f64> = Vec::new();
         for k in 1..THRESHOLDS {
             let at = k * sorted.len() / THRESHOLDS;
@@ -144,7 +144,7 @@ impl Comparison {
         })
     }
 
-    /// The split that goes together best with windows of these cells.
+    /// The split that agrees best with windows of these cells.
     pub(super) fn best(&self, cells: &[usize]) -> Option<Split> {
         let mut within = vec![0_u32; self.count.len()];
         for cell in cells {
@@ -152,7 +152,7 @@ impl Comparison {
         }
         let all_inside = cells.len() as f64;
         let all_outside = self.level.len() as f64 - all_inside;
-        // Cells below the threshold; those without a value are neither below nor above.
+        // Cells below the threshold; cells without a value are neither below nor above.
         let (mut inside, mut outside) = (0_u32, 0_u32);
         let known_inside = cells.len() as u32 - within[within.len() - 1];
         let known: u32 = self.count[..self.count.len() - 1].iter().sum();
@@ -176,7 +176,7 @@ impl Comparison {
         best
     }
 
-    /// Where it holds.
+    /// The cells in which it holds.
     pub(super) fn holds(&self, split: &Split) -> Vec<bool> {
         let holds = |x: &f64| {
             if self.is_below { *x < split.threshold } else { *x > split.threshold }

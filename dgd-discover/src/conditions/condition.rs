@@ -1,8 +1,7 @@
 //! The operating condition that coincides with windows.
 //!
-//! A discrepancy that comes and goes has a reason, and often one that the user knows: a flow that
-//! falls, a level above a rim. Of every known quantity x, its level and its slope are compared with
-//! the windows,
+//! A discrepancy that comes and goes has a cause, often one that the user knows: a flow that falls, a level above a
+//! rim. The level and the slope of every known quantity x are compared with the windows,
 //!
 //! ```text
 //!   x > c   x < c        above, below
@@ -11,17 +10,17 @@
 //!   mode = m
 //! ```
 //!
-//! and c is where the balanced accuracy (P(condition | window) + P(no condition | no window))/2 is
-//! greatest: Youden's index, which does not depend on how much of the time windows take.
+//! and c maximises the balanced accuracy (P(condition | window) + P(no condition | no window))/2: Youden's index, which
+//! does not depend on the share of time within windows.
 //!
-//! Something always goes together best. So the same search is made with the windows of every recording
-//! shifted in a circle by a random time, 499 times: that keeps the lengths and the order of the windows
-//! and all that quantities have of trends and rhythms, and destroys what both have in common. The best of
-//! *all* quantities counts there, so that the p-value pays for the search and for autocorrelation.
+//! Some quantity always agrees best. So the search is repeated 499 times with the windows of every recording shifted
+//! circularly by a random time: that preserves the lengths and order of the windows and all trends and rhythms of
+//! quantities, but destroys their association. The best of *all* quantities counts, so that the p-value accounts for
+//! the search and for autocorrelation.
 //!
-//! A circle has no beginning. What sets in once and lasts, and what drifts or steps once, would look
-//! like a coincidence in it that is none; so two windows at least have to begin and end within a
-//! recording, and the condition has to come anew with each.
+//! A circle has no beginning. A window that sets in once and lasts, and a quantity that drifts or steps once, would
+//! seem to be associated; so at least two windows must begin and end within a recording, and the condition must set in
+//! anew with each.
 //!
 //! Sources: Youden, Index for rating diagnostic tests, Cancer 3 (1950) 32–35; Harris, A shift test for
 //! independence in generic time series (2020).
@@ -35,26 +34,26 @@ use super::comparison::{Comparison, Split, comparisons};
 use super::grid::Grid;
 use super::known::KnownQuantity;
 
-/// A condition that holds in the windows and rarely beside them.
+/// A condition that holds in the windows and rarely outside them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Condition {
-    /// The name of what it is about.
+    /// Name of the quantity.
     pub quantity: String,
-    /// How that is compared.
+    /// How the quantity is compared.
     pub kind: ConditionKind,
-    /// With what, SI: a level, or the size of a slope per second; of a mode nothing.
+    /// The threshold, SI: a level, or the magnitude of a slope per second; `None` for a mode.
     pub threshold: Option<f64>,
     /// Unit of the quantity.
     pub unit: Unit,
-    /// The seconds before each moment that a slope is taken over.
+    /// Time span before each moment over which a slope is taken, s.
     pub over: Option<f64>,
-    /// Share of the time within windows in which it holds.
+    /// Fraction of the time within windows in which it holds.
     pub share_inside: f64,
-    /// Share of the rest of the time.
+    /// Fraction of the remaining time in which it holds.
     pub share_outside: f64,
-    /// Probability that windows unrelated to all known quantities coincide as well with one of them.
+    /// Probability that windows unrelated to all known quantities agree as well with one of them.
     pub p_value: f64,
-    /// Shifts of the windows behind that.
+    /// Number of shifts of the windows behind the p-value.
     pub shifts: usize,
 }
 
@@ -75,16 +74,16 @@ pub enum ConditionKind {
     Mode(String),
 }
 
-/// A condition must tell windows from the rest at least this well.
+/// Minimum balanced accuracy of a condition.
 const BALANCED_ACCURACY: f64 = 0.8;
-/// Windows that begin and end within a recording, each with a new onset of the condition.
+/// Minimum number of windows that begin and end within a recording, each with a new onset of the condition.
 const EPISODES: usize = 2;
-/// Shifts, and how often one may do as well as no shift: a slope over 200 s allows shifts of a minute, which
-/// are one in a hundred of a recording of two hours.
+/// Number of shifts, and how many may do as well as no shift: a slope over 200 s tolerates shifts of a minute, which
+/// are one in a hundred in a recording of two hours.
 const SHIFTS: usize = 499;
 const SIGNIFICANT: f64 = 0.05;
 
-/// The condition that coincides with the windows, if one does by more than chance.
+/// The condition that coincides with the windows more closely than by chance, if any.
 ///
 /// | name | shape | unit |
 /// |---|---|---|
@@ -92,11 +91,11 @@ const SIGNIFICANT: f64 = 0.05;
 /// | `windows` | from, until for each window of each recording | s |
 /// | `known` | each with a value for each sample of each recording | SI |
 ///
-/// The same windows give the same condition: shifts are drawn with a fixed seed.
+/// Reproducible: shifts are drawn with a fixed seed.
 ///
 /// # Panics
 ///
-/// When there are other numbers of recordings or samples than times.
+/// If the number of recordings or samples differs from that of the times.
 pub fn condition(
     times: &[Vec<f64>],
     windows: &[Vec<[f64; 2]>],
@@ -161,8 +160,7 @@ pub fn condition(
     })
 }
 
-/// How often the best of all comparisons does as well when windows are shifted; `None` where that is too
-/// often.
+/// How often the best of all comparisons does as well with shifted windows; `None` if too often.
 fn p_value(grid: &Grid, cells: &[usize], all: &[Comparison], score: f64) -> Option<f64> {
     let mut random = Pcg64::new(1, 5);
     let mut as_good = 1;

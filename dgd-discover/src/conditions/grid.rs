@@ -1,27 +1,27 @@
-//! Time in equal cells: in which of them windows are, and quantities as means and slopes over them.
+//! A grid of equal time cells: cells within windows, and means and slopes of quantities over cells.
 
 use dgd_screen::noise::median;
 
 use super::known::{KnownKind, KnownQuantity};
 
-/// Cells of time that recordings are cut into, together.
+/// Total number of time cells of all recordings.
 const CELLS: f64 = 2000.0;
-/// Cells that a slope needs to be one.
+/// Minimum number of cells of a slope.
 pub(super) const SHORTEST_SLOPE: usize = 4;
 
-/// Equal cells of time, those of one recording after those of the other.
+/// Equal time cells of all recordings, one recording after the other.
 pub(super) struct Grid {
     /// Length of a cell, s.
     pub(super) width: f64,
     /// Middle of each cell, s.
     pub(super) middles: Vec<f64>,
-    /// First cell of each recording; one more than recordings.
+    /// First cell of each recording, and the end of the last.
     pub(super) begin: Vec<usize>,
     /// Cell of each sample of each recording.
     pub(super) cell_of: Vec<Vec<usize>>,
 }
 
-/// Windows that are neighbouring cells.
+/// A run of neighbouring cells within windows.
 pub(super) struct Episode {
     pub(super) from: usize,
     pub(super) until: usize,
@@ -58,7 +58,7 @@ impl Grid {
     pub(super) fn inside(&self, windows: &[Vec<[f64; 2]>]) -> Vec<bool> {
         let within = |(cell, t): (usize, &f64)| {
             let windows = &windows[self.recording(cell)];
-            // A window shorter than a cell has its middle in one.
+            // A window shorter than a cell still has its middle in one.
             let half = 0.5 * self.width;
             windows.iter().any(|[from, until]| (from - half..until + half).contains(t))
         };
@@ -88,7 +88,7 @@ impl Grid {
         self.begin.windows(2).flat_map(of_recording).collect()
     }
 
-    /// Closed episodes with which a condition comes anew: it begins after the episode before has ended, and
+    /// Number of closed episodes in which a condition sets in anew: it begins after the previous episode has ended, and
     /// holds in this one.
     pub(super) fn comes_anew(&self, holds: &[bool], episodes: &[Episode]) -> usize {
         let mut since = 0;
@@ -104,7 +104,7 @@ impl Grid {
         number
     }
 
-    /// Means of a quantity over each cell; of a mode the last one. What is missing is as before.
+    /// Means of a quantity over each cell; the last value for a mode. Cells without values repeat the previous one.
     pub(super) fn gathered(&self, quantity: &KnownQuantity) -> Vec<f64> {
         let mut all = vec![(0.0, 0_u32); self.middles.len()];
         for (values, cells) in quantity.values.iter().zip(&self.cell_of) {
@@ -128,7 +128,7 @@ impl Grid {
         means
     }
 
-    /// Slopes of least squares over the last so many cells, fewer at the beginning of a recording.
+    /// Least-squares slopes over the last `length` cells, fewer at the beginning of a recording.
     pub(super) fn slopes(&self, values: &[f64], length: usize) -> Vec<f64> {
         let slope = |cell: usize| {
             let first = self.begin[self.recording(cell)].max((cell + 1).saturating_sub(length + 1));
@@ -143,7 +143,7 @@ impl Grid {
                 (xy + x * (y - mean), xx + x * x)
             });
             let slope = moments.0 / (moments.1 * self.width);
-            // Rounding makes a constant look as if it had a slope.
+            // Rounding can give a constant a spurious slope.
             let size = points.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
             if (slope * self.width).abs() <= 1e-12 * size { 0.0 } else { slope }
         };

@@ -1,4 +1,4 @@
-//! What the user of a model knows over time, and may recognise a condition in.
+//! Quantities over time that the user of a model knows, and in which conditions are looked for.
 
 use dgd_runtime::Unit;
 
@@ -7,23 +7,23 @@ use dgd_runtime::Unit;
 pub struct KnownQuantity {
     /// Its name in the model.
     pub name: String,
-    /// Where its values come from.
+    /// Origin of its values.
     pub kind: KnownKind,
     /// The unit it was declared in.
     pub unit: Unit,
-    /// Its values at the samples of each recording, SI; NaN where there is none. Of a mode its position.
+    /// Its values at the samples of each recording, SI; NaN where there is none. For a mode, its position.
     pub values: Vec<Vec<f64>>,
 }
 
-/// Where a [`KnownQuantity`] comes from.
+/// Origin of a [`KnownQuantity`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum KnownKind {
     /// An input, as recorded.
     Input,
     /// An output, as measured.
     Output,
-    /// An unknown, as the base model has it.
+    /// An unknown, from the base model.
     Unknown,
-    /// A `modes` block, as the base model has it: the names of its modes.
+    /// A `modes` block, from the base model, with the names of its modes.
     Mode(Vec<String>),
 }

@@ -1,8 +1,8 @@
-//! What coincides with windows of time: windows and known quantities in, a condition out that holds in them
-//! and nowhere else.
+//! Finds what coincides with time windows: windows and known quantities in, a condition that holds in them and rarely
+//! elsewhere out.
 //!
-//! [`Circumstances`] are what was known in the training recordings, [`condition()`] is the search and its test:
-//! time in a grid of cells, and comparisons with thresholds in them.
+//! [`Circumstances`] are the known quantities of the training recordings; [`condition()`] is the search and its test,
+//! with time in a grid of cells and comparisons with thresholds in them.
 
 mod circumstances;
 mod comparison;

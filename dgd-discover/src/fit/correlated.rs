@@ -1,14 +1,13 @@
-//! How well estimates are known where the noise of sensors is correlated.
+//! Standard deviations of estimates under correlated measurement noise.
 //!
-//! A fit weighs all samples alike, whatever their correlation. With J the sensitivities of the readings to
-//! what was estimated, W = diag(1/σ²) the weights, σ² the variance of all noise of a reading, and R the
-//! noise's covariance,
+//! A fit weights all samples equally, whatever their correlation. With J the sensitivities of the readings to the
+//! estimates, W = diag(1/σ²) the weights, σ² the total noise variance of a reading, and R the covariance of the noise,
 //!
 //! ```text
 //!   θ̂ − θ = N⁻¹ JᵀW e,   N = JᵀWJ,   Cov θ̂ = N⁻¹ (JᵀW R WJ) N⁻¹,   R_kl = σ_w² δ_kl + c² e^(−|t_k − t_l|/T)
 //! ```
 //!
-//! which for white noise is N⁻¹. Products with R take one pass forth and one back in time.
+//! which is N⁻¹ for white noise. Products with R take one pass forwards and one backwards in time.
 //!
 //! Source: Seber, Wild, Nonlinear Regression (1989), §6.2.
 
@@ -22,8 +21,8 @@ use super::fitted::Fitted;
 use dgd_screen::noise::SensorNoise;
 
 impl Fitted {
-    /// Makes the standard deviations of the estimates those of the noise as it is known now, with its
-    /// correlation. What fits give is right where all of it is white.
+    /// Updates the standard deviations of the estimates to the current noise, including its correlation. Those of fits
+    /// are right only if all noise is white.
     pub(crate) fn know_correlations(&mut self, data: &Data<'_>) {
         if data.noise.iter().flatten().all(|noise| noise.colour.is_none()) {
             return;
@@ -36,7 +35,7 @@ impl Fitted {
         }
     }
 
-    /// Positions of the estimates that were fitted and are not at a bound.
+    /// Positions of fitted estimates that are not at a bound.
     pub(crate) fn fitted_directions(&self) -> Vec<usize> {
         let is_moment = |of: &Direction| match of {
             Direction::Parameter(i) => self.moments.contains(i),
@@ -46,7 +45,7 @@ impl Fitted {
         (0..self.estimates.len()).filter(|place| is_fitted(&self.estimates[*place])).collect()
     }
 
-    /// Their covariance; `None` where the sensitivities cannot be had.
+    /// Their covariance; `None` if the sensitivities are not available.
     pub(crate) fn covariance(&self, data: &Data<'_>) -> Option<DMatrix<f64>> {
         let fitted = self.fitted_directions();
         let n = fitted.len();
@@ -63,7 +62,7 @@ impl Fitted {
                 &data.options,
             )
             .ok()?;
-            // What this recording was fitted with, and the direction that it is.
+            // The estimates of this recording, and their directions.
             let own: Vec<(usize, usize)> = fitted
                 .iter()
                 .enumerate()
@@ -77,7 +76,7 @@ impl Fitted {
                 let (Some(noise), Some(measured)) = (noise, &recording.measured[output]) else {
                     continue;
                 };
-                // A sample without a sensitivity says nothing.
+                // A sample without a sensitivity carries no information.
                 let derivative = |k: usize, j: usize| seen.dw(k)[j * seen.n_w + output];
                 let samples: Vec<usize> = (0..measured.len())
                     .filter(|k| measured[*k].is_finite())
@@ -104,7 +103,7 @@ impl Fitted {
     }
 }
 
-/// R times some columns over some samples of a recording.
+/// The product of R and some columns over some samples of a recording.
 pub(crate) fn with_covariance(
     columns: &DMatrix<f64>,
     recording: &Recording,
@@ -136,10 +135,10 @@ pub(crate) fn with_covariance(
     product
 }
 
-/// N⁻¹ over the combinations of estimates that readings see to this relative tolerance.
+/// N⁻¹ restricted to the combinations of estimates that readings determine to this relative tolerance.
 pub(crate) fn inverse(information: &DMatrix<f64>, rtol: f64) -> DMatrix<f64> {
     let n = information.nrows();
-    // Where all start values are fixed, there is nothing to invert, and no eigenvalue.
+    // If all start values are fixed, the matrix is empty and has no eigenvalues.
     if n == 0 {
         return information.clone();
     }

@@ -1,4 +1,4 @@
-//! What structures are compared with.
+//! The recordings with which structures are compared.
 
 use dgd_identify::Recording;
 use dgd_runtime::Options;
@@ -7,40 +7,40 @@ use dgd_screen::noise::SensorNoise;
 use super::budget::Budget;
 use super::keeping::WorkJournal;
 
-/// Recordings, as all structures see them.
+/// Recordings and settings shared by all structures.
 #[derive(Debug, Clone)]
 pub(crate) struct Data<'a> {
     /// Recordings to fit to.
     pub train: &'a [Recording],
-    /// Recordings that take no part in fits, but for their start values.
+    /// Validation recordings, of which only start values are fitted.
     pub valid: &'a [Recording],
-    /// Standard deviation of each output's white noise; `None` where it is not measured.
+    /// Noise of each output; `None` if it is not measured.
     pub noise: Vec<Option<SensorNoise>>,
-    /// Where each of `valid` begins to count, s: start values are estimated from what is before.
+    /// Time from which each of `valid` counts, s: start values are estimated from the samples before it.
     pub counts_from: Vec<f64>,
     /// How to integrate.
     pub options: Options,
-    /// Whether fits end with weights of what they leave, as those of `dgd fit` do, so that it finds a
-    /// corrected model's numbers again.
+    /// Whether fits end with weights from their own residuals, like those of `dgd fit`, so that it reproduces the
+    /// parameters of a corrected model.
     pub own_weights: bool,
-    /// How long all may take.
+    /// The time budget.
     pub budget: Budget,
-    /// What was computed before, and who looks on.
+    /// Earlier results, and progress.
     pub keeping: WorkJournal<'a>,
 }
 
 impl<'a> Data<'a> {
-    /// Whether the search for names ends: its time has passed, or who looks on stops it.
+    /// Whether the search for names must end: its time is over, or it was cancelled.
     pub(crate) fn is_spent(&self) -> bool {
         self.budget.is_spent() || self.keeping.is_stopped()
     }
 
-    /// Whether the search for places and formulas ends, too.
+    /// Whether the search for places and formulas must end too.
     pub(crate) fn is_over(&self) -> bool {
         self.budget.is_over() || self.keeping.is_stopped()
     }
 
-    /// Why something was not tried after that.
+    /// Reason to report for whatever was not tried after that.
     pub(crate) fn not_tried(&self) -> String {
         let why = if self.keeping.is_stopped() {
             "the search was stopped"
@@ -50,8 +50,8 @@ impl<'a> Data<'a> {
         format!("not tried: {why}")
     }
 
-    /// The same for fits that are not kept: their keys know a structure by the positions of its candidates, and nothing
-    /// of recordings that are not the request's.
+    /// The same for fits that are not stored: keys identify a structure by the positions of its candidates, and do not
+    /// cover recordings other than the request's.
     pub(crate) fn not_kept(&self) -> Data<'a> {
         Data { keeping: WorkJournal::NONE, own_weights: false, ..self.clone() }
     }

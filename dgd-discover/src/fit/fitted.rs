@@ -1,4 +1,4 @@
-//! Structures with estimated parameters, and how far they are from the data.
+//! Structures with estimated parameters, and their misfit.
 
 use std::sync::OnceLock;
 
@@ -18,7 +18,7 @@ use super::start_point::StartPoint;
 use crate::library::{Structure, Values};
 use dgd_screen::noise::SensorNoise;
 
-/// A structure with what it says of the data.
+/// A fitted structure with its simulations of the data.
 #[derive(Debug, Clone)]
 pub(crate) struct Fitted {
     pub structure: Structure,
@@ -27,23 +27,23 @@ pub(crate) struct Fitted {
     /// All parameters, SI.
     pub p: Vec<f64>,
     pub estimates: Vec<Estimate>,
-    /// Positions of the parameters among these that were moved from sample to sample, not fitted.
+    /// Positions among these of parameters that were moved from sample to sample rather than fitted.
     pub moments: Vec<usize>,
-    /// Whether the fit ended at a minimum.
+    /// Whether the fit converged.
     pub is_converged: bool,
-    /// Whether it ended before that as a simulation on its way takes too many steps.
+    /// Whether it ended early because a simulation took too many steps.
     pub is_cut_short: bool,
-    /// Σ ε² of the training recordings and how many samples, with the noise that was known last.
+    /// Σ ε² of the training recordings and the number of samples, with the latest noise estimate.
     pub error: (f64, usize),
     /// Outputs at the samples of each training recording.
     pub train: Vec<Observations>,
-    /// The same for validation recordings; `None` where they were not or cannot be simulated.
+    /// The same for validation recordings; `None` if they were not simulated or cannot be.
     pub valid: Option<Vec<Observations>>,
-    /// Two of its effects of which the second only takes the first back, once that was asked.
+    /// Two of its effects of which the second only cancels the first, computed on demand.
     pub cancelling: OnceLock<Option<[usize; 2]>>,
 }
 
-/// Where a fit of a structure ended: all that takes long to find.
+/// The result of a fit, which takes long to compute.
 struct Ended {
     p: Vec<f64>,
     starts: Vec<Starts>,
@@ -53,12 +53,12 @@ struct Ended {
     is_cut_short: bool,
 }
 
-/// Why a structure has no numbers.
+/// Why a structure could not be fitted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct NoFit(pub String);
 
 impl Fitted {
-    /// Fits a structure from several points, the first of equals being the best.
+    /// Fits a structure from several points, and keeps the best; the first on a tie.
     pub(crate) fn new(
         structure: Structure,
         from: &Values,
@@ -102,7 +102,7 @@ impl Fitted {
         Ok(fitted)
     }
 
-    /// Weighs the errors with the noise as it is known now.
+    /// Recomputes the misfit with the current noise.
     pub(crate) fn weigh(&mut self, data: &Data<'_>) {
         self.error = whitened_square(data.train, &self.residuals(data), &data.noise);
     }
@@ -112,7 +112,7 @@ impl Fitted {
         self.valid = held_out(&self.structure, &self.p, data, evaluations);
     }
 
-    /// Where the validation recordings begin to count.
+    /// Times from which the validation recordings count.
     pub(crate) fn counts_from(&self, data: &Data<'_>, evaluations: usize) -> Vec<f64> {
         let problem = problem(&self.structure, &self.p, data.valid, data, evaluations);
         let key = data.keeping.key(&("counts from", &self.structure.id), |digest| {
@@ -126,18 +126,18 @@ impl Fitted {
         kept(data.keeping.journal, key, || counts_from(&problem, &correlations))
     }
 
-    /// Free parameters and start values.
+    /// Number of free parameters and start values.
     pub(crate) fn free(&self) -> usize {
         self.estimates.len()
     }
 
-    /// Measured less simulated, for each recording and output; NaN where nothing was measured.
+    /// Measured minus simulated, for each recording and output; NaN where nothing was measured.
     pub(crate) fn residuals(&self, data: &Data<'_>) -> Vec<Vec<Vec<f64>>> {
         residuals(data.train, &self.train)
     }
 
-    /// Whether it runs away from a training recording, so that what is linear around its simulation, and fits that begin
-    /// there, say nothing of what is missing.
+    /// Whether its simulation diverges from a training recording, so that a linearisation around it, and fits that
+    /// begin there, say nothing about what is missing.
     pub(crate) fn runs_away(&self, data: &Data<'_>) -> bool {
         let residuals = self.residuals(data);
         let mut both = data.train.iter().zip(&residuals);
@@ -147,12 +147,12 @@ impl Fitted {
         })
     }
 
-    /// Measured less simulated in validation recordings, with the stretch that start values are estimated from.
+    /// Measured minus simulated in validation recordings, including the samples from which start values are estimated.
     pub(crate) fn all_held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
         Some(residuals(data.valid, self.valid.as_ref()?))
     }
 
-    /// The same without that stretch.
+    /// The same without those samples.
     pub(crate) fn held_out_residuals(&self, data: &Data<'_>) -> Option<Vec<Vec<Vec<f64>>>> {
         let mut all = self.all_held_out_residuals(data)?;
         for ((recording, from), outputs) in data.valid.iter().zip(&data.counts_from).zip(&mut all) {
@@ -166,7 +166,7 @@ impl Fitted {
 }
 
 impl Ended {
-    /// Fits a structure from several points, the first of equals being the best.
+    /// Fits a structure from several points, and keeps the best; the first on a tie.
     fn new(
         structure: &Structure,
         from: &Values,
@@ -224,15 +224,14 @@ impl Kept for NoFit {
     }
 }
 
-/// How often moments are moved and the rest is fitted again.
+/// Maximum number of rounds in which moments are moved and the rest is refitted.
 const MOST_ROUNDS: usize = 4;
 
-/// So many times the simulations of a fit are spent where none of its steps was accepted: until then it
-/// says nothing about the structure.
+/// Factor by which the simulations of a fit may be exceeded until a step is accepted: before that the fit says nothing
+/// about the structure.
 const UNTIL_A_STEP: usize = 4;
 
-/// Mean square over that of the noise up to which an onset that was found is looked for elsewhere: what is
-/// further off lacks something else.
+/// Mean square relative to the noise up to which other onsets are tried after a fit: a larger misfit has another cause.
 const NEAR: f64 = 10.0;
 
 fn is_near(problem: &OutputErrorProblem<'_>, cost: f64) -> bool {
@@ -241,8 +240,7 @@ fn is_near(problem: &OutputErrorProblem<'_>, cost: f64) -> bool {
     cost < NEAR * samples as f64
 }
 
-/// A fit from the better of two points, and the moments at which readings jump, which were moved sample by
-/// sample.
+/// A fit from the better of two points, with the moments at which readings jump, which were moved sample by sample.
 fn fitted(
     problem: &OutputErrorProblem<'_>,
     other: &[f64],
@@ -269,7 +267,7 @@ fn fitted(
     let mut best = held(&p, problem.recordings)?;
     for _ in 0..MOST_ROUNDS {
         let mut p = best.p.clone();
-        // What is not fitted yet says nothing about the moment.
+        // A model that is not fitted yet says nothing about the moment.
         let mut is_moved = false;
         if best.termination.is_converged() {
             let starts = &best.starts;
@@ -320,8 +318,7 @@ fn correlation(noise: &SensorNoise) -> NoiseCorrelation {
     })
 }
 
-/// Outputs of the validation recordings, with start values from their beginnings; `None` where one
-/// cannot be simulated.
+/// Outputs of the validation recordings, with start values from their beginnings; `None` if one cannot be simulated.
 fn held_out(
     structure: &Structure,
     p: &[f64],
@@ -333,7 +330,7 @@ fn held_out(
     Some(evaluate(&problem, p, &starts).ok()?.observations)
 }
 
-/// Start values of the validation recordings from their beginnings; `None` where one cannot be simulated.
+/// Start values of the validation recordings from their beginnings; `None` if one cannot be simulated.
 pub(crate) fn held_out_starts(
     structure: &Structure,
     p: &[f64],
@@ -364,7 +361,7 @@ fn problem<'a>(
     OutputErrorProblem { noise, stopping, options, threads: 1, ..problem }
 }
 
-/// The recordings with start values as first guesses.
+/// The recordings with these start values as initial guesses.
 pub(crate) fn with_starts(
     recordings: &[Recording],
     values: &Values,
@@ -383,7 +380,7 @@ pub(crate) fn with_starts(
         .collect()
 }
 
-/// Puts parameters within their bounds.
+/// Clamps parameters to their bounds.
 fn clip(p: &mut [f64], signature: &Signature) {
     for (value, parameter) in p.iter_mut().zip(signature.parameters.iter()) {
         *value = value.clamp(parameter.lower, parameter.upper);

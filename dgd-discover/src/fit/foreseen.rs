@@ -1,4 +1,4 @@
-//! How large validation errors are if nothing is missing.
+//! Predicts how large validation errors are if nothing is missing.
 //!
 //! ```text
 //!   e_later = v_later − Jₓ δx − Jₚ δp,     δx = F⁻¹ Jₓ'ᵀW (v' − Jₚ' δp)     ' : readings before `counts_from`
@@ -7,13 +7,13 @@
 //!   C:                                     that of the parameters, from the training recordings (`correlated`)
 //! ```
 //!
-//! The mean square of n such errors has the mean tr Σ/n and the variance 2 tr Σ²/n², Σ being their covariance, and is
-//! taken for a χ²_ν/ν times its mean, with ν = (tr Σ)²/tr Σ². The variance of the noise, which it is compared with, is
-//! known from the training errors alone, with ν' = (tr R)²/tr R² there. So their ratio over m = tr Σ/(n σ²) is
-//! an F, and ln F is about normal with a variance of 2/ν + 2/ν'.
+//! The mean square of n such errors has the mean tr Σ/n and the variance 2 tr Σ²/n², with Σ their covariance, and is
+//! approximated by its mean times χ²_ν/ν, with ν = (tr Σ)²/tr Σ². The variance of the noise, with which it is compared,
+//! is known only from the training errors, with ν' = (tr R)²/tr R² there. So their ratio divided by m = tr Σ/(n σ²)
+//! follows an F distribution, and ln F is approximately normal with variance 2/ν + 2/ν'.
 //!
-//! In long recordings m is one, and ν and ν' are what the noise's memory leaves of n. In short ones parameters and
-//! start values are not known well enough to predict to the noise, although nothing is missing, nor is the noise.
+//! In long recordings m is one, and ν and ν' are n reduced by the correlation of the noise. In short ones, parameters,
+//! start values and the noise itself are not known well enough to predict down to the noise even if nothing is missing.
 //!
 //! Sources: Satterthwaite, Biometrics Bulletin 2 (1946) 110, for degrees of freedom; Fisher, Proc. Int. Congr. Math.
 //! Toronto 2 (1924) 805, for the logarithm.
@@ -29,16 +29,16 @@ use super::data::Data;
 use super::fitted::{Fitted, held_out_starts};
 use super::residuals::chi_square;
 
-/// Mean square over that of the noise, foreseen for one output.
+/// Expected mean square of one output relative to the noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Foreseen {
     mean: f64,
-    /// Variance of its logarithm.
+    /// Variance of the logarithm of the ratio.
     scatter: f64,
 }
 
 impl Foreseen {
-    /// Probability that a mean square is that large or larger.
+    /// Probability that a mean square is at least this large.
     fn tail(&self, mean_square: f64) -> f64 {
         let z = (mean_square / self.mean).ln() / self.scatter.sqrt();
         let beyond = 0.5 * normal_two_sided(z);
@@ -46,11 +46,11 @@ impl Foreseen {
     }
 }
 
-/// What an output's readings of all recordings add up to.
+/// Sums over the readings of an output in all recordings.
 #[derive(Debug, Clone)]
 struct Sums {
     readings: usize,
-    /// tr Jₓ S Jₓᵀ, and what tr Σ² has besides tr (G C Gᵀ)² and 2 tr (G C Gᵀ R).
+    /// tr Jₓ S Jₓᵀ, and the terms of tr Σ² other than tr (G C Gᵀ)² and 2 tr (G C Gᵀ R).
     of_starts: f64,
     squares: f64,
     /// GᵀG and GᵀRG.
@@ -59,8 +59,7 @@ struct Sums {
 }
 
 impl Fitted {
-    /// Probability that validation errors of each output are so large if nothing is missing; `None` where they
-    /// cannot be had.
+    /// Probability of validation errors this large of each output if nothing is missing; `None` if not available.
     pub(crate) fn held_out_chances(&self, data: &Data<'_>, evaluations: usize) -> Option<Vec<f64>> {
         let foreseen = self.foreseen(data, evaluations)?;
         let found = chi_square(&self.held_out_residuals(data)?, &data.noise);
@@ -70,12 +69,12 @@ impl Fitted {
         Some(found.iter().zip(&foreseen).map(chance).collect())
     }
 
-    /// What is foreseen for each output; none for those without a reading that counts.
+    /// The expectation for each output; `None` for outputs without a reading that counts.
     fn foreseen(&self, data: &Data<'_>, evaluations: usize) -> Option<Vec<Option<Foreseen>>> {
         let system = &self.structure.system;
         let directions = &system.signature().directions;
         let place = |of: &Direction| directions.iter().position(|direction| direction == of);
-        // Parameters among what was estimated: their places there and among the directions.
+        // Estimated parameters: their positions among the estimates and among the directions.
         let fitted = self.fitted_directions();
         let shared = fitted.iter().enumerate().filter_map(|(i, e)| {
             let estimate = &self.estimates[*e];
@@ -157,7 +156,7 @@ impl Seen<'_> {
         })
     }
 
-    /// Adds what the recording's later readings have of each output.
+    /// Adds the contributions of the recording's later readings to each output.
     fn add(
         &self,
         data: &Data<'_>,
@@ -204,7 +203,7 @@ impl Seen<'_> {
     }
 }
 
-/// Readings of an output in a training recording, and tr R² of them.
+/// Number of readings of an output in a training recording, and tr R² over them.
 fn of_training(recording: &Recording, output: usize, noise: &SensorNoise) -> (usize, f64) {
     let measured = recording.measured[output].iter().flatten().enumerate();
     let samples: Vec<usize> = measured.filter(|(_, y)| y.is_finite()).map(|(k, _)| k).collect();

@@ -1,7 +1,7 @@
-//! What a discovery keeps of its work, and who looks on.
+//! Stored results of a discovery, and its progress.
 //!
-//! Fits and screens are what takes long. Each is a function of the request and of what its key tells apart,
-//! so that a run that was ended finds them in its journal and ends as it would have.
+//! Fits and screens take longest. Each is a function of the request and of its key, so that an interrupted run finds
+//! them in its journal and ends with the same result.
 
 use std::fmt;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,21 +9,21 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use dgd_identify::journal::{Digest, Forgetful, Journal};
 use dgd_identify::{Of, Progress, Unwatched, Watch};
 
-/// Where results are kept, and what watches them.
+/// Where results are stored, and who is informed of progress.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WorkJournal<'a> {
     pub journal: &'a dyn Journal,
     pub watch: &'a dyn Watch,
-    /// Of the request, which all keys begin with.
+    /// Digest of the request, with which all keys begin.
     pub request: Digest,
 }
 
 impl WorkJournal<'_> {
-    /// Keeps nothing, and nobody looks on: for fits whose keys would not tell them apart.
+    /// Stores nothing and reports nothing: for fits that keys would not distinguish.
     pub(crate) const NONE: WorkJournal<'static> =
         WorkJournal { journal: &Forgetful, watch: &Unwatched, request: Digest::EMPTY };
 
-    /// The key of what is computed, `what`, from further arguments.
+    /// The key of the result `what`, computed from further arguments.
     pub(crate) fn key(
         &self,
         what: &dyn fmt::Debug,
@@ -32,12 +32,12 @@ impl WorkJournal<'_> {
         arguments(self.request.of(what)).value()
     }
 
-    /// Whether who looks on has said to stop.
+    /// Whether the run was cancelled.
     pub(crate) fn is_stopped(&self) -> bool {
         self.watch.is_stopped()
     }
 
-    /// Counts from nothing to a number, and tells of it.
+    /// A counter from zero to `all` that reports progress.
     pub(crate) fn count(&self, what: &'static str, all: usize) -> Count<'_> {
         let count = Count { watch: self.watch, what, all, done: AtomicUsize::new(0) };
         count.more(0);
@@ -45,7 +45,7 @@ impl WorkJournal<'_> {
     }
 }
 
-/// How many are done.
+/// A counter of finished items.
 pub(crate) struct Count<'a> {
     watch: &'a dyn Watch,
     what: &'static str,
@@ -54,7 +54,7 @@ pub(crate) struct Count<'a> {
 }
 
 impl Count<'_> {
-    /// So many more.
+    /// Adds `n` finished items.
     pub(crate) fn more(&self, n: usize) {
         let done = self.done.fetch_add(n, Ordering::Relaxed) + n;
         self.watch.advanced(Progress { what: self.what, done, of: Of::Exactly(self.all) });

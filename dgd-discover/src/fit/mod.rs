@@ -1,7 +1,7 @@
-//! Structures with numbers: a structure, recordings and where to begin in, estimates and residuals out.
+//! Fits structures: a structure, recordings and starting points in, estimates and residuals out.
 //!
-//! [`Data`] are the recordings with their noise, [`Fitted`] is a structure that was fitted to them. What took
-//! long is kept ([`WorkJournal`]), and what takes too long is given up ([`most_steps`]).
+//! [`Data`] are the recordings with their noise, [`Fitted`] is a structure fitted to them. Expensive results are stored
+//! ([`WorkJournal`]), and simulations that take too long are abandoned ([`most_steps`]).
 
 mod budget;
 mod correlated;

@@ -1,9 +1,8 @@
-//! Moments at which readings jump.
+//! Fits moments at which readings jump.
 //!
-//! A sensor that jumps when something sets in has no derivative to the moment: the error is constant
-//! while the moment moves between two samples, and jumps when it passes one. So such a moment is
-//! not fitted with the rest but moved from one interval between samples to another, as long as that
-//! makes the error less, and the rest is fitted again.
+//! A sensor that jumps when something sets in has no derivative with respect to the moment: the misfit is constant
+//! while the moment moves between two samples, and jumps when it passes one. So such a moment is not fitted with the
+//! rest, but moved from one sample interval to another as long as that reduces the misfit, and the rest is refitted.
 //!
 //! ```text
 //!   t ∈ (t_k, t_k+1) tells the data nothing: t̂ = (t_k + t_k+1)/2, σ = (t_k+1 − t_k)/√12
@@ -16,8 +15,8 @@ use dgd_identify::{
 use dgd_runtime::Direction;
 use dgd_runtime::System;
 
-/// A reading that changes by so many standard deviations of its noise while a moment moves by one
-/// sample jumps with it.
+/// Change of a reading, in standard deviations of its noise, as a moment moves by one sample, above which it jumps with
+/// the moment.
 const JUMP: f64 = 4.0;
 
 /// Moments that are moved sample by sample.
@@ -30,8 +29,8 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    /// Those of some onsets, by position of the parameter, with which readings jump; each is put
-    /// into the middle of its interval.
+    /// Those onsets, by position of the parameter, with which readings jump; each is moved to the middle of its
+    /// interval.
     pub(crate) fn jumping(
         problem: &OutputErrorProblem<'_>,
         onsets: &[usize],
@@ -74,7 +73,7 @@ impl Moments {
         }))
     }
 
-    /// The middle of the interval so many samples later.
+    /// The middle of the interval `by` samples later.
     fn moved(&self, t: f64, by: isize) -> f64 {
         let last = self.samples.len().saturating_sub(2);
         let k = self.samples.partition_point(|sample| *sample <= t).saturating_sub(1).min(last);
@@ -85,7 +84,7 @@ impl Moments {
         }
     }
 
-    /// Moves the moments to where the error is least, everything else as it is; says whether one moved.
+    /// Moves the moments to where the misfit is least, with everything else unchanged. Returns whether one moved.
     pub(crate) fn settle(
         &self,
         problem: &OutputErrorProblem<'_>,
@@ -109,7 +108,7 @@ impl Moments {
                             p.copy_from_slice(&trial);
                             stride *= 2;
                         }
-                        // Shorter strides again, and none after a single sample.
+                        // Shorter strides again, and an end after single samples.
                         _ => stride /= 2,
                     }
                 }
@@ -118,7 +117,7 @@ impl Moments {
         Ok(p != before)
     }
 
-    /// The directions of a problem without those of the moments.
+    /// For each direction of a problem, whether it stays free while the moments are held.
     pub(crate) fn held(&self, problem: &OutputErrorProblem<'_>) -> Vec<bool> {
         let directions = problem.system.signature().directions.iter().zip(&problem.free);
         let is_moment = |direction: &Direction| match direction {
@@ -128,7 +127,7 @@ impl Moments {
         directions.map(|(direction, free)| *free && !is_moment(direction)).collect()
     }
 
-    /// What a fit has estimated, and the moments, in the order of the model's parameters.
+    /// The estimates of a fit and the moments, in the order of the model's parameters.
     pub(crate) fn estimates(&self, system: &Loaded, fit: &Fit) -> Vec<Estimate> {
         let mut all = fit.estimates.clone();
         for &parameter in &self.parameters {
@@ -151,24 +150,23 @@ impl Moments {
         all
     }
 
-    /// The sample before a time, or so many later.
+    /// The last sample before a time, or the one `later` samples after it.
     fn at(&self, t: f64, later: usize) -> f64 {
         let k = self.samples.partition_point(|sample| *sample <= t).saturating_sub(1) + later;
         self.samples.get(k).or(self.samples.last()).copied().unwrap_or(t)
     }
 }
 
-/// Points over the recordings at which a moment that was fitted is tried again, and shares of the
-/// recordings, from 2⁻³ to 2⁻⁸, by which it is moved.
+/// Number of points over the recordings at which a fitted moment is tried again, and fractions of the recordings, from
+/// 2⁻³ to 2⁻⁸, by which it is moved.
 const AGAIN: usize = 24;
 const NEAREST: i32 = 8;
 const FARTHEST: i32 = 3;
 
-/// Moves onsets to where the error is less, however far that is, everything else as it is; says
-/// whether one moved.
+/// Moves onsets to where the misfit is less, however far away, with everything else unchanged. Returns whether one
+/// moved.
 ///
-/// While nothing happens that an effect acts on, when it sets in makes no difference, and a fit does not
-/// pass such a time.
+/// While nothing happens on which an effect acts, its onset makes no difference, and a fit cannot cross such a time.
 pub(crate) fn relocate_onsets(
     problem: &OutputErrorProblem<'_>,
     onsets: &[usize],
@@ -200,7 +198,7 @@ pub(crate) fn relocate_onsets(
             }
             let mut trial = p.to_vec();
             trial[parameter] = value;
-            // A moment at which the model cannot be run is none to go to.
+            // Moments at which the model cannot be simulated are skipped.
             if let Ok(found) = evaluate(problem, &trial, starts)
                 && found.cost < least
             {
@@ -212,14 +210,14 @@ pub(crate) fn relocate_onsets(
     Ok(p != before)
 }
 
-/// Beyond a boundary between samples a delay is tried at this share of their distance.
+/// Fraction of a sample interval beyond its boundary at which a delay is tried.
 const BEYOND: f64 = 0.05;
 
-/// Moves delays from one interval between samples to the next as long as that makes the error less,
-/// everything else as it is; says whether one moved.
+/// Moves delays from one sample interval to the next as long as that reduces the misfit, with everything else
+/// unchanged. Returns whether one moved.
 ///
-/// What is delayed may jump at samples, as held inputs do. Where a delay passes a multiple of their
-/// distance all those jumps fall on other samples, of which the derivative to the delay knows nothing.
+/// Delayed quantities may jump at samples, as held inputs do. When a delay passes a multiple of the sample interval,
+/// all those jumps fall on other samples, which the derivative with respect to the delay cannot show.
 pub(crate) fn cross(
     problem: &OutputErrorProblem<'_>,
     delays: &[usize],
@@ -240,7 +238,7 @@ pub(crate) fn cross(
         let bounds = &problem.system.signature().parameters[parameter];
         for direction in [1.0, -1.0] {
             loop {
-                // Of an interval, in the direction of travel: its end, and a little more.
+                // The end of the interval in the direction of travel, and a little beyond.
                 let intervals = (direction * p[parameter] / spacing).floor() + 1.0 + BEYOND;
                 let value = direction * intervals * spacing;
                 let mut trial = p.to_vec();
@@ -259,7 +257,7 @@ pub(crate) fn cross(
     Ok(p != before)
 }
 
-/// The recordings with start values that a fit has found.
+/// The recordings with start values found by a fit.
 pub(crate) fn with_found_starts(recordings: &[Recording], starts: &[Starts]) -> Vec<Recording> {
     let recordings = recordings.iter().zip(starts);
     recordings

@@ -1,7 +1,7 @@
-//! How many steps a simulation of a search may take.
+//! Limits the number of steps of a simulation in a search.
 //!
-//! A fit that strays to values at which nothing can be recognised any more, a spin of thousands of turns or
-//! an exponent without end, would spend the time of the whole search there.
+//! A fit that strays to absurd values, such as thousands of turns or a runaway exponential, would spend the time of the
+//! whole search there.
 
 use dgd_identify::{EstimateError, Fit, TrialFailed, TrialFailure};
 use dgd_runtime::{IntegrateError, Problem, simulate_with_sensitivities};
@@ -9,12 +9,12 @@ use dgd_runtime::{IntegrateError, Problem, simulate_with_sensitivities};
 use super::data::Data;
 use crate::library::{BaseModel, Refused, StructureId, Values};
 
-/// A simulation may take so many times the steps of the model with its own values, or so many times its samples
-/// where these are more. A period takes two samples at least to be seen; it then has forty steps.
+/// Limit on the steps of a simulation, in multiples of the steps of the model with its own values or of its samples,
+/// whichever are more. A visible period has at least two samples, and so forty steps.
 const TIMES: f64 = 20.0;
 
-/// The most steps that a simulation of a recording may take. Those of the model as it is written are counted: its
-/// fit may have followed errors that the model knows nothing of.
+/// Maximum number of steps of a simulation of a recording. It is based on the model as written: a fit may have absorbed
+/// effects that the model lacks.
 pub(crate) fn most_steps(base: &BaseModel, data: &Data<'_>) -> Result<usize, Refused> {
     let system = &base.structure(&[], StructureId::BASE)?.system;
     let p = &Values::default().parameters(system);
@@ -22,7 +22,7 @@ pub(crate) fn most_steps(base: &BaseModel, data: &Data<'_>) -> Result<usize, Ref
     for recording in data.train {
         let problem = Problem { system, p, inputs: &recording.inputs, start: &recording.start };
         let run = simulate_with_sensitivities(&problem, &recording.times, &data.options);
-        // One that fails has taken steps as well.
+        // A failed run has taken steps as well.
         let solution = run.unwrap_or_else(|failure| *failure.partial);
         let tried = solution.statistics.steps + solution.statistics.rejected;
         per_sample = per_sample.max(tried as f64 / recording.times.len().max(1) as f64);
@@ -32,7 +32,7 @@ pub(crate) fn most_steps(base: &BaseModel, data: &Data<'_>) -> Result<usize, Ref
     Ok(data.options.max_steps.min(most.ceil() as usize))
 }
 
-/// Why a fit was given up where its simulations take too many steps.
+/// Reason for abandoning a fit whose simulations take too many steps.
 pub(crate) fn too_many_steps() -> String {
     format!("a simulation takes more than {TIMES} times the steps of the model with its own values")
 }
@@ -42,7 +42,7 @@ pub(crate) fn cannot_begin(error: &EstimateError) -> bool {
     matches!(error, EstimateError::Start(failed) if is_too_long(failed))
 }
 
-/// Whether a fit ended before a minimum because a simulation on its way takes too many steps.
+/// Whether a fit ended before converging because a later simulation takes too many steps.
 pub(crate) fn is_cut_short(fit: &Fit) -> bool {
     !fit.termination.is_converged() && fit.last_failure.as_ref().is_some_and(is_too_long)
 }

@@ -1,4 +1,4 @@
-//! Over what levels the quantities of a model went in a recording, and how often they come back.
+//! Ranges of a model's quantities in a recording, and the strongest period of the residuals.
 
 use std::f64::consts::TAU;
 
@@ -9,8 +9,8 @@ use super::data::Data;
 use super::fitted::Fitted;
 use crate::library::Ranges;
 
-/// The least and the largest values in the first training recording: of what was measured there, and of the rest along
-/// the fitted structure's run of it.
+/// Minimum and maximum values in the first training recording: of measured outputs there, and of all other quantities
+/// in the fitted structure's simulation of it.
 pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
     let system = &fitted.structure.system;
     let signature = system.signature();
@@ -21,7 +21,7 @@ pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
     };
     let mut all = Ranges::new();
-    // What was measured is known better than what the model makes of it, which may be far off.
+    // Measurements are better known than the model's outputs, which may be far off.
     for (output, measured) in signature.outputs.iter().zip(&recording.measured) {
         let measured = measured.iter().flatten().copied().filter(|value| value.is_finite());
         let (a, b) = within(&mut measured.into_iter());
@@ -47,15 +47,15 @@ pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
     all
 }
 
-/// Fewest periods of a recording that make one.
+/// Minimum number of cycles in a recording for a period.
 const FEWEST: f64 = 4.0;
-/// Frequencies that are tried for each that a recording resolves.
+/// Number of frequencies tried per resolvable frequency.
 const FINER: f64 = 4.0;
-/// Most frequencies that are tried.
+/// Maximum number of frequencies tried.
 const MOST: usize = 2000;
 
-/// The period, s, that is strongest in what a fit leaves of the first training recording, in units of the noise; nothing
-/// where that is too short.
+/// The strongest period, s, in the residuals of the first training recording, in units of the noise; `None` if the
+/// recording is too short.
 pub(crate) fn period(fitted: &Fitted, data: &Data<'_>) -> Option<f64> {
     let times = &data.train.first()?.times;
     let (first, last) = (*times.first()?, *times.last()?);
@@ -66,7 +66,8 @@ pub(crate) fn period(fitted: &Fitted, data: &Data<'_>) -> Option<f64> {
         .filter_map(|(residuals, noise)| Some((residuals.as_slice(), noise.as_ref()?.std)))
         .collect();
     let frequency = |k: usize| (FEWEST + k as f64 / FINER) / duration;
-    // e^(iωt) of each sample, and what turns it to the next frequency: one sine for all frequencies and outputs.
+    // e^(iωt) of each sample, and the factor that advances it to the next frequency, so that sines are computed once
+    // for all frequencies and outputs.
     let turned =
         |frequency: f64| times.iter().map(move |t| (TAU * frequency * (t - first)).sin_cos());
     let mut wave: Vec<(f64, f64)> = turned(frequency(0)).collect();

@@ -1,4 +1,4 @@
-//! How structures are integrated where they are ranked.
+//! Integration options for ranking structures.
 
 use dgd_identify::Recording;
 use dgd_runtime::for_identify::inputs_change_by_sample;
@@ -7,23 +7,23 @@ use dgd_runtime::{METHODS, Method, MethodKind, Options, Problem, Steps};
 use super::data::Data;
 use crate::library::{BaseModel, Refused, StructureId, Values};
 
-/// A tolerance that is fine enough to rank structures: no sensor is good to 1e-4 of what it reads.
+/// A tolerance fine enough to rank structures: no sensor is accurate to 1e-4 of its reading.
 const TOLERANCE: f64 = 1e-4;
 
-/// These options, at a tolerance that is fine enough.
+/// These options, with a tolerance fine enough for ranking.
 pub(crate) fn options_for_ranking(options: Options) -> Options {
     let options = stepping_alike(options);
     Options { rtol: options.rtol.max(TOLERANCE), atol: options.atol.max(TOLERANCE), ..options }
 }
 
-/// The same, with steps that structures with events and without can both have.
+/// The same, with steps that are possible both with and without events.
 pub(crate) fn stepping_alike(options: Options) -> Options {
     let steps = if options.steps == Steps::Automatic { Steps::Adaptive } else { options.steps };
     Options { steps, ..options }
 }
 
-/// The method for ranking. Where inputs change in most sample intervals, they end nearly every step, however long
-/// it might have been: of methods of the same kind the one with the fewest evaluations is as good then.
+/// The method for ranking. If inputs change in most sample intervals, they cut nearly every step short, so that of
+/// methods of the same kind the one with the fewest evaluations is as good.
 pub(crate) fn method_for_ranking(
     base: &BaseModel,
     data: &Data<'_>,

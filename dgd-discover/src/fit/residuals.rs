@@ -1,12 +1,12 @@
-//! What errors add up to, in units of the noise.
+//! Sums of squared residuals in units of the noise.
 
 use dgd_identify::Recording;
 use dgd_screen::noise::SensorNoise;
 
 use crate::noise::Whitener;
 
-/// Σ ε² and the number of samples behind it, ε being what is left of errors, in units of the noise,
-/// when the noise's correlation is taken out.
+/// Σ ε² and the number of samples, where ε are the residuals in units of the noise, with the noise's correlation
+/// removed.
 pub(crate) fn whitened_square(
     recordings: &[Recording],
     residuals: &[Vec<Vec<f64>>],
@@ -22,14 +22,14 @@ pub(crate) fn whitened_square(
     finite.fold((0.0, 0), |(sum, n), e| (sum + e * e, n + 1))
 }
 
-/// Errors of one output of a recording in units of its noise, without the noise's correlation; NaN
-/// where nothing was measured.
+/// Residuals of one output of a recording in units of its noise, with the noise's correlation removed; NaN where
+/// nothing was measured.
 pub(crate) fn whitened(recording: &Recording, errors: &[f64], noise: &SensorNoise) -> Vec<f64> {
     let whitener = Whitener::new(&recording.times, |k| errors[k].is_finite(), noise);
     whitener.apply(errors.iter().copied())
 }
 
-/// Σ (e/σ)² and the number of samples behind it, for each output.
+/// Σ (e/σ)² and the number of samples, for each output.
 pub(crate) fn chi_square(
     residuals: &[Vec<Vec<f64>>],
     noise: &[Option<SensorNoise>],
@@ -43,23 +43,23 @@ pub(crate) fn chi_square(
     noise.iter().enumerate().map(of_output).collect()
 }
 
-/// Numbers less the mean of those that are finite.
+/// Numbers minus the mean of the finite ones.
 fn centred(all: &[f64]) -> Vec<f64> {
     let finite = || all.iter().copied().filter(|x| x.is_finite());
     let mean = finite().sum::<f64>() / finite().count().max(1) as f64;
     all.iter().map(|x| x - mean).collect()
 }
 
-/// Whether a simulation runs away from readings: what it leaves strays further from its own mean than the readings do from
-/// theirs. What is not finite does not count.
+/// Whether a simulation diverges from readings: its residuals vary more about their mean than the readings do about
+/// theirs. Values that are not finite do not count.
 pub(super) fn runs_away(readings: &[f64], left: &[f64]) -> bool {
     let spread =
         |all: &[f64]| centred(all).iter().filter(|x| x.is_finite()).map(|x| x * x).sum::<f64>();
     spread(left) > spread(readings)
 }
 
-/// Residuals, with readings less their mean in the place of those of an output that the simulation runs away from: how
-/// far that gets says nothing of what is missing.
+/// Residuals, but for an output from which the simulation diverges, readings minus their mean: how far it diverges says
+/// nothing about what is missing.
 pub(crate) fn as_far_as_readings(
     recordings: &[Recording],
     mut residuals: Vec<Vec<Vec<f64>>>,
@@ -77,14 +77,14 @@ pub(crate) fn as_far_as_readings(
     residuals
 }
 
-/// The mean over all outputs; `None` of nothing.
+/// The mean over all outputs; `None` without samples.
 pub(crate) fn mean(by_output: &[(f64, usize)]) -> Option<f64> {
     let (sum, n) = by_output.iter().fold((0.0, 0), |(sum, n), (s, m)| (sum + s, n + m));
     (n > 0).then(|| sum / n as f64)
 }
 
-/// By what factor the limit of a mean square over the noise is to be raised for each output, as neither the noise nor the
-/// mean square is known better: a limit of 1.1 passes what is right in 99 of 100 recordings, however short.
+/// Factor by which to raise the limit of each output's mean square relative to the noise, for the uncertainty of both:
+/// a limit of 1.1 then accepts a correct model in 99 of 100 recordings, however short.
 pub(crate) fn slack(
     by_output: &[(f64, usize)],
     noise: &[Option<SensorNoise>],
@@ -99,5 +99,5 @@ pub(crate) fn slack(
     by_output.iter().zip(noise).map(of_output).collect()
 }
 
-/// Standard deviations that a normal deviate exceeds once in a hundred times.
+/// Standard deviations that a normal deviate exceeds with a probability of 1 %.
 const SURE: f64 = 2.33;

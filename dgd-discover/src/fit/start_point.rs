@@ -1,19 +1,19 @@
-//! Where a fit may begin.
+//! A starting point of a fit.
 
 use dgd_identify::keep_by_fields;
 
-/// Where a fit may begin: values of parameters by name, SI.
+/// A starting point of a fit: values of parameters by name, SI.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct StartPoint {
-    /// What the screen suggests.
+    /// Values suggested by the screen.
     pub values: Vec<(String, f64)>,
-    /// The same with the candidate at nothing: where the rest of the model would have to move a lot to go
-    /// with what is suggested, a fit is quicker from here.
+    /// The same with the candidate at its null: if the suggested values would require large changes in the rest of the
+    /// model, a fit is faster from here.
     pub at_nothing: Vec<(String, f64)>,
 }
 
 impl StartPoint {
-    /// Takes over inner constants.
+    /// Sets inner constants.
     pub(crate) fn set(&mut self, inner: impl Iterator<Item = (String, f64)>) {
         for constant in inner {
             self.values.push(constant.clone());
@@ -21,7 +21,7 @@ impl StartPoint {
         }
     }
 
-    /// One of the suggested values; NaN where there is none.
+    /// One of the suggested values; NaN if there is none.
     pub(crate) fn value(&self, name: &str) -> f64 {
         let found = self.values.iter().find(|(other, _)| other == name);
         found.map_or(f64::NAN, |(_, value)| *value)

@@ -1,41 +1,41 @@
-//! What a formula may make of one name of a model: one row for each.
+//! The table of functions that a formula may apply to a name of a model.
 
-/// A function of one quantity, as a factor behind a coefficient.
+/// A function of one quantity, as a factor after a coefficient.
 #[derive(Debug)]
 pub(crate) struct Form {
-    /// The factor in the language, `{}` in the place of the name and `{b}` in that of the inner constant.
+    /// The factor in the language, with `{}` for the name and `{b}` for the inner constant.
     pub text: &'static str,
-    /// Its value at a quantity and an inner constant, SI.
+    /// Its value for a quantity and an inner constant, SI.
     pub value: fn(f64, f64) -> f64,
-    /// Inner constants that are tried, over the size of the quantity, its largest value; none without one. The constant
-    /// measures what the quantity does.
+    /// Inner constants to try, relative to the size of the quantity (its largest value); empty without one. The
+    /// constant has the unit of the quantity.
     pub inner: &'static [f64],
-    /// Power of the quantity's unit that it has: numerator and denominator.
+    /// Exponent of the quantity's unit in the factor: numerator and denominator.
     pub power: (i64, i64),
-    /// What it is defined for.
+    /// Values for which it is defined.
     pub domain: Domain,
-    /// How much a reader has to take in.
+    /// Complexity for a reader.
     pub complexity: u32,
     /// Whether it is tried in products of two.
     pub in_products: bool,
 }
 
-/// Values that a [`Form`] takes.
+/// Values for which a [`Form`] is defined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Domain {
-    /// Any.
+    /// Any values.
     All,
-    /// Positive ones, not close to zero.
+    /// Positive values, not close to zero.
     Positive,
-    /// Those of one sign, not close to zero.
+    /// Values of one sign, not close to zero.
     OneSign,
 }
 
-/// Share of its largest value that a quantity keeps from zero where it must.
+/// Minimum distance from zero, as a fraction of the largest value, for forms that need one.
 const CLOSE: f64 = 0.05;
 
 impl Domain {
-    /// Whether a quantity keeps to it.
+    /// Whether all values lie in it.
     pub(crate) fn holds(self, values: impl Iterator<Item = f64>) -> bool {
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
         for x in values.filter(|x| x.is_finite()) {
@@ -50,7 +50,7 @@ impl Domain {
     }
 }
 
-/// All forms; of those that come to the same, as x² and x|x| of a positive x, the first is written.
+/// All forms; of equivalent ones, such as x² and x|x| for positive x, the first is used.
 pub(crate) static FORMS: [Form; 21] = [
     Form {
         text: "*{}",
@@ -243,8 +243,8 @@ pub(crate) static FORMS: [Form; 21] = [
     },
 ];
 
-/// Inner constants over the size of a quantity: what is bent in the first hundredth of its range is a step, and what
-/// bends at three times of it is a straight line.
+/// Inner constants relative to the size of a quantity: a bend in the first hundredth of the range is a step, and one at
+/// three times the range is a straight line.
 const PARTS: &[f64] = &[0.03, 0.1, 0.3, 1.0, 3.0];
 
 /// Position of the form with this text.

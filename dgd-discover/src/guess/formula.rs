@@ -1,4 +1,4 @@
-//! A formula of a model's names, as the language has it.
+//! A formula of a model's names, in the language.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use dgd_compiler::units::{Dimension, Exponent, Unit, describe, parse_unit};
 
 use super::forms::{FORMS, Form};
 
-/// A name of the model that a formula may have.
+/// A name of the model that a formula may contain.
 #[derive(Debug, Clone)]
 pub(crate) struct Factor {
     pub name: String,
@@ -15,17 +15,17 @@ pub(crate) struct Factor {
     pub unit: Unit,
 }
 
-/// What stands behind a coefficient: forms of at most two names, none for a constant.
+/// The factors after a coefficient: forms of at most two names, none for a constant.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Shape {
-    /// Position of the name, and of its form in the table.
+    /// For each factor, the positions of the name and of its form in the table.
     pub factors: Vec<(usize, usize)>,
-    /// Inner constant of the one factor, SI, where its form has one.
+    /// Inner constant of a single factor, SI, if its form has one.
     pub inner: Option<f64>,
 }
 
 impl Shape {
-    /// Forms of some names, without an inner constant.
+    /// A shape of some names, without an inner constant.
     pub(crate) fn new(factors: Vec<(usize, usize)>) -> Self {
         Shape { factors, inner: None }
     }
@@ -38,7 +38,7 @@ impl Shape {
         self.forms().map(|(_, form)| form.complexity).sum()
     }
 
-    /// Its value at values of all names.
+    /// Its value for given values of all names.
     pub(crate) fn value(&self, at: impl Fn(usize) -> f64) -> f64 {
         let inner = self.inner.unwrap_or(f64::NAN);
         self.forms().map(|(name, form)| (form.value)(at(name), inner)).product()
@@ -50,7 +50,7 @@ impl Shape {
         self.factors.first().map(|(name, _)| &names[*name].unit)
     }
 
-    /// Behind a coefficient: ` * q_ssp*abs(q_ssp)`, nothing for a constant; an inner constant is written as a number.
+    /// Text after a coefficient: ` * q_ssp*abs(q_ssp)`, empty for a constant; an inner constant is written as a number.
     pub(crate) fn text(&self, names: &[Factor]) -> String {
         let inner = self.inner_unit(names).zip(self.inner).map(|(unit, inner)| {
             let symbol =
@@ -60,7 +60,7 @@ impl Shape {
         self.text_with(names, &inner.unwrap_or_default())
     }
 
-    /// The same with the inner constant written so.
+    /// The same with the inner constant written as `inner`.
     pub(crate) fn text_with(&self, names: &[Factor], inner: &str) -> String {
         let factors = self
             .forms()
@@ -72,7 +72,7 @@ impl Shape {
         }
     }
 
-    /// What it measures; `None` where that is out of range.
+    /// Its dimension; `None` if that is out of range.
     pub(crate) fn dimension(&self, names: &[Factor]) -> Option<Dimension> {
         self.forms().try_fold(Dimension::ONE, |all, (name, form)| {
             let (numerator, denominator) = form.power;
@@ -81,12 +81,12 @@ impl Shape {
         })
     }
 
-    /// What a coefficient of it has to measure for the whole to measure `whole`.
+    /// Dimension of its coefficient if the product has the dimension `whole`.
     pub(crate) fn coefficient(&self, names: &[Factor], whole: Dimension) -> Option<Dimension> {
         whole.over(self.dimension(names)?)
     }
 
-    /// A unit for that: a parameter's, or one of those that the names are declared in.
+    /// A unit of that dimension: a parameter's, or one composed of the declared units of the names.
     pub(crate) fn unit(&self, names: &[Factor], whole: &Unit, model: &Model) -> Option<Unit> {
         let dimension = self.coefficient(names, whole.dimension)?;
         if dimension == Dimension::ONE {
@@ -99,7 +99,7 @@ impl Shape {
         fitting.next().or_else(|| parse_unit(&describe(dimension)).ok())
     }
 
-    /// The unit of the whole over those of the factors, `bar/(lpm)^2`.
+    /// The unit of the whole divided by those of the factors, `bar/(lpm)^2`.
     fn composed(&self, names: &[Factor], whole: &Unit) -> String {
         let (mut above, mut below) = (vec![in_product(&whole.symbol)], Vec::new());
         for (name, form) in self.forms() {
@@ -127,7 +127,7 @@ impl Shape {
     }
 }
 
-/// A unit as one factor among others.
+/// A unit as a factor in a product.
 fn in_product(symbol: &str) -> String {
     if symbol.contains(['*', '/', '^']) { format!("({symbol})") } else { symbol.to_owned() }
 }
@@ -135,7 +135,7 @@ fn in_product(symbol: &str) -> String {
 /// Digits of a coefficient.
 const DIGITS: usize = 4;
 
-/// Coefficients, SI, each with its unit and its shape, as one expression.
+/// One expression of coefficients, SI, each with its unit and its shape.
 pub(crate) fn formula(terms: &[(f64, &Unit, &Shape)], names: &[Factor]) -> String {
     let mut text = String::new();
     for (i, (coefficient, unit, shape)) in terms.iter().enumerate() {
@@ -153,7 +153,7 @@ pub(crate) fn formula(terms: &[(f64, &Unit, &Shape)], names: &[Factor]) -> Strin
     text
 }
 
-/// A number as one writes it, with a few digits.
+/// A number in plain notation, with a few digits.
 pub(crate) fn literal(value: f64) -> String {
     let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
     if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {

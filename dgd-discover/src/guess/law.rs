@@ -12,27 +12,27 @@ use super::regression::Ranked;
 use super::{GuessedTerm, Site};
 use crate::missing_input::PlaceKind;
 
-/// The range of a quantity within which a formula was compared with recordings.
+/// The range of a quantity over which a formula was compared with recordings.
 #[derive(Debug, Clone)]
 pub struct LawRange {
     /// The quantity.
     pub name: String,
-    /// Its unit; of a temperature that of differences.
+    /// Its unit; for a temperature, that of differences.
     pub unit: dgd_runtime::Unit,
-    /// Its least value, SI.
+    /// Its minimum, SI.
     pub low: f64,
-    /// Its largest value, SI.
+    /// Its maximum, SI.
     pub high: f64,
 }
 
-/// A parameter of a formula's file: a coefficient, or the constant within a factor, as the b of tanh(x/b).
+/// A parameter of a formula's file: a coefficient, or an inner constant such as the b of tanh(x/b).
 #[derive(Debug, Clone)]
 pub struct LawParameter {
     /// Its name in the file.
     pub name: String,
     /// Its value, SI.
     pub value: f64,
-    /// Its standard deviation; `None` where the data does not determine it.
+    /// Its standard deviation; `None` if the data does not determine it.
     pub std: Option<f64>,
     /// Its unit.
     pub unit: dgd_runtime::Unit,
@@ -44,7 +44,7 @@ pub(super) struct FittedTerm<'a> {
     /// The coefficient, SI, and its standard deviation.
     pub(super) value: f64,
     pub(super) std: Option<f64>,
-    /// That of the inner constant, SI.
+    /// Standard deviation of the inner constant, SI.
     pub(super) std_of_inner: Option<f64>,
     pub(super) unit: &'a Unit,
 }
@@ -65,7 +65,7 @@ pub(super) struct Constants<'a> {
     pub(super) terms: Vec<Constant<'a>>,
 }
 
-/// Those of one term.
+/// The constants of one term.
 pub(super) struct Constant<'a> {
     shape: &'a Shape,
     pub(super) name: String,
@@ -73,13 +73,13 @@ pub(super) struct Constant<'a> {
     value: f64,
     std: Option<f64>,
     unit: &'a Unit,
-    /// Name of the inner constant, where there is one.
+    /// Name of the inner constant, if there is one.
     pub(super) inner: Option<String>,
     std_of_inner: Option<f64>,
 }
 
 impl<'a> Constants<'a> {
-    /// Coefficients first, then inner constants, numbered; what the model has by such a name is left out.
+    /// Numbers coefficients, then inner constants, and skips names that the model already uses.
     pub(super) fn named(
         first: &str,
         terms: impl Iterator<Item = (&'a Shape, f64, &'a Unit)>,
@@ -104,7 +104,7 @@ impl<'a> Constants<'a> {
         Constants { terms }
     }
 
-    /// Those of a law that was fitted.
+    /// The constants of a fitted law.
     pub(super) fn of_law(terms: &'a [FittedTerm<'a>], is_taken: impl Fn(&str) -> bool) -> Self {
         let all = terms.iter().map(|term| (&term.shape, term.value, term.unit));
         let mut constants = Constants::named("law", all, is_taken);
@@ -114,7 +114,7 @@ impl<'a> Constants<'a> {
         constants
     }
 
-    /// All of them, as the file declares them.
+    /// All constants, as the file declares them.
     pub(super) fn told(&self, names: &[Factor]) -> Vec<LawParameter> {
         let of_term = |term: &Constant<'_>| {
             let Constant { name, value, std, unit, .. } = term;
@@ -135,15 +135,16 @@ impl<'a> Constants<'a> {
     }
 }
 
-/// A unit of differences as the runtime has it.
+/// A unit of differences as a unit of the runtime.
 fn plain(unit: &Unit) -> dgd_runtime::Unit {
     dgd_runtime::Unit { symbol: unit.symbol.clone().into(), factor: unit.factor, offset: 0.0 }
 }
 
-/// Within which factor of where it began an inner constant stays: beyond the decades of its grid a form is another one.
+/// Factor by which an inner constant may differ from its initial value: beyond the decades of its grid the form becomes
+/// a different one.
 const INNER_BOUND: f64 = 100.0;
 
-/// The formula as an effect, its coefficients as parameters.
+/// The formula as an effect, with its coefficients as parameters.
 pub(super) fn text(model: &Model, site: &Site<'_>, constants: &Constants<'_>) -> String {
     let (mut parameters, mut nulls, mut sum) = (String::new(), String::new(), Vec::new());
     let declared = |name: &str, value: f64, unit: &Unit, bounds: &str, std: Option<f64>| {
@@ -175,7 +176,7 @@ pub(super) fn text(model: &Model, site: &Site<'_>, constants: &Constants<'_>) ->
     format!("effect guess on {model}\nkind {kind}\n\n{parameters}{nulls}\n{change}\n")
 }
 
-/// Ranges of the names that a formula has, in the training recordings.
+/// Ranges of the names in a formula, in the training recordings.
 pub(super) fn ranges(site: &Site<'_>, ranked: &Ranked, train: &[Trace]) -> Vec<LawRange> {
     let used = ranked.terms.iter().flat_map(|(shape, _)| shape.forms().map(|(name, _)| name));
     let used: BTreeSet<usize> = used.collect();
@@ -197,7 +198,7 @@ impl LawRange {
     }
 }
 
-/// The file, with standard deviations and the ranges that the formula was compared over.
+/// The effect file, with standard deviations and the ranges over which the formula was compared.
 pub(super) fn law(
     model: &Model,
     site: &Site<'_>,

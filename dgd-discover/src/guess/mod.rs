@@ -1,4 +1,4 @@
-//! A formula for what has no name, offered as a guess.
+//! Guesses a formula for a discrepancy without a name.
 //!
 //! ```text
 //!   what is missing in each recording, around the trajectory that has it    (reconstruct)
@@ -6,13 +6,12 @@
 //!   the model with each of them, fitted again: which follows the recordings (structure, fitted)
 //! ```
 //!
-//! The regression finds forms. Which of them, and of what size, is for fits in which the model has the
-//! formula: they know of no smoothing, of all that parameters and start values have taken over, and of
-//! unknowns that only answer to what is missing. A formula that lets the model's errors stay as they are
-//! was none.
+//! The regression finds forms. Fits of the model with each formula decide between them and determine coefficients: they
+//! are free of smoothing, of what parameters and start values have absorbed, and of unknowns that merely respond to
+//! what is missing. A formula that does not reduce the model's errors is rejected.
 //!
-//! That it holds up on recordings which it was not chosen by makes it a description of them. Nothing
-//! confirms the form: many agree over the range that was recorded.
+//! A formula that passes on recordings that did not choose it describes them. That does not confirm its form: many
+//! forms agree over the recorded range.
 
 mod forms;
 mod formula;
@@ -46,56 +45,56 @@ use regression::{Ranked, ranked};
 use together::together;
 pub use together::{Course, Together};
 
-/// Share of the errors' mean square that it may leave when it is in the model.
+/// Fraction of the mean square error that may remain with the formula in the model.
 const LEFT: f64 = 0.7;
-/// Simulations of the fits that formulas are compared by.
+/// Maximum number of simulations of the fits that compare formulas.
 const COMPARED: usize = 12;
-/// By how much a second term has to lower the logarithm of the error's mean square.
+/// Minimum decrease of the logarithm of the mean square error for a second term.
 const SECOND_TERM: f64 = 0.7;
-/// Simulations of a fit with a formula.
+/// Maximum number of simulations of a fit with a formula.
 const EVALUATIONS: usize = 40;
-/// Names that are looked at.
+/// Maximum number of names considered.
 const NAMES: usize = 24;
 
-/// A formula of the model's names that looks like what is missing: a guess, which nothing confirms.
+/// A formula of the model's names that resembles what is missing: a guess, not confirmed.
 #[derive(Debug, Clone)]
 pub struct Guess {
-    /// The formula in the language, units included: to be added to the right-hand side of the equation, or
-    /// to what the sensor reads.
+    /// The formula in the language, units included: to add to the right-hand side of the equation, or to the reading of
+    /// the sensor.
     pub formula: String,
     /// Its terms, two at most.
     pub terms: Vec<GuessedTerm>,
-    /// 1 − Σ w (d − formula)²/Σ w (d − d₀)² of what is missing, d, where the formula was not fitted to
-    /// it: in the validation recordings, without any in tenths of the training recordings.
+    /// 1 − Σ w (d − formula)²/Σ w (d − d₀)² of the missing input d on data to which the formula was not fitted: the
+    /// validation recordings, or tenths of the training recordings if there are none.
     pub r2_held_out: f64,
-    /// Whether that is of validation recordings.
+    /// Whether R² is from validation recordings.
     pub is_of_recordings: bool,
-    /// Mean square of the base model's errors over the noise, of validation recordings where there are any.
+    /// Mean square of the base model's errors relative to the noise, on validation recordings if there are any.
     pub left_before: f64,
-    /// The same when the formula is in the model.
+    /// The same with the formula in the model.
     pub left_after: f64,
     /// The formula as an effect file, which `--apply` takes.
     pub file: String,
     /// The parameters of that file.
     pub parameters: Vec<LawParameter>,
-    /// Over what the quantities in it were recorded, SI.
+    /// Recorded ranges of its quantities, SI.
     pub ranges: Vec<LawRange>,
 }
 
 /// A term of a [`Guess`].
 #[derive(Debug, Clone)]
 pub struct GuessedTerm {
-    /// What the coefficient multiplies, its operator first: `* q*abs(q)`; empty for a constant.
+    /// What the coefficient multiplies, with the operator: `* q*abs(q)`; empty for a constant.
     pub factor: String,
     /// The coefficient, SI, from a fit of the model with the formula in it.
     pub coefficient: f64,
-    /// Its standard deviation; `None` where the data does not determine it.
+    /// Its standard deviation; `None` if the data does not determine it.
     pub std: Option<f64>,
     /// Its unit.
     pub unit: dgd_runtime::Unit,
 }
 
-/// What a guess is made from.
+/// The data for a guess.
 pub(crate) struct Guessing<'a> {
     pub base: &'a BaseModel,
     pub sources: &'a Sources,
@@ -104,27 +103,27 @@ pub(crate) struct Guessing<'a> {
     pub data: &'a Data<'a>,
 }
 
-/// Where a formula goes.
+/// The place of a formula.
 struct Site<'a> {
     /// The equation's label or the output's name.
     name: &'a str,
     kind: PlaceKind,
-    /// The unit that it is read in.
+    /// The unit of the formula's value.
     unit: Unit,
     names: Vec<Factor>,
 }
 
-/// A place along all recordings: what formulas and names are compared with.
+/// A place along all recordings, with which formulas and names are compared.
 pub(crate) struct Followed<'a> {
     site: Site<'a>,
-    /// Parameters and start values that fits begin with.
+    /// Initial parameters and start values of fits.
     values: Values,
     train: Vec<Trace>,
     held_out: Vec<Trace>,
 }
 
 impl Followed<'_> {
-    /// Quantities that what is missing goes together with, the closest first.
+    /// Quantities that correlate with what is missing, the closest first.
     pub(crate) fn together(&self) -> Vec<Together> {
         together(&self.train, &self.held_out, &self.site.names)
     }
@@ -136,12 +135,12 @@ struct Inserted {
     /// The coefficients' names in the model, and their units.
     names: Vec<String>,
     units: Vec<Unit>,
-    /// The inner constant's name in the model, of each term that has one.
+    /// Names in the model of the inner constants, for each term that has one.
     inner: Vec<Option<String>>,
 }
 
 impl Guessing<'_> {
-    /// A place along all recordings; `None` where one of them cannot be simulated with what is missing.
+    /// A place along all recordings; `None` if one of them cannot be simulated with what is missing.
     pub(crate) fn followed<'b>(
         &self,
         terms: &'b MissingTerms,
@@ -150,8 +149,8 @@ impl Guessing<'_> {
         let data = self.data;
         let place = place_of(terms, &found.missing.place)?;
         let site = self.site(terms, place)?;
-        // A sensor's error is compared beside the base model's own parameters. What a term, a parameter or an input does is
-        // known beside the changed ones. So is everything where the base model runs away.
+        // A sensor's error is compared with the base model's own parameters. Terms, parameters and inputs are compared
+        // with the changed parameters, as is everything if the base model diverges.
         let is_beside_the_base = site.kind == PlaceKind::Output && !found.is_followed();
         let (of_train, of_valid) = if is_beside_the_base {
             self.alone(terms, place)
@@ -174,7 +173,7 @@ impl Guessing<'_> {
         is_whole.then_some(Followed { site, values, train, held_out })
     }
 
-    /// Parameters and start values beside a place's traces.
+    /// Parameters and start values that belong to a place's traces.
     fn values_of(&self, found: &FoundPlace) -> Values {
         let signature = self.fitted.structure.system.signature();
         let parameters = signature.parameters.iter().zip(&found.p);
@@ -189,7 +188,7 @@ impl Guessing<'_> {
         }
     }
 
-    /// The formula that looks most like what is missing; `None` where no simple one does.
+    /// The formula that best resembles what is missing; `None` if no simple one does.
     pub(crate) fn guess(&self, followed: &Followed<'_>) -> Option<Guess> {
         let model = self.model;
         let Followed { site, values, train, held_out } = followed;
@@ -208,13 +207,14 @@ impl Guessing<'_> {
             let cost = SECOND_TERM * ranked.terms.len() as f64;
             Some(((sum / n as f64).ln() + cost, ranked))
         });
-        // The first of equals, which is the simplest.
+        // The first on a tie, which is the simplest.
         let best = compared.reduce(|best, other| if other.0 < best.0 { other } else { best });
         let (_, ranked) = best?;
         self.told(site, ranked, train, self.in_the_model(site, values, ranked, EVALUATIONS)?)
     }
 
-    /// Traces of a place in the training and in the validation recordings, each by itself; none where one has none.
+    /// Traces of a place in the training and in the validation recordings, each estimated by itself; empty if one has
+    /// none.
     fn alone(&self, terms: &MissingTerms, place: usize) -> (Vec<PlaceTrace>, Vec<PlaceTrace>) {
         let Guessing { fitted, data, .. } = *self;
         let of = |recording: &Recording, start: &[(usize, f64)]| {
@@ -261,7 +261,7 @@ impl Guessing<'_> {
         Some(Site { name: &place.name, kind: place.kind, unit, names })
     }
 
-    /// Names and the equation's parameters along the trajectory that has what is missing.
+    /// Values of names and of the equation's parameters along the trajectory with what is missing.
     fn along(
         &self,
         terms: &MissingTerms,
@@ -323,7 +323,7 @@ impl Guessing<'_> {
             if parameters.is_empty() {
                 continue;
             }
-            // (∂f/∂p)/(∂f/∂d) of the row that has d, times p.
+            // (∂f/∂p)/(∂f/∂d) of the row that contains d, times p.
             system.input_jacobian(at, &mut by_u);
             system.parameter_jacobian(at, &mut by_p);
             let of_d = (signature.input_jacobian.positions().zip(&by_u))
@@ -349,7 +349,7 @@ impl Guessing<'_> {
         })
     }
 
-    /// The model with a formula, fitted; `None` where it cannot be.
+    /// The fitted model with a formula; `None` if that fails.
     fn in_the_model(
         &self,
         site: &Site<'_>,
@@ -392,7 +392,7 @@ impl Guessing<'_> {
         Some(Inserted { after, names, units, inner })
     }
 
-    /// All that is said of a formula; `None` where it leaves the errors as they were.
+    /// The report on a formula; `None` if it does not reduce the errors.
     fn told(
         &self,
         site: &Site<'_>,
@@ -465,8 +465,8 @@ fn at<'a>(
     Point { t, y: trajectory.y(k), u, p, z: trajectory.z(k) }
 }
 
-/// Mean square of the errors over the noise, on validation recordings where there are any; where the model runs away from
-/// the readings, what these stray by themselves.
+/// Mean square of the errors relative to the noise, on validation recordings if there are any; if the model diverges
+/// from the readings, the variance of these instead.
 fn left(fitted: &Fitted, data: &Data<'_>) -> Option<f64> {
     let (recordings, residuals) = if data.valid.is_empty() {
         (data.train, fitted.residuals(data))

@@ -1,27 +1,27 @@
-//! Means of a missing input and of shapes over blocks, and least squares on them.
+//! Block means of a missing input and of shapes, and least squares on them.
 //!
-//! The smoothed estimate is correlated over the time that it resolves: means over blocks of that length take the place of
-//! samples. Sums of their products are kept for each tenth of the training recordings, so that a fit without a tenth, or to
-//! tenths that are drawn, costs no pass over the data.
+//! The smoothed estimate is correlated over the time that it resolves, so means over blocks of that length are used
+//! instead of samples. Sums of their products are stored for each tenth of the training recordings, so that a fit
+//! without a tenth, or to resampled tenths, needs no pass over the data.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::formula::Shape;
 
-/// Most blocks of a recording.
+/// Maximum number of blocks of a recording.
 const BLOCKS: f64 = 600.0;
-/// Parts of each recording that are left out in turn.
+/// Number of parts of each recording that are left out in turn.
 pub(super) const FOLDS: usize = 10;
-/// How far off a parameter may be, of its size.
+/// Prior standard deviation of a parameter's error, relative to its size.
 const PARAMETER: f64 = 0.3;
-/// Errors that a formula may have beside those of d, of its size.
+/// Error of a formula besides those of d, relative to its size.
 const FLOOR: f64 = 0.05;
-/// Share of a column that the others have to leave.
+/// Minimum fraction of a column that the others must not explain.
 const DETERMINED: f64 = 1e-4;
-/// Two shapes that go together so closely are one.
+/// Correlation above which two shapes count as one.
 const ALIKE: f64 = 0.9999;
 
-/// A missing input over one recording, and what a formula of it may have.
+/// A missing input over one recording, with the quantities that a formula may contain.
 #[derive(Debug, Clone)]
 pub(crate) struct Trace {
     /// Times of the samples, s.
@@ -30,11 +30,11 @@ pub(crate) struct Trace {
     pub value: Vec<f64>,
     /// Its standard deviation.
     pub std: Vec<f64>,
-    /// Over how long errors of d are correlated, s.
+    /// Correlation time of the errors of d, s.
     pub resolved: f64,
     /// Each name's values, SI.
     pub names: Vec<Vec<f64>>,
-    /// What d would be if a parameter were wrong by as much as it is large, for each.
+    /// For each parameter, the d that an error of 100 % would cause.
     pub parameters: Vec<Vec<f64>>,
 }
 
@@ -44,10 +44,10 @@ pub(crate) struct Trace {
 pub(super) struct Moments {
     pub(super) shapes: Vec<Shape>,
     n_parameters: usize,
-    /// Of each part of the training recordings, and of all of them.
+    /// Sums of each part of the training recordings, and of all of them.
     pub(super) parts: Vec<DMatrix<f64>>,
     pub(super) train: DMatrix<f64>,
-    /// Of the validation recordings, if there are any.
+    /// Sums of the validation recordings, if there are any.
     held_out: Option<DMatrix<f64>>,
 }
 
@@ -75,7 +75,7 @@ impl Moments {
         Moments { shapes, n_parameters, parts, train: all, held_out }
     }
 
-    /// Without shapes that are collinear with an earlier one in all training recordings.
+    /// Removes shapes that are collinear with an earlier one in all training recordings.
     pub(super) fn without_twins(self) -> Moments {
         let at = |i: usize| self.n_parameters + 1 + i;
         let alike = |i: usize, j: usize| {
@@ -91,7 +91,7 @@ impl Moments {
         self.of(&kept)
     }
 
-    /// Those of some shapes.
+    /// The moments of some shapes.
     pub(super) fn of(&self, kept: &[usize]) -> Moments {
         let last = self.train.nrows() - 1;
         let of_shapes = kept.iter().map(|i| self.n_parameters + 1 + i);
@@ -106,7 +106,7 @@ impl Moments {
         }
     }
 
-    /// Σ w (d − formula)² of some parts, of a fit to others.
+    /// Σ w (d − formula)² in some parts, for a fit to others.
     pub(super) fn square_of(
         &self,
         parts: &DMatrix<f64>,
@@ -118,13 +118,13 @@ impl Moments {
         Some(Self::square(parts, &columns, &beta))
     }
 
-    /// Columns of the equation's parameters and of some shapes.
+    /// Positions of the columns of the equation's parameters and of some shapes.
     fn columns(&self, chosen: &[usize]) -> Vec<usize> {
         (0..self.n_parameters).chain(chosen.iter().map(|i| self.n_parameters + 1 + i)).collect()
     }
 
-    /// Coefficients of some columns by least squares, from products with a part of them taken out;
-    /// `None` where they are not determined.
+    /// Least-squares coefficients of some columns, from products without those of a part; `None` if they are not
+    /// determined.
     fn fit(
         &self,
         all: &DMatrix<f64>,
@@ -134,7 +134,7 @@ impl Moments {
         let last = all.nrows() - 1;
         let product =
             |i: usize, j: usize| all[(i, j)] - without.map_or(0.0, |without| without[(i, j)]);
-        // A parameter that does nothing here stays as it is.
+        // A parameter without effect here stays unchanged.
         let scale = |i: &usize| {
             let scale = product(*i, *i).sqrt();
             if scale > 0.0 { scale } else { 1.0 }
@@ -174,14 +174,14 @@ impl Moments {
         sum.max(0.0)
     }
 
-    /// What the best constant leaves beside the equation's parameters.
+    /// The sum of squares that the best constant and the equation's parameters leave.
     pub(super) fn around_a_constant(&self, all: &DMatrix<f64>) -> Option<f64> {
         let columns: Vec<usize> = (0..=self.n_parameters).collect();
         let left = Self::square(all, &columns, &self.fit(all, None, &columns)?);
         (left > 0.0).then_some(left)
     }
 
-    /// 1 − R² in parts of the training recordings that were left out in turn.
+    /// 1 − R² in parts of the training recordings left out in turn.
     pub(super) fn left_out(&self, chosen: &[usize]) -> Option<f64> {
         let columns = self.columns(chosen);
         let mut sum = 0.0;
@@ -192,7 +192,7 @@ impl Moments {
         Some(sum / self.around_a_constant(&self.train)?)
     }
 
-    /// Coefficients of all training recordings, and R² in the validation ones.
+    /// Coefficients from all training recordings, and R² in the validation ones.
     pub(super) fn held_out(&self, chosen: &[usize]) -> Option<(Vec<f64>, f64)> {
         let columns = self.columns(chosen);
         let beta = self.fit(&self.train, None, &columns)?;

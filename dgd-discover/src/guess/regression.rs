@@ -1,34 +1,36 @@
-//! Which formula of a model's names looks most like a missing input.
+//! Finds the formulas of a model's names that best resemble a missing input.
 //!
-//! The smoothed estimate d of what is missing is correlated over the time that it resolves, so that means over
-//! blocks of that length take the place of samples. Beside the formula, the parameters of the equation
-//! are free: what a wrong value of theirs would put into d,
+//! The smoothed estimate d of what is missing is correlated over the time that it resolves, so means over blocks of
+//! that length are used instead of samples. Besides the formula, the parameters of the equation are free: the
+//! contribution of their errors to d,
 //!
 //! ```text
 //!   d ≈ Σ cᵢ φᵢ(names) + Σ bⱼ pⱼ (∂f/∂pⱼ)/(∂f/∂d),     bⱼ ~ N(0, 0.3²)
 //! ```
 //!
-//! is not part of a formula, and was taken from d by the base model's fit. Coefficients are those of least
-//! squares, each block weighted by 1/(std² + (d_rms/20)²).
+//! is not part of a formula, and the base model's fit removed it from d. Coefficients are least-squares estimates, with
+//! each block weighted by 1/(std² + (d_rms/20)²).
 //!
-//! Formulas of one term, then of two, are ranked by what they leave in tenths of the training
-//! recordings that they were not fitted to, and pay for what a reader has to take in:
+//! Formulas of one term, then of two, are ranked by their residuals in tenths of the training recordings to which they
+//! were not fitted, with a penalty for complexity:
 //!
 //! ```text
 //!   ln(1 − R²) + complexity/20 + 0.7 for a second term
 //! ```
 //!
-//! Which formula comes first may hang on a few of these tenths. So tenths are drawn again, with replacement, many times
-//! (Fasel, Kutz, Brunton & Brunton 2022, "Ensemble-SINDy"): each drawing ranks the best formulas anew, by what they leave in
-//! the tenths that were not drawn. What comes first in a tenth of the drawings is given, too, the most frequent first.
+//! The best formula may depend on a few of these tenths. So tenths are resampled with replacement many times (Fasel,
+//! Kutz, Brunton & Brunton 2022, "Ensemble-SINDy"): each drawing ranks the best formulas by their residuals in the
+//! tenths that were not drawn. Formulas that come first in at least a tenth of the drawings are also returned, the most
+//! frequent first.
 //!
-//! Inner constants, as that of a tanh, are those of a short grid in the size of their quantity; a fit goes on from there.
+//! Inner constants, such as that of a tanh, come from a short grid relative to the size of their quantity; a fit
+//! refines them.
 //!
-//! Unknowns answer to what is missing, so that a formula of them can look like it for no other reason than
-//! that. Inputs do not. So the best formulas of inputs alone are given beside the best of all; which to
-//! believe is not for this regression to say.
+//! Unknowns respond to what is missing, so a formula of unknowns can resemble it for that reason alone. Inputs do not
+//! respond. So the best formulas of inputs alone are returned alongside the best of all; this regression cannot decide
+//! between them.
 //!
-//! R² is 1 − Σ w (d − formula)²/Σ w (d − d₀)², d₀ being the best constant beside the equation's parameters.
+//! R² is 1 − Σ w (d − formula)²/Σ w (d − d₀)², where d₀ is the best constant with free parameters of the equation.
 
 use nalgebra::DMatrix;
 use rand_pcg::Pcg64;
@@ -43,25 +45,25 @@ use super::moments::{FOLDS, Moments, Trace};
 pub(crate) struct Ranked {
     /// Shapes and their coefficients, SI.
     pub terms: Vec<(Shape, f64)>,
-    /// R² of validation recordings, or where there are none of blocks that were left out.
+    /// R² in validation recordings or, if there are none, in blocks left out.
     pub r2: f64,
 }
 
-/// Cost of complexity, and of a second term.
+/// Penalty for complexity, and for a second term.
 const COMPLEXITY: f64 = 0.05;
 const SECOND_TERM: f64 = 0.7;
-/// R² that a formula, or a curve, has to have on what it was not fitted to.
+/// Minimum R² of a formula or a curve on data to which it was not fitted.
 pub(super) const DECENT: f64 = 0.5;
-/// Formulas of each kind that are looked at, and that are given.
+/// Number of formulas of each kind that are examined, and that are returned.
 const LOOKED_AT: usize = 20;
 const TOLD: usize = 5;
-/// What R² cannot show.
+/// Differences of 1 − R² below this are meaningless.
 const UNRESOLVED: f64 = 1e-4;
-/// Names that products are made of, the best by themselves; first terms that get a second one.
+/// Number of names used in products, the best by themselves; and of first terms that get a second one.
 const IN_PRODUCTS: usize = 8;
 const FIRST_TERMS: usize = 40;
-/// Drawings of parts; how many of the best formulas of one term, and of two, they rank; and how often a formula must come
-/// first to be given.
+/// Number of drawings of parts; number of the best formulas of one term, and of two, that they rank; and how often a
+/// formula must come first to be returned.
 const DRAWINGS: usize = 50;
 const DRAWN_FROM: usize = 30;
 const FREQUENT: usize = 5;
@@ -71,7 +73,7 @@ const FREQUENT: usize = 5;
 /// | name | shape |
 /// |---|---|
 /// | `names` | number of inputs, which come first, and of all names |
-/// | `is_preferred` | whether a coefficient of a shape would be a plain number, or measure what a parameter of the model does |
+/// | `is_preferred` | whether a shape's coefficient would be dimensionless or have a parameter's dimension |
 pub(crate) fn ranked(
     train: &[Trace],
     held_out: &[Trace],
@@ -96,7 +98,7 @@ pub(crate) fn ranked(
     shapes.extend((0..names).flat_map(|name| plain.iter().map(move |form| one(name, *form))));
     shapes.retain(is_defined);
 
-    // Names by how well they do alone; inner constants and products of the best.
+    // Ranks names by how well they do alone, for inner constants and products of the best.
     let singles = Moments::new(train, held_out, shapes.clone());
     let mut by_name: Vec<(f64, usize)> = (0..names)
         .filter_map(|name| {
@@ -125,7 +127,7 @@ pub(crate) fn ranked(
             for (fa, fb) in
                 in_products.iter().flat_map(|fa| in_products.iter().map(move |fb| (fa, fb)))
             {
-                // A quotient reads with its divisor behind.
+                // A quotient is written with its divisor last.
                 let factors = if FORMS[*fa].power.0 < 0 {
                     vec![(*b, *fb), (*a, *fa)]
                 } else {
@@ -180,14 +182,14 @@ pub(crate) fn ranked(
     told
 }
 
-/// Those of the best formulas that often come first where parts of the training recordings are drawn again, the most
-/// frequent first.
+/// The best formulas that often come first when parts of the training recordings are resampled, the most frequent
+/// first.
 fn first_in_drawings(
     moments: &Moments,
     scored: &[(f64, Vec<usize>)],
     price: &dyn Fn(f64, &[usize]) -> f64,
 ) -> Vec<Vec<usize>> {
-    // Of each number of terms: a second term that hardly matters makes many formulas of one.
+    // Separately for each number of terms: a second term that hardly matters turns one formula into many.
     let of_terms = |terms: usize| {
         scored.iter().filter(move |(_, chosen)| chosen.len() == terms).take(DRAWN_FROM)
     };
@@ -240,10 +242,10 @@ mod tests {
 
     const SAMPLES: usize = 900;
 
-    /// What is missing at values of the names.
+    /// What is missing, as a function of the names.
     type Missing = fn(&[f64]) -> f64;
 
-    /// Steps of random height every so many samples.
+    /// Steps of random height every `length` samples.
     fn steps(random: &mut Pcg64, length: usize, low: f64, high: f64) -> Vec<f64> {
         let mut level = low;
         let mut next = |k: usize| {
@@ -256,14 +258,14 @@ mod tests {
         (0..SAMPLES).map(&mut next).collect()
     }
 
-    /// What a smoother leaves of noise: a mean over 20 samples.
+    /// Noise after a smoother: a mean over 20 samples.
     fn noise(random: &mut Pcg64, size: f64) -> Vec<f64> {
         let raw = steps(random, 1, -1.0, 1.0);
         let mean = |k: usize| {
             let those = &raw[k.saturating_sub(10)..(k + 10).min(SAMPLES)];
             those.iter().sum::<f64>() / those.len() as f64
         };
-        // Uniform in ±1 has a variance of a third.
+        // The variance of a uniform distribution in ±1 is a third.
         (0..SAMPLES).map(|k| size * mean(k) * 60_f64.sqrt()).collect()
     }
 
@@ -349,7 +351,8 @@ mod tests {
                 let best = &of(seed, d, 0.01)[0];
                 let (shape, coefficient) = &best.terms[0];
                 assert_eq!(shape.factors, [(name, position(text))], "{text}: {:?}", best.terms);
-                // As near as the grid of the inner constant is, beside the parameter of the second name; a fit goes on.
+                // As close as the grid of the inner constant, with the parameter of the second name free; a fit refines
+                // it.
                 assert!((coefficient / size).ln().abs() < 2_f64.ln(), "{text}: {coefficient}");
                 assert!(best.r2 > 0.8, "{text}: {}", best.r2);
             }
@@ -388,7 +391,7 @@ mod tests {
     fn noise_looks_like_no_formula() {
         let none = (0..40).filter(|seed| of(*seed, |_| 0.0, 1.0).is_empty()).count();
         assert_eq!(none, 40);
-        // Neither does noise of recordings without any held out.
+        // Nor does noise in recordings without validation data.
         for seed in 0..10 {
             let alone = ranked(&[trace(seed, |_| 0.0, 1.0)], &[], [1, 3], &|_| true);
             assert!(alone.is_empty(), "{alone:?}");

@@ -1,50 +1,51 @@
-//! What a trace goes together with: each name of the model and time, on recordings that it was not learnt from.
+//! Finds quantities that correlate with a trace: names of the model and time, tested on recordings not used for
+//! learning.
 //!
-//! Values of the trace are averaged over blocks, as for formulas. A curve of them over one quantity is a mean in
-//! each of a few ranks of the quantity, straight lines between them; a monotone one pools neighbours that violate
-//! the order (Barlow, Bartholomew, Bremner & Brunk, Statistical Inference under Order Restrictions, 1972). Both are
-//! learnt from training recordings and predict the validation ones; without any, each recording is predicted from
-//! the others, and tenths of a single one from the rest.
+//! The trace is averaged over blocks, as for formulas. A curve over one quantity consists of the means in a few ranks
+//! of the quantity, joined by straight lines; a monotone curve pools neighbours that violate the order (Barlow,
+//! Bartholomew, Bremner & Brunk, Statistical Inference under Order Restrictions, 1972). Both are learnt from training
+//! recordings and predict the validation ones; without any, each recording is predicted from the others, and tenths of
+//! a single one from the rest.
 //!
-//! Slow quantities resemble each other for nothing, so that this only proposes what to look at.
+//! Slow quantities correlate by chance, so this only suggests where to look.
 
 use super::formula::{Factor, Shape};
 use super::moments::{FOLDS, Trace, blocks};
 use super::regression::DECENT;
 
-/// A quantity that a trace goes together with.
+/// A quantity that correlates with a trace.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Together {
     /// A name of the model, or `time`.
     pub quantity: String,
-    /// What the trace does where the quantity grows.
+    /// How the trace changes as the quantity grows.
     pub course: Course,
-    /// 1 − Σ w (d − curve)²/Σ w (d − mean)² where the curve was not learnt.
+    /// 1 − Σ w (d − curve)²/Σ w (d − mean)² on data from which the curve was not learnt.
     pub r2: f64,
-    /// Whether that is of other recordings, or of parts of one.
+    /// Whether R² is from other recordings rather than from parts of one.
     pub is_of_recordings: bool,
 }
 
-/// What a trace does where a quantity grows.
+/// How a trace changes as a quantity grows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Course {
-    /// It grows as well.
+    /// It grows.
     Rises,
     /// It shrinks.
     Falls,
-    /// Now one, now the other.
+    /// It does both.
     Turns,
 }
 
-/// Quantities that are told.
+/// Number of quantities reported.
 const TOLD: usize = 3;
-/// Ranks of a quantity at most, and blocks in each at least.
+/// Maximum number of ranks of a quantity, and minimum number of blocks in each.
 const RANKS: usize = 12;
 const IN_A_RANK: usize = 4;
-/// Share of what a curve leaves by which a monotone one may leave more and still describes the course.
+/// Relative increase of the residual up to which a monotone curve is preferred.
 const NEARLY_AS_GOOD: f64 = 0.1;
 
-/// A block, or a point of a curve: its weight, the quantity and what is missing.
+/// A block or a point of a curve: its weight, the quantity and what is missing.
 #[derive(Debug, Clone, Copy)]
 struct Point {
     weight: f64,
@@ -52,20 +53,20 @@ struct Point {
     d: f64,
 }
 
-/// What a curve is learnt from, and what it then predicts.
+/// The blocks from which a curve is learnt, and those that it predicts.
 struct Split {
     learnt: Vec<Point>,
     predicted: Vec<Point>,
 }
 
-/// Blocks of a recording: all names, and what is missing there.
+/// Blocks of a recording: all names, and what is missing.
 struct Blocks {
-    /// Columns before the names.
+    /// Number of columns before the names.
     skipped: usize,
     rows: Vec<(f64, Vec<f64>)>,
 }
 
-/// Quantities that a trace goes together with, the closest first.
+/// Quantities that correlate with a trace, the closest first.
 pub(crate) fn together(train: &[Trace], held_out: &[Trace], names: &[Factor]) -> Vec<Together> {
     let shapes: Vec<Shape> = (0..names.len()).map(|i| Shape::new(vec![(i, 0)])).collect();
     let of_trace = |trace: &Trace| {
@@ -89,7 +90,7 @@ pub(crate) fn together(train: &[Trace], held_out: &[Trace], names: &[Factor]) ->
 }
 
 impl Blocks {
-    /// What is missing over one of the names.
+    /// What is missing, against one of the names.
     fn over(&self, name: usize) -> Vec<Point> {
         let point = |(weight, row): &(f64, Vec<f64>)| Point {
             weight: *weight,
@@ -116,7 +117,7 @@ fn splits(train: Vec<Vec<Point>>, held_out: &[Vec<Point>]) -> Vec<Split> {
     (0..parts.len()).map(|k| Split { learnt: others(k), predicted: parts[k].clone() }).collect()
 }
 
-/// The course of what is missing over a quantity and its R²; `None` where there is too little to learn from.
+/// The course of what is missing over a quantity, and its R²; `None` if there is too little data.
 fn course(splits: &[Split]) -> Option<(Course, f64)> {
     let (mut around_mean, mut left) = (0.0, [0.0; 3]);
     for Split { learnt, predicted } in splits {
@@ -141,7 +142,7 @@ fn course(splits: &[Split]) -> Option<(Course, f64)> {
     Some((course, 1.0 - left))
 }
 
-/// Weighted means of blocks in ranks of the quantity, in its order.
+/// Weighted means of blocks in ranks of the quantity, in ascending order.
 fn means(blocks: &[Point]) -> Option<Vec<Point>> {
     let mut sorted = blocks.to_vec();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x));
@@ -155,7 +156,7 @@ fn means(blocks: &[Point]) -> Option<Vec<Point>> {
         own.iter().copied().reduce(pooled)
     };
     let mut all: Vec<Point> = (0..ranks).filter_map(of_rank).collect();
-    // A quantity that rests fills several ranks with one value.
+    // A constant quantity fills several ranks with one value.
     all.dedup_by(|next, before| {
         let is_same = next.x <= before.x;
         if is_same {
@@ -172,7 +173,7 @@ fn pooled(a: Point, b: Point) -> Point {
     Point { weight, x: mean(a.x, b.x), d: mean(a.d, b.d) }
 }
 
-/// The curve nearest to some means that only rises, or with a sign of −1 only falls.
+/// The rising curve closest to some means or, with a sign of −1, the falling one.
 fn monotone(means: &[Point], sign: f64) -> Vec<Point> {
     let mut levels: Vec<(Point, usize)> = Vec::new();
     for mean in means {
@@ -187,7 +188,7 @@ fn monotone(means: &[Point], sign: f64) -> Vec<Point> {
     means.iter().zip(values).map(|(mean, d)| Point { d, ..*mean }).collect()
 }
 
-/// A curve's value: straight lines between its points, as at its ends beyond them.
+/// The value of a curve: linear between its points, constant beyond its ends.
 fn interpolated(curve: &[Point], x: f64) -> f64 {
     let after = curve.partition_point(|point| point.x <= x);
     match (after.checked_sub(1).map(|k| curve[k]), curve.get(after)) {
@@ -210,10 +211,10 @@ mod tests {
 
     const SAMPLES: usize = 400;
 
-    /// What is missing over a quantity.
+    /// What is missing, as a function of a quantity.
     type Missing = fn(f64) -> f64;
 
-    /// A trace that is a function of `x`, beside a quantity `y` that has nothing to do with it.
+    /// A trace that is a function of `x`, and an unrelated quantity `y`.
     fn trace(seed: u64, scale: f64, d: Missing) -> Trace {
         let mut random = Pcg64::new(u128::from(seed), 5);
         let mut steps = |length: usize| {
@@ -282,7 +283,7 @@ mod tests {
 
     #[test]
     fn another_recording_decides() {
-        // The second recording does not do what the first one did.
+        // The second recording contradicts the first.
         let found = together(
             &[trace(1, 1.0, |x| x), trace(2, 1.0, |x| -x)],
             &[trace(3, 1.0, |x| x)],

@@ -1,23 +1,23 @@
-//! Templates in the measure of the recordings.
+//! Templates scaled to the recordings.
 //!
-//! A template fits any model, so that its constants cannot be seconds or metres. Where its text has
+//! A template fits any model, so its constants cannot be in seconds or metres. Its text may contain
 //!
 //! | name | stands for |
 //! |---|---|
-//! | `interval` | the usual distance of samples, s |
+//! | `interval` | the typical sample interval, s |
 //! | `duration` | the length of the longest training recording, s |
-//! | `period` | the strongest period of what the fitted base model leaves, s |
-//! | `size(x)` | the largest size of x, in its unit |
-//! | `size_of_swing(x)` | the largest size of what goes to both sides of zero, as a speed does |
-//! | `least(x)`, `largest(x)` | the ends of its range |
-//! | `middle(x)` | the middle of its range |
-//! | `middle_of_store(x)` | the same of what is never below zero and has a unit: a level, a mass, an absolute temperature |
-//! | `loss(x, e)` | zero where e is the balance of x, which a loss only takes from; no bound elsewhere |
+//! | `period` | the strongest period in the residuals of the fitted base model, s |
+//! | `size(x)` | the largest magnitude of x, in its unit |
+//! | `size_of_swing(x)` | the same for quantities that take both signs, such as speeds |
+//! | `least(x)`, `largest(x)` | the ends of the range of x |
+//! | `middle(x)` | the middle of the range of x |
+//! | `middle_of_store(x)` | the same for quantities that are never negative and have a unit, such as levels |
+//! | `loss(x, e)` | zero if e is the balance of x, from which a loss can only take; no bound otherwise |
 //!
-//! in a value, a bound, a nominal or a null, numbers take their place before it is tried. Ranges are those of the
-//! fitted base model and of the recordings. A template that asks for what there is not is not tried there.
+//! in a value, a bound, a nominal or a null; numbers replace these names before it is tried. Ranges are those of the
+//! fitted base model and of the recordings. A template that needs a value that does not exist is not tried.
 //!
-//! What a template adds to a balance comes into the store, on whichever side of the equation that stands.
+//! What a template adds to a balance flows into the store, on whichever side of the equation that is.
 
 use std::collections::BTreeMap;
 
@@ -34,27 +34,27 @@ use super::balance::direction;
 use super::levels::Ranges;
 use super::number::signed;
 
-/// A template with what it is applied to.
+/// A template with its arguments.
 pub(crate) struct Adapted {
     pub effect: Effect,
     pub arguments: Vec<String>,
 }
 
-/// What templates are measured by.
+/// The scales for templates.
 pub(crate) struct Measure {
     /// Ranges of the model's quantities and of the readings.
     pub ranges: Ranges,
-    /// The strongest period of what the base model leaves, s.
+    /// The strongest period in the residuals of the base model, s.
     pub period: Option<f64>,
 }
 
-/// A quantity that never falls further below zero than this share of its largest value is a store.
+/// A quantity that never falls below minus this fraction of its maximum is a store.
 const BELOW_ZERO: f64 = 0.01;
 
-/// A quantity that goes this share of its size to either side of zero swings.
+/// A quantity that extends by this fraction of its size to either side of zero swings.
 const BOTH_SIDES: f64 = 0.02;
 
-/// All ways to apply templates to a model, in the measure of what was recorded.
+/// All ways to apply templates to a model, scaled to the recordings.
 pub(crate) fn adapted(
     templates: &[Effect],
     model: &Model,
@@ -103,13 +103,13 @@ pub(crate) fn adapted(
     all
 }
 
-/// The least coefficient of a loss of a state from a balance.
+/// Lower bound of the coefficient of a loss of a state from a balance.
 fn least_loss(model: &Model, state: &str, equation: &str) -> f64 {
     let is_state = |i: usize| model.unknowns[i].declared.name == state;
     direction(model, equation, is_state).map_or(f64::NEG_INFINITY, |_| 0.0)
 }
 
-/// Turns what a template adds to balances that have their store on the right-hand side.
+/// Flips the sign of what a template adds to balances that have their store on the right-hand side.
 fn turn(effect: &mut Effect, direction: impl Fn(&str) -> Option<f64>) {
     for clause in effect.ast.effect.iter_mut().flat_map(|header| &mut header.clauses) {
         if let ClauseKind::Add { value, equation } = &mut clause.kind
@@ -122,7 +122,7 @@ fn turn(effect: &mut Effect, direction: impl Fn(&str) -> Option<f64>) {
     }
 }
 
-/// The range of what a template is applied to, in its unit.
+/// The range of a template's argument, in its unit.
 struct Quantity {
     least: f64,
     largest: f64,
@@ -146,10 +146,10 @@ impl Quantity {
         })
     }
 
-    /// How a name such as `size` is computed from a quantity, if there is such a name.
+    /// The function that computes a name such as `size` from a quantity, if the name exists.
     fn named(name: &str) -> Option<fn(&Quantity) -> Option<f64>> {
         Some(match name {
-            // What rests at nothing has the size of its unit.
+            // A quantity that stays at zero has the size of its unit.
             "size" => |of| {
                 let size = of.least.abs().max(of.largest.abs());
                 Some(if size > 0.0 { size } else { 1.0 })
@@ -170,7 +170,7 @@ impl Quantity {
     }
 }
 
-/// Puts numbers in the place of names everywhere in a template; nothing where one of them stands for nothing.
+/// Replaces names by numbers everywhere in a template; `None` if one has no number.
 fn settle_all(effect: &mut Effect, meaning: &Meaning<'_>) -> Option<()> {
     for item in &mut effect.ast.items {
         let ItemKind::Parameter { value, attributes, .. } = &mut item.kind else { continue };
@@ -205,7 +205,7 @@ fn settle_all(effect: &mut Effect, meaning: &Meaning<'_>) -> Option<()> {
 /// `Some(None)` if it has one but the recordings give no number for it.
 type Meaning<'a> = dyn Fn(&str, &[&str]) -> Option<Option<f64>> + 'a;
 
-/// Puts a number in the place of an expression that has such names; nothing where one of them has no number.
+/// Replaces an expression that contains such names by a number; `None` if one of them has no number.
 fn settle(expr: &mut Expr, meaning: &Meaning<'_>) -> Option<()> {
     match value_of(expr, meaning) {
         Value::Number(value, true) => {
@@ -217,14 +217,14 @@ fn settle(expr: &mut Expr, meaning: &Meaning<'_>) -> Option<()> {
     }
 }
 
-/// What a product of numbers and such names comes to.
+/// The value of a product of numbers and such names.
 #[derive(Clone, Copy)]
 enum Value {
-    /// A number, and whether there is a name in it.
+    /// A number, and whether it contains a name.
     Number(f64, bool),
     /// A name in it has no number.
     Missing,
-    /// Something else.
+    /// Anything else.
     Other,
 }
 

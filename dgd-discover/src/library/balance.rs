@@ -1,11 +1,11 @@
-//! Which way a balance counts what is added to it.
+//! The sign with which a balance counts added terms.
 
 use dgd_compiler::expr::{ExprId, Node, Symbol};
 use dgd_compiler::model::Model;
 
-/// What an equation does with what is added to its right-hand side, where a derivative of one of `states` stands in it
-/// once: 1 if that comes into the state, −1 if it leaves it. Coefficients that are not plain numbers count as positive,
-/// as a mass or a volume is. `None` where no such derivative stands there, or where it stands in a function.
+/// How a term added to the right-hand side of an equation affects the state, if the derivative of one of `states`
+/// occurs in it once: 1 if it flows into the state, −1 if out of it. Symbolic coefficients count as positive, like
+/// masses and volumes. `None` if no such derivative occurs, or if it is inside a function.
 pub(crate) fn direction(
     model: &Model,
     equation: &str,
@@ -36,7 +36,7 @@ fn sign(model: &Model, of: ExprId, is_state: &impl Fn(usize) -> bool) -> Option<
     }
 }
 
-/// The sign of a coefficient, as far as it is written.
+/// The sign of a coefficient, as far as it is visible.
 fn factor(model: &Model, of: ExprId) -> f64 {
     match model.graph.node(of) {
         Node::Constant(bits) => f64::from_bits(bits).signum(),
@@ -46,7 +46,7 @@ fn factor(model: &Model, of: ExprId) -> f64 {
     }
 }
 
-/// The one that there is.
+/// The only value of two; `None` for none or both.
 fn one(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     match (a, b) {
         (Some(sign), None) | (None, Some(sign)) => Some(sign),

@@ -1,4 +1,4 @@
-//! Every way in which the effects of a library can be applied to a model.
+//! Lists every way to apply the effects of a library to a model.
 
 use dgd_compiler::effects::{Application, Effect, Reach, bind};
 use dgd_compiler::model::Model;
@@ -12,27 +12,27 @@ use dgd_compiler::syntax::visit::{self, Part};
 use super::adapted::Adapted;
 use super::number::plain;
 
-/// An effect with the arguments it could have.
+/// An effect with possible arguments.
 #[derive(Debug, Clone)]
 pub(crate) struct Candidate<'a> {
-    /// What would be applied.
+    /// The effect and its arguments.
     pub application: Application<'a>,
-    /// Parameters of the effect file that time is compared with: they say when something begins.
+    /// Parameters of the effect file that are compared with time: they give an onset.
     pub onsets: Vec<String>,
-    /// Parameters of the effect file by which something is delayed.
+    /// Parameters of the effect file that are delays.
     pub delays: Vec<String>,
     /// Whether it is a template that fits any model.
     pub is_generic: bool,
     /// What it replaces and hides in the model.
     pub reach: Reach,
-    /// Whether it has constants that do nothing where it vanishes.
+    /// Whether it has constants without influence where the effect vanishes.
     pub has_inner: bool,
     /// Whether it brings unknowns of its own.
     pub brings_unknowns: bool,
 }
 
 impl<'a> Candidate<'a> {
-    /// An effect with these arguments; it replaces and hides nothing that is known of.
+    /// An effect with these arguments, with an empty reach.
     pub(crate) fn new(effect: &'a Effect, arguments: &[String], is_generic: bool) -> Self {
         let span = effect.name.span;
         let name = |text: &String| Name { text: text.clone(), span };
@@ -51,12 +51,12 @@ impl<'a> Candidate<'a> {
 }
 
 impl Candidate<'_> {
-    /// Which realisation it is, where its family has several.
+    /// Which realisation it is, if its family has several.
     pub(crate) fn form(&self) -> Option<String> {
         self.application.effect.form.as_ref().map(|form| form.text.clone())
     }
 
-    /// What a discovery names: the family, or a template with what it is applied to.
+    /// The name that a discovery reports: the family, or a template with its arguments.
     pub(crate) fn name(&self) -> String {
         let name = self.application.effect.name.text.clone();
         if !self.is_generic {
@@ -66,24 +66,24 @@ impl Candidate<'_> {
         format!("{name}({})", arguments.collect::<Vec<_>>().join(", "))
     }
 
-    /// What it is about: the family, or the place of a template.
+    /// Its subject: the family, or the place of a template.
     pub(crate) fn subject(&self) -> String {
         if self.is_generic { format!("at {}", self.target()) } else { self.name() }
     }
 
-    /// Whether one of two hides the other, so that they cannot be screened together.
+    /// Whether one of the two hides the other, so that they cannot be screened together.
     pub(crate) fn excludes(&self, other: &Candidate<'_>) -> bool {
         self.reach.excludes(&other.reach)
     }
 
-    /// Whether one of two bends what the other makes of the same name: at a kink that has no slope, as within a band
-    /// of no width, the other would seem to do nothing.
+    /// Whether one of the two puts a kink into what the other does to the same name: at a kink without slope, such as a
+    /// band of zero width, the other would seem to do nothing.
     pub(crate) fn bends(&self, other: &Candidate<'_>) -> bool {
         let has_kink = |of: &Candidate<'_>| has_kink(of.application.effect);
         self.target() == other.target() && (has_kink(self) || has_kink(other))
     }
 
-    /// Whether it is a template that any quantity of the model may be put into.
+    /// Whether it is a template that takes any quantity of the model.
     pub(crate) fn depends_on_a_quantity(&self) -> bool {
         match &self.application.effect.target {
             Target::Template(slots) => slots.iter().any(|slot| slot.kind == SlotKind::Quantity),
@@ -101,8 +101,8 @@ impl Candidate<'_> {
     }
 }
 
-/// All candidates, in the order of the library and of the model's items. What only adds to a model
-/// explains nothing of it.
+/// All candidates, in the order of the library and of the model's items. Effects that only add to a model without
+/// changing it are left out.
 pub(crate) fn candidates<'a>(
     library: &'a [Effect],
     asts: &[Ast],
@@ -112,7 +112,7 @@ pub(crate) fn candidates<'a>(
     for effect in library.iter().filter(|effect| effect.changes_model()) {
         for arguments in bind(effect, model) {
             let candidate = Candidate::new(effect, &arguments, false);
-            // What cannot be applied is refused, and screened with nobody.
+            // An effect that cannot be applied is refused later, and screened with no other.
             let reach = Reach::of(asts, &candidate.application).unwrap_or_default();
             all.push(Candidate { reach, ..candidate });
         }
@@ -120,7 +120,7 @@ pub(crate) fn candidates<'a>(
     all
 }
 
-/// Effects that cannot be applied anywhere, and why.
+/// Effects that cannot be applied anywhere, with the reasons.
 pub(crate) fn unbound(library: &[Effect], model: &Model) -> Vec<(String, String)> {
     let why = |effect: &Effect| {
         if !effect.changes_model() {
@@ -155,7 +155,7 @@ fn brings_unknowns(effect: &Effect) -> bool {
     effect.ast.items.iter().any(|item| matches!(item.kind, ItemKind::Unknown { .. }))
 }
 
-/// Whether an effect has parameters to fit beside those that its `null` names.
+/// Whether an effect has free parameters besides those in its `null`.
 fn has_inner(effect: &Effect) -> bool {
     let clauses = effect.ast.effect.iter().flat_map(|header| &header.clauses);
     let nulls: Vec<&str> = clauses
@@ -177,7 +177,7 @@ fn has_inner(effect: &Effect) -> bool {
 /// Functions of the language that have kinks or jumps.
 const KINKED: [&str; 9] = ["min", "max", "abs", "sign", "clamp", "floor", "ceil", "round", "mod"];
 
-/// Whether an expression by which an effect changes a model has a kink: one of [`KINKED`] or a choice.
+/// Whether an expression with which an effect changes a model has a kink: one of [`KINKED`] or a choice.
 fn has_kink(effect: &Effect) -> bool {
     fn is_in(expr: &Expr) -> bool {
         let own = match &expr.kind {
@@ -190,7 +190,7 @@ fn has_kink(effect: &Effect) -> bool {
     changes(effect).any(is_in)
 }
 
-/// Expressions by which an effect changes a model.
+/// Expressions with which an effect changes a model.
 fn changes(effect: &Effect) -> impl Iterator<Item = &Expr> {
     let clauses = effect.ast.effect.iter().flat_map(|header| &header.clauses);
     clauses.filter_map(|clause| match &clause.kind {
@@ -200,7 +200,7 @@ fn changes(effect: &Effect) -> impl Iterator<Item = &Expr> {
     })
 }
 
-/// Parameters of an effect that time is compared with, and those by which something is delayed.
+/// Parameters of an effect that are compared with time, and those that are delays.
 fn moments(effect: &Effect) -> (Vec<String>, Vec<String>) {
     let mut expressions: Vec<Expr> = changes(effect).cloned().collect();
     let mut parameters: Vec<String> = Vec::new();
@@ -225,7 +225,7 @@ fn moments(effect: &Effect) -> (Vec<String>, Vec<String>) {
     (those(&compared), those(&delays))
 }
 
-/// Names that stand alone as the second argument of `delay`.
+/// Collects names that are the second argument of `delay`.
 fn collect_delays(expr: &Expr, names: &mut Vec<String>) {
     if let ExprKind::Call { function, arguments } = &expr.kind
         && let ("delay", [_, Expr { kind: ExprKind::Name(name), .. }]) =
@@ -238,7 +238,7 @@ fn collect_delays(expr: &Expr, names: &mut Vec<String>) {
     }
 }
 
-/// Names that stand alone on the other side of a comparison with `time`.
+/// Collects names that are the other side of a comparison with `time`.
 fn collect_compared(expr: &Expr, names: &mut Vec<String>) {
     if let ExprKind::Compare(_, left, right) = &expr.kind {
         match (&left.kind, &right.kind) {
@@ -257,7 +257,7 @@ fn collect_compared(expr: &Expr, names: &mut Vec<String>) {
 }
 
 impl Candidate<'_> {
-    /// Whether a parameter of the effect file is declared with the value at which it does nothing.
+    /// Whether the declared value of a parameter of the effect file is its null.
     pub(crate) fn is_declared_at_null(&self, parameter: &str) -> bool {
         let ast = &self.application.effect.ast;
         let declared = ast.items.iter().find_map(|item| match &item.kind {

@@ -1,12 +1,12 @@
-//! Over what levels the quantities of a model go, for the grids of constants that are such levels.
+//! Ranges of a model's quantities, for grids of constants that are levels of them.
 
 use super::candidates::Candidate;
 
-/// The least and the largest value of each unknown and of each output, with its unit.
+/// Name, unit, minimum and maximum of each unknown and each output.
 pub(crate) type Ranges = Vec<(String, String, f64, f64)>;
 
-/// The range of what a template is applied to, where a constant of it without bounds is in its unit:
-/// there it is a level of that.
+/// The range of a template's argument, if a constant of the template has no bounds and the same unit, and so is a level
+/// of it.
 pub(crate) fn range_of(
     candidate: &Candidate<'_>,
     unit: &str,

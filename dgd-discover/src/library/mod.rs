@@ -1,7 +1,7 @@
-//! What may be missing: effects and templates in, candidates and compiled structures out.
+//! Lists what may be missing: effects and templates in, candidates and compiled structures out.
 //!
-//! A [`Candidate`] is an effect of the library, or one of the [`templates()`] that fit any model, with its
-//! arguments. A [`Structure`] is the [`BaseModel`] with some of them in it, compiled.
+//! A [`Candidate`] is an effect of the library, or one of the [`templates()`] that fit any model, with its arguments. A
+//! [`Structure`] is the compiled [`BaseModel`] with some of them.
 
 mod adapted;
 mod balance;

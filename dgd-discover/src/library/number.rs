@@ -1,8 +1,8 @@
-//! Plain numbers as expressions, which have no sign of their own.
+//! Plain numbers as expressions, in which the sign is a separate operator.
 
 use dgd_compiler::syntax::ast::{Expr, ExprKind};
 
-/// A number with its sign in the place of an expression; `text` writes its size.
+/// A signed number in place of an expression; `text` formats its magnitude.
 pub(crate) fn signed(value: f64, place: &Expr, text: impl FnOnce(f64) -> String) -> Expr {
     let size = value.abs();
     let kind = ExprKind::Number { value: size, text: text(size), unit: None };

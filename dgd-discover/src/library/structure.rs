@@ -1,4 +1,4 @@
-//! A model with some candidates spliced in, compiled and given numbers.
+//! A model with some candidates spliced in, compiled, with values.
 
 use std::collections::BTreeMap;
 
@@ -15,15 +15,15 @@ use dgd_runtime::System;
 use super::candidates::Candidate;
 use super::structure_id::StructureId;
 
-/// The model that is examined.
+/// The model under examination.
 #[derive(Debug, Clone)]
 pub struct BaseModel {
-    /// Its tree, then those of its libraries.
+    /// Its syntax tree, then those of its libraries.
     pub asts: Vec<Ast>,
     /// Variants and settings.
     pub options: ModelOptions,
-    /// Parameters of the model to estimate, all that are not `fixed` where none is named; and states
-    /// whose start values to estimate although they are `fixed`.
+    /// Parameters of the model to estimate (all that are not `fixed` if none is named), and states whose start values
+    /// are estimated although they are `fixed`.
     pub free: Vec<String>,
     /// Parameters and start values not to estimate.
     pub fix: Vec<String>,
@@ -31,7 +31,7 @@ pub struct BaseModel {
     pub engine: Engine,
 }
 
-/// Values that are carried from one structure to the next, by name, SI.
+/// Values carried from one structure to the next, by name, SI.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Values {
     /// Parameters.
@@ -45,19 +45,19 @@ pub(crate) struct Values {
 pub(crate) struct Structure {
     /// Which candidates it has.
     pub id: StructureId,
-    /// Its trees.
+    /// Its syntax trees.
     pub asts: Vec<Ast>,
-    /// What each candidate brought, in the order of their positions.
+    /// What each candidate added, in the order of their positions.
     pub brought: Vec<Brought>,
-    /// Parameters that say when something begins, by position.
+    /// Positions of parameters that are onsets.
     pub onsets: Vec<usize>,
-    /// Parameters by which something is delayed, by position.
+    /// Positions of parameters that are delays.
     pub delays: Vec<usize>,
     /// The compiled model; its directions are free parameters, then free start values.
     pub system: Loaded,
 }
 
-/// Why a structure cannot be had: what its first mistake is.
+/// Why a structure cannot be built: its first error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Refused(pub String);
 
@@ -83,8 +83,8 @@ impl BaseModel {
         Ok(Structure { id, asts, brought, onsets, delays, system })
     }
 
-    /// The model with candidates applied and all others in it at nothing, in one of the ways to be so,
-    /// with sensitivities to what switches each of the others on; and what the others brought.
+    /// The model with candidates applied and all others included at one of their nulls, with sensitivities to the
+    /// parameters that switch each of the others on; and what the others added.
     pub(crate) fn screening(
         &self,
         all: &[Candidate<'_>],
@@ -107,7 +107,7 @@ impl BaseModel {
         Ok((Loaded::with_engine(lower(&dae, &directions), self.engine), brought))
     }
 
-    /// Why a candidate cannot be tried on recordings of this model, if it cannot.
+    /// The reason why a candidate cannot be tried on recordings of this model, if any.
     pub(crate) fn refusal(&self, model: &Model, candidate: &Candidate<'_>) -> Option<String> {
         let resolved =
             self.apply(std::slice::from_ref(candidate), StructureId::one(0)).and_then(|applied| {
@@ -143,8 +143,7 @@ impl BaseModel {
             .map_err(|_| Refused::by(&diagnostics))
     }
 
-    /// Parameters and start values that are estimated: of the model those that were asked for, of the
-    /// effects those that they do not fix.
+    /// Parameters and start values to estimate: those requested of the model, and those that the effects do not fix.
     fn free_directions(&self, dae: &Dae, brought: &[Brought]) -> Vec<Direction> {
         let named = |list: &[String], name: &str| list.iter().any(|listed| listed == name);
         let is_brought = |name: &str| brought.iter().any(|b| named(&b.parameters, name));
@@ -166,7 +165,7 @@ impl BaseModel {
 }
 
 impl Structure {
-    /// What one of its candidates brought.
+    /// What one of its candidates added.
     pub(crate) fn brought_by(&self, candidate: usize) -> Option<&Brought> {
         let place = self.id.effects().position(|effect| effect == candidate)?;
         self.brought.get(place)
@@ -185,7 +184,7 @@ fn parameter(dae: &Dae, name: &str) -> Option<usize> {
 }
 
 impl Values {
-    /// All parameters of a system: the model's values, but these where they are known.
+    /// All parameters of a system: these values where known, otherwise the model's.
     pub(crate) fn parameters(&self, system: &Loaded) -> Vec<f64> {
         let parameters = system.signature().parameters.iter();
         parameters
@@ -202,7 +201,7 @@ impl Values {
             .collect()
     }
 
-    /// These values by the names of a system.
+    /// Collects values by the names of a system.
     pub(crate) fn of(system: &Loaded, p: &[f64], starts: &[Starts]) -> Values {
         let signature = system.signature();
         let parameters = signature.parameters.iter();

@@ -1,17 +1,16 @@
-//! Which candidates a structure has.
+//! Identifies a structure by its candidates.
 
 use std::fmt;
 
-/// Most effects in one structure.
+/// Maximum number of effects in one structure.
 pub(crate) const MOST_EFFECTS: usize = 3;
 
-/// A structure by the positions of its candidates.
+/// A structure, identified by the positions of its candidates.
 ///
-/// Structures are ordered by their lowest position, then by the next; the shorter of two that begin alike comes
-/// first.
+/// Structures are ordered by their lowest position, then by the next; of two that begin alike, the shorter comes first.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct StructureId {
-    /// One more than each position, ascending, then zeros.
+    /// Each position plus one, ascending, then zeros.
     effects: [u32; MOST_EFFECTS],
 }
 
@@ -41,12 +40,12 @@ impl StructureId {
         self.effects().any(|effect| effect == candidate)
     }
 
-    /// Whether the other structure has all its candidates, and more.
+    /// Whether the other structure has all its candidates and more.
     pub(crate) fn is_part_of(self, whole: StructureId) -> bool {
         self.len() < whole.len() && self.effects().all(|effect| whole.contains(effect))
     }
 
-    /// The structure with one candidate more. There are [`MOST_EFFECTS`] at most, which the search sees to.
+    /// The structure with one more candidate. The search ensures that there are at most [`MOST_EFFECTS`].
     pub(crate) fn with(mut self, candidate: usize) -> StructureId {
         let last = self.len();
         self.effects[last] = candidate as u32 + 1;
@@ -101,7 +100,7 @@ mod tests {
         ids.sort();
         let sorted: Vec<Vec<usize>> = ids.iter().map(|id| id.effects().collect()).collect();
         assert_eq!(sorted, lists);
-        // Keys of what is kept are made of this.
+        // Keys of stored results contain this text.
         assert_eq!(format!("{ids:?}"), format!("{lists:?}"));
     }
 

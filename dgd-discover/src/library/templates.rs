@@ -1,13 +1,13 @@
-//! Effects that fit any model: what sensors, inputs, parameters and balances of all kinds may have.
+//! Effects that fit any model: common faults of sensors, inputs, parameters and balances.
 //!
-//! They are tried where the library of a model explains nothing. Their texts are in `templates/`.
+//! They are tried for what the library of a model does not explain. Their texts are in `templates/`.
 
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::effects::Effect;
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
 
-/// The texts by name of the file.
+/// The texts by file name.
 macro_rules! texts {
     ($($name:literal),* $(,)?) => {
         [$((
@@ -61,12 +61,12 @@ const TEXTS: [(&str, &str); 41] = texts![
     "parameter/rises_with_size",
 ];
 
-/// The templates that come with this library, the plainest first: where two say the same, the first is named. Their
-/// texts go into `sources`.
+/// The templates that come with this library, the plainest first: of two equivalent ones, the first is reported. Their
+/// texts are added to `sources`.
 ///
 /// # Errors
 ///
-/// [`Reported`] where one of them cannot be read, which tests exclude.
+/// [`Reported`] if one of them cannot be read, which tests exclude.
 pub fn templates(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,

@@ -1,8 +1,8 @@
-//! The trajectory that has what a place lacks.
+//! Fits a place again around the trajectory that includes what it lacks.
 //!
-//! What is linear around the base model's simulation holds near it. So the estimates, of d, of parameters and of
-//! start values, are put into the model, it is simulated, and the place is fitted again around that trajectory, as by
-//! Gauss and Newton with a step that is halved until the simulation comes nearer to the readings.
+//! The linearisation around the base model's simulation holds only near it. So the model is simulated with the
+//! estimates of d, parameters and start values, and the place is fitted again around that trajectory: a Gauss–Newton
+//! iteration whose step is halved until the simulation comes closer to the readings.
 //!
 //! Source: Bell, The iterated Kalman smoother as a Gauss–Newton method, SIAM J. Optim. 4 (1994) 626–636.
 
@@ -14,23 +14,23 @@ use super::missing::{Estimated, Found, Places};
 use super::place_fit::{Columns, PlaceFit, Sight, Sights};
 use super::thinned::Thinned;
 
-/// A place is fitted again at most so often …
+/// Maximum number of times that a place is fitted again …
 const ROUNDS: usize = 8;
-/// … the first of these shares of the way to it that brings the simulation nearer to the readings …
+/// … taking the first of these fractions of the step that brings the simulation closer to the readings …
 const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.125, 0.0625];
-/// … until more than this share of Σ (measured − simulated)²/σ² stays after all of it …
+/// … until a full step leaves more than this fraction of Σ (measured − simulated)²/σ² …
 const SETTLED: f64 = 0.9;
-/// … or all of it was gone after so many rounds: the linear model holds there.
+/// … or this many full steps were taken: the linear model then holds.
 const AFTER_WHOLE: usize = 1;
 
-/// Parameters, and what is missing at a place in each recording: a trajectory to linearise around.
+/// A trajectory to linearise around: parameters, and what is missing at a place in each recording.
 pub(super) struct Reference {
     p: Vec<f64>,
     train: Vec<Piece>,
     valid: Vec<Piece>,
 }
 
-/// The part of one recording in it.
+/// Its part for one recording.
 #[derive(Clone)]
 pub(super) struct Piece {
     /// Start values, SI.
@@ -39,7 +39,7 @@ pub(super) struct Piece {
 }
 
 impl Reference {
-    /// As far as a share of the way to another one.
+    /// The reference at a fraction `share` of the way to another.
     fn towards(&self, aim: &Reference, share: f64) -> Reference {
         let along = |from: f64, to: f64| from + share * (to - from);
         let pieces = |from: &[Piece], to: &[Piece]| -> Vec<Piece> {
@@ -63,7 +63,7 @@ impl Reference {
     }
 }
 
-/// Parameters with the changes beside a place, wherever these lead.
+/// Parameters with the changes fitted together with a place, ignoring bounds.
 fn moved(p: &[f64], free: &[(usize, f64, usize)], fit: &PlaceFit) -> Vec<f64> {
     let mut p = p.to_vec();
     for ((_, size, position), change) in free.iter().zip(&fit.changes) {
@@ -73,9 +73,9 @@ fn moved(p: &[f64], free: &[(usize, f64, usize)], fit: &PlaceFit) -> Vec<f64> {
 }
 
 impl Places<'_> {
-    /// Fits a place again around the trajectory that has what it lacks. Where that is far from the one before, the
-    /// linear model leads astray: only as much of the way is gone as brings the simulation nearer to the readings.
-    /// `None` where no other trajectory does.
+    /// Fits a place again around the trajectory that includes what it lacks. If that is far from the previous one, the
+    /// linear model misleads, so only a fraction of the step is taken that brings the simulation closer to the
+    /// readings. `None` if no other trajectory does.
     pub(super) fn again(&self, first: &Found, free: &[(usize, f64)]) -> Option<Found> {
         let mut last: Option<Found> = None;
         let mut at = self.reference();
@@ -136,7 +136,7 @@ impl Places<'_> {
         Reference { p: self.p.clone(), train: plain(&self.train), valid: plain(&self.valid) }
     }
 
-    /// The trajectory that the estimates around another one ask for.
+    /// The trajectory given by the estimates around another one.
     fn aim(&self, found: &Found, at: &Reference) -> Reference {
         let pieces = |estimates: &[Estimated]| -> Vec<Piece> {
             estimates.iter().map(|estimated| estimated.piece.clone()).collect()
@@ -148,7 +148,7 @@ impl Places<'_> {
         }
     }
 
-    /// Parameters with the changes beside a place, within their bounds.
+    /// Parameters with the changes fitted together with a place, within their bounds.
     pub(super) fn changed(&self, p: &[f64], fit: &PlaceFit) -> Vec<f64> {
         self.within_bounds(moved(p, &self.free, fit))
     }
@@ -161,7 +161,7 @@ impl Places<'_> {
         p
     }
 
-    /// Σ (measured − simulated)²/σ² of the training recordings; infinite where one cannot be simulated.
+    /// Σ (measured − simulated)²/σ² of the training recordings; infinite if one cannot be simulated.
     fn misfit(&self, place: usize, at: &Reference) -> f64 {
         let of = |(thinned, Piece { start, d }): (&Thinned<'_>, &Piece)| -> Option<f64> {
             let inputs = self.inputs(thinned, place, d)?;

@@ -1,4 +1,4 @@
-//! Deviations from a simulated trajectory, sample by sample.
+//! Linear model of deviations from a simulated trajectory, sample by sample.
 //!
 //! Around the trajectory y(t) of M ẏ = f(t, y, u, d, p), w = w(t, y, u, d, p), where d = 0 unless
 //! given, split into differential x and algebraic z,
@@ -14,13 +14,13 @@
 //!   A = f_x − f_z g_z⁻¹ g_x    B = f_d − f_z g_z⁻¹ g_d    (C, D alike from w)
 //! ```
 //!
-//! A and B are taken in the middle of each interval between samples: x is the mean of its ends, and z
-//! that of the start corrected by one Newton step, so that the discretisation, exact for constant A
-//! and B, is of second order in the interval (Magnus' expansion cut after its first term). d is
-//! constant from one sample to the next, and so is its effect on outputs at a sample.
+//! A and B are evaluated in the middle of each sample interval: x is the mean of its ends, and z that of the start
+//! corrected by one Newton step, so that the discretisation, exact for constant A and B, is of second order in the
+//! interval (Magnus expansion truncated after its first term). d is constant from one sample to the next, and so is its
+//! effect on outputs at a sample.
 //!
-//! A trajectory that the model itself would not take ([`filtered`](super::filtered)) has known shifts,
-//! δx(k+1) = Φ δx + Γ d + c.
+//! A trajectory that is not a solution of the model ([`filtered`](super::filtered)) has known shifts, δx(k+1) = Φ δx +
+//! Γ d + c.
 
 use std::fmt;
 
@@ -31,7 +31,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::missing_terms::MissingTerms;
 
-/// A matrix by its non-zeros.
+/// A sparse matrix.
 struct Sparse<'a> {
     pattern: &'a Pattern,
     values: &'a [f64],
@@ -53,22 +53,22 @@ struct Sparse<'a> {
 pub struct Deviations {
     /// The samples' times, s.
     pub times: Vec<f64>,
-    /// Usual sizes of the deviations' states, SI: those of the unknowns.
+    /// Typical sizes of the deviations' states, SI: those of the unknowns.
     pub sizes: Vec<f64>,
-    /// Number of places d that something can be missing at.
+    /// Number of places d at which something can be missing.
     pub n_places: usize,
     /// Number of outputs.
     pub n_outputs: usize,
     pub(crate) transitions: Vec<DMatrix<f64>>,
     pub(crate) responses: Vec<DMatrix<f64>>,
-    /// `None` where the trajectory has no derivative: what is measured there says nothing.
+    /// `None` where the trajectory has no derivative, so that measurements there carry no information.
     pub(crate) seen: Vec<Option<Seen>>,
-    /// What each interval adds to δx where the trajectory is not a run of the model: where the model leads from the
-    /// sample before, less where the trajectory is. Empty where it is one.
+    /// Shift of δx in each interval if the trajectory is not a run of the model: the model's prediction from the
+    /// previous sample minus the trajectory. Empty for a run.
     pub(crate) shifts: Vec<DVector<f64>>,
 }
 
-/// How outputs see deviations at one sample.
+/// The output equation at one sample.
 #[derive(Debug, Clone)]
 pub(crate) struct Seen {
     /// C, n_w × n.
@@ -77,15 +77,14 @@ pub(crate) struct Seen {
     pub(crate) inputs: DMatrix<f64>,
 }
 
-/// No derivatives along a trajectory.
+/// Why there are no derivatives along a trajectory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LinearizeError {
     /// The trajectory has fewer than two samples.
     TooShort,
-    /// Something in the model arrives or is read late, which deviations at a sample do not follow.
+    /// The model has delays, which deviations at a sample cannot represent.
     Delayed,
-    /// The algebraic equations do not determine their unknowns, or a derivative is not finite, at
-    /// every sample.
+    /// At every sample the algebraic equations do not determine their unknowns, or a derivative is not finite.
     Undetermined,
 }
 
@@ -104,10 +103,10 @@ impl std::error::Error for LinearizeError {}
 impl Deviations {
     /// Linearises a model around its trajectory, at the trajectory's times.
     ///
-    /// `inputs` and `p` are those that the trajectory of the model was simulated with; inputs may be
-    /// the model's own, or those and the unknown ones behind them. Where
-    /// derivatives do not exist, as at a static flow that comes to rest, or in modes in which other
-    /// unknowns are differential than at the start, those of the sample before go on and the outputs are taken as not measured.
+    /// `inputs` and `p` are those with which the trajectory was simulated; inputs may be the model's own, or those
+    /// followed by the unknown ones. Where derivatives do not exist, as at a static flow that comes to rest, or in
+    /// modes whose differential unknowns differ from those at the start, the derivatives of the previous sample are
+    /// used and the outputs count as not measured.
     ///
     /// # Errors
     ///
@@ -115,7 +114,7 @@ impl Deviations {
     ///
     /// # Panics
     ///
-    /// When the trajectory, inputs or parameters are those of another model.
+    /// If the trajectory, inputs or parameters belong to another model.
     pub fn along(
         model: &MissingTerms,
         p: &[f64],
@@ -149,7 +148,7 @@ impl Deviations {
                 Some(space) => (space.a, space.b),
                 None => (last.0.clone(), last.1.clone()),
             };
-            // Many models are linear in long stretches: the same system, the same discretisation.
+            // Many models are linear over long periods: the same system has the same discretisation.
             if k > 0 && h == last.2 && a == last.0 && b == last.1 {
                 transitions.push(transitions[k - 1].clone());
                 responses.push(responses[k - 1].clone());
@@ -198,7 +197,7 @@ struct Linearization<'a> {
     inputs: &'a Inputs,
     n_places: usize,
     differential: Vec<usize>,
-    /// The model's inputs, and the unknown ones: zeros unless they are given.
+    /// The model's inputs, and the unknown ones: zeros unless given.
     u: Vec<f64>,
     slopes: Vec<f64>,
     f: Vec<f64>,
@@ -244,13 +243,13 @@ impl<'a> Linearization<'a> {
         self.dwdt.len()
     }
 
-    /// A, B, C, D at a point; `None` where they do not exist.
+    /// A, B, C, D at a point; `None` if they do not exist.
     fn at(&mut self, t: f64, side: Side, y: &[f64], z: &[f64]) -> Option<StateSpace> {
         let (elimination, rows) = self.eliminated(t, side, y, z)?;
         self.space(&elimination, &rows)
     }
 
-    /// A, B, C, D in the middle between the k-th and the next sample.
+    /// A, B, C, D midway between the k-th and the next sample.
     fn between(&mut self, trajectory: &Solution, k: usize) -> Option<StateSpace> {
         let t = f64::midpoint(trajectory.times[k], trajectory.times[k + 1]);
         let mut y = trajectory.y(k).to_vec();
@@ -269,9 +268,8 @@ impl<'a> Linearization<'a> {
         self.space(&elimination, &rows)
     }
 
-    /// How algebraic unknowns follow at a point, and ∂f/∂(y, d): the one place that asks the model.
-    /// Nothing where they are not determined, and in modes in which other unknowns are differential than
-    /// at the start.
+    /// The elimination of algebraic unknowns at a point, and ∂f/∂(y, d): the only place that evaluates the model.
+    /// `None` if they are not determined, and in modes whose differential unknowns differ from those at the start.
     fn eliminated(
         &mut self,
         t: f64,
@@ -299,7 +297,7 @@ impl<'a> Linearization<'a> {
         (elimination.states == self.differential).then_some((elimination, rows))
     }
 
-    /// Rows of derivatives to y, then to d, from their non-zeros to y and u.
+    /// Rows of derivatives with respect to y, then d, from the non-zeros with respect to y and u.
     fn rows(&self, number: usize, by_y: &Sparse<'_>, by_u: &Sparse<'_>) -> DMatrix<f64> {
         let (n, own) = (self.f.len(), self.u.len() - self.n_places);
         let mut matrix = DMatrix::zeros(number, n + self.n_places);
@@ -314,7 +312,7 @@ impl<'a> Linearization<'a> {
         matrix
     }
 
-    /// A, B, C, D where the model was asked last.
+    /// A, B, C, D at the point of the last evaluation.
     fn space(&self, elimination: &Elimination, rows: &DMatrix<f64>) -> Option<StateSpace> {
         let [by_y, by_u, _] = &self.system.signature().output_jacobians;
         let by_y = Sparse { pattern: by_y, values: &self.dwdy };
@@ -330,7 +328,7 @@ impl<'a> Linearization<'a> {
         is_finite.then_some(StateSpace { a, b, c, d })
     }
 
-    /// Sizes of the differential unknowns: declared, or the largest on the trajectory, or one of the
+    /// Sizes of the differential unknowns: the declared size, else the largest magnitude on the trajectory, else one
     /// unit.
     fn sizes(&self, trajectory: &Solution) -> Vec<f64> {
         let unknowns = &self.system.signature().unknowns;

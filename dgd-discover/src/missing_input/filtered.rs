@@ -1,16 +1,16 @@
-//! A trajectory that follows the readings, where the model's own simulation does not.
+//! A trajectory that follows the readings when the model's own simulation does not.
 //!
-//! Where a simulation leaves more of an output than its own mean would, as in a closed loop or where integrations
-//! run away, what is linear around it says nothing about where the plant was. An extended Kalman filter goes from reading to
-//! reading instead: the model leads from one sample to the next, and what it misses is noise of all states alike,
+//! If a simulation explains an output worse than its mean does, as in a closed loop or with diverging integrations, a
+//! linearisation around it says nothing about the real plant. An extended Kalman filter then follows the readings
+//! instead: the model predicts from one sample to the next, and its error is process noise on all states alike,
 //!
 //! ```text
 //!   x⁻(k+1) = φ(x(k)),   P⁻ = Φ P Φᵀ + (10^j sizes)² h/T,   x = x⁻ + K (measured − w(x⁻))
 //! ```
 //!
-//! with the j that makes the readings most likely, each predicted from those before it. The trajectory is x(k), its
-//! shifts are φ(x(k)) − x(k+1), and everything else is as around a simulation: the likelihood of a place knows nothing of the
-//! filter's noise.
+//! with the j that maximises the likelihood of the readings, each predicted from those before it. The trajectory is
+//! x(k), its shifts are φ(x(k)) − x(k+1), and everything else is as around a simulation: the likelihood of a place does
+//! not include the filter's noise.
 //!
 //! Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), §8.3, with the linearisation along the
 //! estimate.
@@ -26,10 +26,10 @@ use nalgebra::{DMatrix, DVector};
 use super::deviations::Deviations;
 use super::missing_terms::MissingTerms;
 
-/// Decades of how far states stray over a recording, over their sizes, as they are tried.
+/// Trial values of log₁₀ of the process noise over a recording, relative to the states' sizes.
 const DECADES: [i32; 7] = [-4, -3, -2, -1, 0, 1, 2];
 
-/// A recording that is to be followed.
+/// A recording to follow.
 pub(super) struct Followed<'a> {
     pub(super) terms: &'a MissingTerms,
     /// All parameters, SI.
@@ -48,17 +48,17 @@ pub(super) struct Followed<'a> {
     pub(super) options: &'a Options,
 }
 
-/// A trajectory, and the deviations from it.
+/// A filtered trajectory, and the deviations from it.
 pub(super) struct Filtered {
     pub(super) deviations: Deviations,
-    /// What was read less what the trajectory has without d.
+    /// Readings minus the outputs of the trajectory without d.
     pub(super) residuals: Vec<f64>,
     pub(super) trajectory: Solution,
 }
 
-/// A filter's way along a recording.
+/// The path of a filter along a recording.
 struct Way {
-    /// Unknowns and discrete numbers, as those of a solution.
+    /// Unknowns and discrete numbers, as in a solution.
     y: Vec<f64>,
     z: Vec<f64>,
     shifts: Vec<DVector<f64>>,
@@ -80,8 +80,8 @@ struct Estimate {
 }
 
 impl Followed<'_> {
-    /// The trajectory of the filter under which the readings are most likely; `None` where the model cannot be
-    /// followed: with modes that are declared, with rows of one time, and where it has no solution or no derivative on the way.
+    /// The trajectory of the filter with the highest likelihood of the readings; `None` if the model has declared
+    /// modes, several rows have the same time, or there is no solution or derivative on the way.
     pub(super) fn filtered(&self) -> Option<Filtered> {
         let signature = self.terms.system().signature();
         let has_modes =
@@ -105,7 +105,7 @@ impl Followed<'_> {
         let simulated = observe(&self.problem(self.start), &trajectory);
         let mut residuals: Vec<f64> =
             self.measured.iter().zip(&simulated.w).map(|(m, w)| m - w).collect();
-        // Deviations are of all of d, not of what it is more than here.
+        // Deviations are due to all of d, not to its difference from the value here.
         deviations.shifts = shifts;
         for ((shift, response), d) in
             deviations.shifts.iter_mut().zip(&deviations.responses).zip(self.d)
@@ -138,7 +138,7 @@ impl Followed<'_> {
         Some(Piece { trajectory, deviations, simulated })
     }
 
-    /// The filter whose states stray by `strays` of their sizes over the recording.
+    /// Runs the filter with process noise of `strays` times the states' sizes over the recording.
     fn way(&self, strays: f64) -> Option<Way> {
         let unknowns = &self.terms.system().signature().unknowns;
         let n = unknowns.len();
@@ -183,7 +183,7 @@ impl Followed<'_> {
         log_likelihood.is_finite().then_some(Way { y, z, shifts, log_likelihood })
     }
 
-    /// Takes in what was read at a sample, one reading at a time; the model there is at one end of a piece.
+    /// Updates with the readings at a sample, one at a time; the model there is at one end of a piece.
     fn correct(&self, at: &mut Estimate, sample: usize, piece: &Piece, end: usize) {
         let n_w = piece.deviations.n_outputs;
         let Some(seen) = &piece.deviations.seen[end] else { return };

@@ -1,8 +1,8 @@
-//! A Kalman filter and smoother for deviations with one unknown input.
+//! Kalman filter and smoother for deviations with one unknown input.
 //!
-//! The state is z = [δx; n; d], with d a random walk that steps at the samples and n the correlated noise
-//! of each sensor that has such, of variance c² and with a memory of τ. Other [`Walk`]s have other last rows: a white
-//! d begins anew at each sample, and an integrated walk has its slope behind it, z = [δx; n; d; ḋ], which steps.
+//! The state is z = [δx; n; d], with d a random walk that steps at the samples and n the correlated noise of each
+//! sensor that has any, of variance c² and correlation time τ. Other [`Walk`]s have other last rows: a white d is
+//! independent at each sample, and an integrated walk is followed by its slope, z = [δx; n; d; ḋ], which steps.
 //!
 //! ```text
 //!   z(k+1) = F z(k) + w,   F = [Φ 0 Γ; 0 φ 0; 0 0 1],   w ~ N(0, diag(0, c² (1 − φ²), q h)),   φ = e^(−h/τ)
@@ -14,8 +14,8 @@
 //! so that q = 0 is the model with nothing missing. Measurements are taken one by one; covariances
 //! are updated in Joseph's form, (I − KH) P (I − KH)ᵀ + K σ² Kᵀ, and kept symmetric.
 //!
-//! The smoother is that of Rauch, Tung and Striebel in the form of Bryson and Frazier, which runs
-//! adjoint variables λ, Λ backwards and inverts no covariance: with innovation ε of variance S,
+//! The smoother is the Rauch–Tung–Striebel smoother in Bryson–Frazier form, which runs adjoint variables λ, Λ backwards
+//! and does not invert covariances: with innovation ε of variance S,
 //!
 //! ```text
 //!   across a measurement:  λ ← (I − KH)ᵀ λ − Hᵀ ε/S,   Λ ← (I − KH)ᵀ Λ (I − KH) + Hᵀ H/S
@@ -26,32 +26,32 @@
 //! Source: Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18 (1973)
 //! 65–75.
 
-// Sizes are constants only once inlined where they are.
+// Sizes become constants only after inlining.
 #![allow(clippy::inline_always)]
 
 use super::deviations::Deviations;
 use crate::noise::Whitener;
 use dgd_screen::noise::{Colour, SensorNoise};
 
-/// Numbers that the kernels below take at once.
+/// Numbers that the kernels below process at once.
 const LANES: usize = 4;
 
-/// How an unknown input goes on from one sample to the next.
+/// The random process of an unknown input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Walk {
-    /// Anew at each sample.
+    /// White noise: independent at each sample.
     White,
     /// A random walk.
     Random,
-    /// A random walk of its slope.
+    /// An integrated random walk: its slope is a random walk.
     Integrated,
 }
 
 impl Walk {
-    /// All of them, the simplest first.
+    /// All processes, the simplest first.
     pub(crate) const ALL: [Walk; 3] = [Walk::Random, Walk::White, Walk::Integrated];
 
-    /// Numbers of z that it needs.
+    /// Number of states in z that it needs.
     fn len(self) -> usize {
         match self {
             Walk::White | Walk::Random => 1,
@@ -60,27 +60,27 @@ impl Walk {
     }
 }
 
-/// Deviations with one unknown input, and what was measured of them.
+/// Deviations with one unknown input, and their measurements.
 ///
-/// Between n and d, z is filled up with zeros to a multiple of [`LANES`].
+/// Between n and d, z is padded with zeros to a multiple of [`LANES`].
 #[derive(Debug)]
 pub(crate) struct Chain {
     /// Length of z.
     n: usize,
-    /// How d goes on.
+    /// The process of d.
     walk: Walk,
-    /// Where d is in z.
+    /// Position of d in z.
     at: usize,
     /// F of each interval, row by row, without its last row.
     transitions: Vec<f64>,
-    /// What each interval adds to δx, n numbers each; nothing where the trajectory is a run of the model.
+    /// Shift of δx in each interval, n numbers each; empty if the trajectory is a run of the model.
     shifts: Vec<f64>,
     /// Times of the samples, and length of each interval, s.
     times: Vec<f64>,
     intervals: Vec<f64>,
     /// Variances of δx(0) and n(0).
     start: Vec<f64>,
-    /// Number of differential unknowns: where n begins.
+    /// Number of differential unknowns, after which n begins.
     states: usize,
     /// Noise of each output.
     noise: Vec<Option<SensorNoise>>,
@@ -88,16 +88,16 @@ pub(crate) struct Chain {
     pub(crate) measurements: Vec<Measurement>,
     /// H of each measurement.
     rows: Vec<f64>,
-    /// Where the measurements of each sample begin; one more than samples.
+    /// First measurement of each sample, and the end of the last.
     begin: Vec<usize>,
 }
 
 /// One measured deviation.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Measurement {
-    /// Sample it was taken at.
+    /// Its sample.
     pub(crate) sample: usize,
-    /// Output it is of.
+    /// Its output.
     pub(crate) output: usize,
     /// r.
     pub(crate) value: f64,
@@ -105,10 +105,10 @@ pub(crate) struct Measurement {
     variance: f64,
 }
 
-/// What the filter leaves for the smoother, or for means of other measurements.
+/// Record of the filter for the smoother, or for filtering other measurements.
 #[derive(Debug, Default)]
 struct Record {
-    /// Whether z⁺ and P⁺ are kept.
+    /// Whether z⁺ and P⁺ are stored.
     has_states: bool,
     /// z⁺ and P⁺ of each sample.
     z: Vec<f64>,
@@ -131,10 +131,10 @@ pub(crate) struct Smoothed {
     pub(crate) start: Vec<f64>,
 }
 
-/// Measurements as a filter sees them.
+/// Measurements whitened by a filter.
 #[derive(Debug)]
 pub(crate) struct Whitened {
-    /// Innovations of the residuals over their standard deviations.
+    /// Innovations of the residuals divided by their standard deviations.
     pub(crate) residuals: Vec<f64>,
     /// The same of each column.
     pub(crate) columns: Vec<Vec<f64>>,
@@ -153,9 +153,8 @@ struct Filter {
 }
 
 impl Chain {
-    /// The chain with the unknown input at one place. `residuals` has n_w numbers per sample, those
-    /// that are not finite were not measured; outputs without noise, or whose white one is not a positive
-    /// number, are left out.
+    /// The chain with the unknown input at one place. `residuals` has n_w numbers per sample, not finite where nothing
+    /// was measured; outputs without noise, or whose white noise is not a positive number, are left out.
     pub(crate) fn new(
         deviations: &Deviations,
         place: usize,
@@ -240,8 +239,8 @@ impl Chain {
         self.times[self.times.len() - 1] - self.times[0]
     }
 
-    /// What is known about a constant d: Σ (H z)²/σ² for d = 1 throughout and δx(0) = 0, without the
-    /// correlation of the noise.
+    /// Information about a constant d: Σ (H z)²/σ² for d = 1 throughout and δx(0) = 0, ignoring the correlation of the
+    /// noise.
     pub(crate) fn information_on_a_constant(&self) -> f64 {
         let response = self.response(&vec![1.0; self.times.len()]);
         let of_output = |(output, noise): (usize, &Option<SensorNoise>)| {
@@ -278,15 +277,15 @@ impl Chain {
         response
     }
 
-    /// Adds what d does to measurements to residuals, n_w per sample.
+    /// Adds the response of measurements to d to residuals, n_w per sample.
     pub(crate) fn add_response(&self, d: &[f64], residuals: &mut [f64], n_w: usize) {
         for (measurement, response) in self.measurements.iter().zip(self.response(d)) {
             residuals[measurement.sample * n_w + measurement.output] += response;
         }
     }
 
-    /// The residuals and further columns of measurements as the filter sees them: innovations over their standard
-    /// deviations, and Σ ln S of the innovations' variances. `columns` have a number for each measurement.
+    /// The whitened residuals and further columns: innovations divided by their standard deviations, and Σ ln S of the
+    /// innovations' variances. `columns` have a number for each measurement.
     pub(crate) fn whitened(&self, intensity: f64, columns: &[Vec<f64>]) -> Whitened {
         let mut record = Some(Record::default());
         self.filter(intensity, &mut record);
@@ -299,15 +298,15 @@ impl Chain {
         Whitened { residuals, columns, log_variances, log_determinant }
     }
 
-    /// When a measurement was taken, s.
+    /// Time of a measurement, s.
     pub(crate) fn time_of(&self, measurement: usize) -> f64 {
         self.times[self.measurements[measurement].sample]
     }
 
-    /// Innovations of other measured values, over their standard deviations, with the gains of a filter that was run;
-    /// `shifts` as those of the chain.
+    /// Innovations of other measured values divided by their standard deviations, with the gains of an earlier filter
+    /// run; `shifts` are like those of the chain.
     fn along(&self, record: &Record, values: &[f64], shifts: &[f64]) -> Vec<f64> {
-        // As in `filter`.
+        // See `filter`.
         match self.n {
             4 => self.along_of_size(4, record, values, shifts),
             8 => self.along_of_size(8, record, values, shifts),
@@ -340,7 +339,7 @@ impl Chain {
         innovations
     }
 
-    /// ln p(r | q) up to what does not depend on q; minus infinity where it is not a number.
+    /// ln p(r | q) up to terms that do not depend on q; minus infinity if it is NaN.
     pub(crate) fn log_likelihood(&self, intensity: f64) -> f64 {
         self.filter(intensity, &mut None)
     }
@@ -426,7 +425,7 @@ impl Chain {
             *lambda = flushed(*column);
         }
 
-        // Λ F, then Fᵀ (Λ F); F's last row is the unit vector of d or its slope, or nothing.
+        // Λ F, then Fᵀ (Λ F); F's last row is the unit vector of d or its slope, or zero.
         for (capital, product) in capital.chunks_exact(n).zip(product.chunks_exact_mut(n)) {
             product.fill(0.0);
             for (row, factor) in rows().zip(capital) {
@@ -446,7 +445,7 @@ impl Chain {
 
     /// Runs the filter and returns ln p(r | q).
     fn filter(&self, intensity: f64, record: &mut Option<Record>) -> f64 {
-        // One routine; inlined, its size is a constant where models are small.
+        // One routine, inlined so that its size is a constant for small models.
         match self.n {
             4 => self.filter_of_size(4, intensity, record),
             8 => self.filter_of_size(8, intensity, record),
@@ -465,7 +464,7 @@ impl Chain {
         let start = intensity * duration;
         filter.p[n * n - 1] = start;
         if self.walk == Walk::Integrated {
-            // As far as the walk gets on the whole.
+            // The variance that the walk reaches over the whole recording.
             filter.p[self.at * (n + 1)] = start * duration * duration / 3.0;
         }
 
@@ -515,13 +514,13 @@ impl Filter {
         }
     }
 
-    /// Takes in a measurement; returns its innovation and the innovation's variance.
+    /// Updates with a measurement; returns its innovation and the innovation's variance.
     #[inline(always)]
     fn update(&mut self, n: usize, h: &[f64], value: f64, variance: f64) -> (f64, f64) {
         let Filter { z, p, gain, column, .. } = self;
         let (p, h) = (&mut p[..n * n], &h[..n]);
         let (z, gain, column) = (&mut z[..n], &mut gain[..n], &mut column[..n]);
-        // S = H P Hᵀ + σ²,  K = P Hᵀ/S; most outputs see few states.
+        // S = H P Hᵀ + σ², K = P Hᵀ/S; most outputs depend on few states.
         column.fill(0.0);
         for (row, h) in p.chunks_exact(n).zip(h) {
             if *h != 0.0 {
@@ -574,7 +573,7 @@ impl Filter {
         symmetrise(p, n);
     }
 
-    /// Forgets the last of z, which is independent of all from now on and has this variance.
+    /// Resets the last of z, which from now on is independent of the rest and has this variance.
     fn begin_anew(&mut self, n: usize, variance: f64) {
         self.z[n - 1] = 0.0;
         for i in 0..n {
@@ -585,7 +584,7 @@ impl Filter {
     }
 }
 
-/// Adds what the k-th interval adds to a state.
+/// Adds the shift of the k-th interval to a state.
 #[inline(always)]
 fn shift(z: &mut [f64], shifts: &[f64], k: usize) {
     let n = z.len();
@@ -623,7 +622,7 @@ fn multiply(a: &[f64], x: &[f64], y: &mut [f64]) {
     }
 }
 
-/// The symmetric part, with what is as good as zero made zero.
+/// The symmetric part, with negligible numbers set to zero.
 #[inline(always)]
 fn symmetrise(a: &mut [f64], n: usize) {
     for i in 0..n {
@@ -635,8 +634,8 @@ fn symmetrise(a: &mut [f64], n: usize) {
     }
 }
 
-/// Zero for numbers on their way to zero: a variance that decays at each step for hours ends among
-/// the subnormal numbers, with which processors are a hundred times slower.
+/// Flushes tiny numbers to zero: a variance that decays at each step for hours becomes subnormal, which is a hundred
+/// times slower on most processors.
 #[inline(always)]
 fn flushed(x: f64) -> f64 {
     if x.abs() < 1e-200 { 0.0 } else { x }

@@ -1,12 +1,12 @@
-//! Where something is missing: all places of the base model, ranked.
+//! Locates what is missing: ranks all places of the base model.
 //!
 //! ```text
 //!   simulate the fitted model in all recordings ─► fit every place
 //!     ─► the best few again, around the trajectory that has what they lack ─► rank
 //! ```
 //!
-//! Places are ranked by how likely they make validation readings, each predicted from those before it; without
-//! validation recordings, by the training readings. Readings are thinned where there are many, inputs never.
+//! Places are ranked by the likelihood of validation readings, each predicted from those before it, or of training
+//! readings if there are no validation recordings. Readings are thinned if there are many; inputs never are.
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Model;
@@ -30,7 +30,7 @@ use crate::library::Values;
 use crate::noise::Window;
 use dgd_screen::noise::median;
 
-/// What a place would have needed.
+/// The missing input at a place.
 #[derive(Debug, Clone)]
 pub struct MissingInput {
     /// The place.
@@ -39,25 +39,25 @@ pub struct MissingInput {
     pub unit: String,
     /// Times of the first training recording, s.
     pub times: Vec<f64>,
-    /// The smoothed estimate: what an equation lacks on its right-hand side, the values that a parameter takes, what
-    /// an input acts or a sensor reads more.
+    /// The smoothed estimate: the missing term on an equation's right-hand side, the values of a parameter, or the
+    /// error of an input or a sensor.
     pub value: Vec<f64>,
     /// Its standard deviation.
     pub std: Vec<f64>,
-    /// Where it stands out.
+    /// Windows in which it stands out.
     pub windows: Vec<Window>,
-    /// By how much the log-likelihood gains over nothing missing, of validation readings where there are any.
+    /// Gain in log-likelihood over nothing missing, of validation readings if there are any.
     pub gain: f64,
 }
 
 impl MissingInput {
-    /// What the place is called in a result: an equation's label, a parameter, an input or `sensor NAME`.
+    /// Name of the place in a result: an equation's label, a parameter, an input or `sensor NAME`.
     pub fn target(&self) -> String {
         self.place.called()
     }
 }
 
-/// What a place would have needed in one recording, as it is compared with formulas.
+/// The missing input at a place in one recording, for comparison with formulas.
 #[derive(Debug, Clone)]
 pub(crate) struct PlaceTrace {
     /// Times, s.
@@ -68,9 +68,9 @@ pub(crate) struct PlaceTrace {
     pub(crate) std: Vec<f64>,
     /// Start values of the recording.
     pub(crate) start: Starts,
-    /// Over how long errors of d are correlated, s.
+    /// Correlation time of the errors of d, s.
     pub(crate) resolved: f64,
-    /// The trajectory that has d, where it is that of a filter.
+    /// The trajectory that includes d, if it is that of a filter.
     pub(crate) followed: Option<Solution>,
 }
 
@@ -78,54 +78,54 @@ pub(crate) struct PlaceTrace {
 #[derive(Debug, Clone)]
 pub(crate) struct FoundPlace {
     pub(crate) missing: MissingInput,
-    /// All parameters, SI, that the traces stand beside.
+    /// All parameters, SI, that belong to the traces.
     pub(crate) p: Vec<f64>,
-    /// Of the training recordings, and of the validation recordings.
+    /// Traces of the training recordings; the validation recordings follow.
     pub(crate) train: Vec<PlaceTrace>,
     pub(crate) valid: Vec<PlaceTrace>,
-    /// Where it stands out in each training recording.
+    /// Windows in which it stands out in each training recording.
     windows: Vec<Vec<Window>>,
 }
 
 impl FoundPlace {
-    /// Whether its traces stand along the trajectory of a filter.
+    /// Whether its traces were estimated along the trajectory of a filter.
     pub(crate) fn is_followed(&self) -> bool {
         self.train.iter().any(|trace| trace.followed.is_some())
     }
 }
 
-/// Places of a model, and what was found there.
+/// The places of a model, and the findings there.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Missing {
     /// The model with all places.
     pub(crate) terms: Option<MissingTerms>,
-    /// Places that make the readings more likely, the best first.
+    /// Places that increase the likelihood of the readings, the best first.
     pub(crate) ranked: Vec<FoundPlace>,
-    /// Why nothing could be looked for anywhere.
+    /// Why no place could be examined.
     pub(crate) reason: Option<String>,
 }
 
-/// Samples of all recordings that places are fitted to.
+/// Total number of samples to which places are fitted.
 const SAMPLES: usize = 3000;
-/// Samples that each recording keeps.
+/// Minimum number of samples that each recording keeps.
 const FEWEST: usize = 200;
-/// Places that are fitted again around the trajectory that has what they lack.
+/// Number of places that are fitted again around the trajectory that includes what they lack.
 const AROUND: usize = 6;
-/// Simulations of fits of start values.
+/// Maximum number of simulations in fits of start values.
 const EVALUATIONS: usize = 40;
-/// Times that an estimate from one recording is made again.
+/// Number of times that an estimate from one recording is repeated.
 const AGAIN: usize = 2;
-/// Gains closer than this are a tie: the odds are less than twenty to one.
+/// Gains that differ by less than this are tied: the odds are less than twenty to one.
 pub(crate) const TIE: f64 = 3.0;
 
-/// What is searched for places.
+/// The data of the search over places.
 pub(super) struct Places<'a> {
     pub(super) terms: &'a MissingTerms,
     pub(super) data: &'a Data<'a>,
-    /// All parameters, SI: of the fit, or the model's own where the fit runs away.
+    /// All parameters, SI: those of the fit, or the model's own if the fit diverges.
     pub(super) p: Vec<f64>,
     pub(super) own: Vec<f64>,
-    /// Whether the fit runs away, and whether trajectories are those of filters therefore.
+    /// Whether the fit diverges, so that trajectories are those of filters.
     pub(super) runs_away: bool,
     pub(super) follows: bool,
     pub(super) train: Vec<Thinned<'a>>,
@@ -207,7 +207,7 @@ impl<'a> Places<'a> {
         inputs_with(self.terms, &around, place, d).ok()
     }
 
-    /// A recording as places see it, around its simulation with nothing missing.
+    /// A linearised recording, around its simulation with nothing missing.
     fn sight(&self, thinned: &Thinned<'_>) -> Result<Sight, LinearizeError> {
         let nothing = vec![0.0; thinned.times.len()];
         self.sight_around(thinned, &thinned.start, 0, &nothing, &self.p)
@@ -233,8 +233,8 @@ impl<'a> Places<'a> {
         Some(Sight { deviations, residuals, counts_from, start, followed: Some(trajectory) })
     }
 
-    /// All recordings as places see them, training first. Where the fitted model runs away from one, they are seen around the
-    /// trajectory of a filter, which begins with the model's own parameters: those of the fit are a compromise.
+    /// All linearised recordings, training first. If the fitted model diverges from one, they are linearised around the
+    /// trajectory of a filter, with the model's own parameters: those of the fit are a compromise.
     fn sights(&mut self) -> Result<[Vec<Sight>; 2], LinearizeError> {
         let sights = |all: &[Thinned<'_>]| -> Result<Vec<Sight>, LinearizeError> {
             all.iter().map(|thinned| self.sight(thinned)).collect()
@@ -259,8 +259,8 @@ impl<'a> Places<'a> {
         Ok([sights(&self.train)?, sights(&self.valid).unwrap_or_default()])
     }
 
-    /// The same around the simulation with d at a place and other parameters: residuals are what the linearised
-    /// model would leave without d.
+    /// The same around the simulation with d at a place and other parameters: residuals are those that the linearised
+    /// model would have without d.
     pub(super) fn sight_around(
         &self,
         thinned: &Thinned<'_>,
@@ -302,7 +302,7 @@ impl<'a> Places<'a> {
         sort(&mut found, nothing.likelihood);
         let nearest = found.len().min(AROUND);
         let again = in_parallel(self.terms, nearest, threads, |terms, k| {
-            // With a system of its own.
+            // Each thread has a system of its own.
             let places = Places {
                 terms,
                 data: self.data,
@@ -347,7 +347,7 @@ impl<'a> Places<'a> {
             }
             PlaceKind::Equation => None,
         };
-        // A term of an equation in the unit of a quantity that measures the same.
+        // A term of an equation is given in the unit of a quantity of the same dimension.
         let own = match declared {
             Some(declared) => Some(declared.unit.of_differences()),
             None => parse_unit(&place.unit).ok().map(|unit| model.familiar(unit.dimension)),
@@ -387,7 +387,7 @@ impl<'a> Places<'a> {
     }
 }
 
-/// Over how long errors of a smoothed walk are correlated, s.
+/// Correlation time of the errors of a smoothed walk, s.
 fn resolved(fit: &PlaceFit, std: &[f64]) -> f64 {
     let Some(typical) = median(&mut std.to_vec()) else { return 0.0 };
     let share = typical * typical / fit.intensity;
@@ -402,19 +402,19 @@ fn resolved(fit: &PlaceFit, std: &[f64]) -> f64 {
 pub(super) struct Found {
     pub(super) place: usize,
     pub(super) fit: PlaceFit,
-    /// Parameters that the trajectory has around which it was fitted, where they are not those of the base model.
+    /// Parameters of the trajectory around which it was fitted, if they differ from those of the base model.
     pub(super) p: Option<Vec<f64>>,
-    /// In each training and validation recording.
+    /// Estimates in each training recording; the validation recordings follow.
     pub(super) train: Vec<Estimated>,
     pub(super) valid: Vec<Estimated>,
 }
 
-/// What a place would have needed in one recording.
+/// The missing input at a place in one recording.
 pub(super) struct Estimated {
     pub(super) piece: Piece,
     /// Standard deviation of d.
     pub(super) std: Vec<f64>,
-    /// The trajectory, where it is that of a filter.
+    /// The trajectory, if it is that of a filter.
     pub(super) followed: Option<Solution>,
 }
 
@@ -444,14 +444,14 @@ fn states_at_start(system: &Loaded, trajectory: &Solution) -> Starts {
     states.map(|i| (i, trajectory.y(0)[i])).collect()
 }
 
-/// The most likely first.
+/// Sorts the most likely first.
 fn sort(found: &mut [Found], nothing: Likelihood) {
     let gain = |found: &Found| found.fit.likelihood.over(nothing);
     found.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
 }
 
-/// What a place would have needed in one recording beside the base model's own parameters, estimated from that recording
-/// alone and again around the trajectory that has it.
+/// The missing input at a place in one recording with the base model's own parameters, estimated from that recording
+/// alone and again around the trajectory that includes it.
 pub(crate) fn alone(
     terms: &MissingTerms,
     fitted: &Fitted,
@@ -482,7 +482,7 @@ pub(crate) fn alone(
     for _ in 0..AGAIN {
         match reconstruct(terms, &around, place, &found, &data.options) {
             Ok(Some(again)) if again.intensity > 0.0 => found = again,
-            // The estimate goes as far as the linearisation does.
+            // The estimate is used as far as it could be refined.
             Ok(_) | Err(_) => break,
         }
     }

@@ -1,18 +1,18 @@
-//! A model with room for what is missing: an unknown input in every equation that is not `exact`, behind every
-//! parameter and input, and in every output.
+//! A model with an unknown input in every equation that is not `exact`, added to every parameter and input, and in
+//! every output.
 //!
 //! ```text
 //!   equation i:  left = right + d_i        output j:  w_j = … + d_j
 //!   parameter k: p_k + d_k for p_k         input l:   u_l + d_l for u_l
 //! ```
 //!
-//! Equations of several modes that have one label and measure the same share one unknown input. A parameter or an
-//! input that no equation or output reads has none.
+//! Equations of several modes with one label and one dimension share one unknown input. A parameter or an input that no
+//! equation or output reads has none.
 //!
-//! This is done to the resolved model, before derivatives are solved for, so that d_i is what the
-//! right-hand side *as the user wrote it* would have needed, in the unit of its two sides:
-//! `A*der(h) = q` takes a d in m³/s whatever the system's row becomes. How d acts on rows and outputs
-//! is then the generated ∂f/∂u and ∂w/∂u, exact where outputs read derivatives, too.
+//! Inputs are added to the resolved model, before derivatives are solved for, so that d_i is missing from the
+//! right-hand side *as the user wrote it*, in the unit of its two sides: `A*der(h) = q` takes a d in m³/s whatever the
+//! system's row becomes. The effect of d on rows and outputs is then given by the generated ∂f/∂u and ∂w/∂u, which are
+//! exact even where outputs read derivatives.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -25,14 +25,14 @@ use dgd_compiler::source::Span;
 use dgd_compiler::units::{Dimension, Unit, describe};
 use dgd_execute::{Engine, Loaded};
 
-/// Where something can be missing.
+/// A place at which something can be missing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
     /// An equation, a parameter, an input or an output.
     pub kind: PlaceKind,
-    /// The equation's label or the name of the rest.
+    /// The equation's label, or the name of the parameter, input or output.
     pub name: String,
-    /// Unit of what is missing there, of SI base units.
+    /// Unit of what is missing there, in SI base units.
     pub unit: String,
 }
 
@@ -41,16 +41,16 @@ pub struct Place {
 pub enum PlaceKind {
     /// Missing physics: a term of the equation's right-hand side.
     Equation,
-    /// A parameter that changes: how far it is from its value.
+    /// A parameter that changes: its deviation from its value.
     Parameter,
-    /// A wrong input: what acts more than was recorded.
+    /// A wrong input: the true minus the recorded value.
     Input,
-    /// A sensor's error: what it reads more than there is.
+    /// A sensor error: the reading minus the true value.
     Output,
 }
 
 impl Place {
-    /// What the place is called in a result: `sensor NAME` for an output, otherwise its name.
+    /// Name of the place in a result: `sensor NAME` for an output, otherwise its name.
     pub fn called(&self) -> String {
         match self.kind {
             PlaceKind::Equation | PlaceKind::Parameter | PlaceKind::Input => self.name.clone(),
@@ -59,31 +59,31 @@ impl Place {
     }
 }
 
-/// A place at which nothing could be looked for.
+/// A place that cannot be examined.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ClosedPlace {
     /// The place.
     pub place: Place,
-    /// Why not.
+    /// The reason.
     pub reason: String,
 }
 
-/// Why nothing can be looked for in an equation.
+/// Why an equation cannot be examined.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NoSuchTerm {
     /// No equation has this label.
     NoEquation,
     /// It is declared exact.
     Exact,
-    /// The model with an unknown input there makes no system, and why.
+    /// The model with an unknown input there does not compile, with the reason.
     Closed(String),
 }
 
-/// A model in which every output has an unknown input, every parameter and input another one behind it, and every
-/// equation that is not declared exact a further term.
+/// A model with an unknown input added to every output, parameter and input, and a further term in every equation that
+/// is not declared exact.
 ///
-/// Unknowns, parameters and outputs are those of the model, in its order. The inputs are the model's
-/// and behind them one for each of `places`, zero in the model as it was given.
+/// Unknowns, parameters and outputs are those of the model, in its order. The inputs are the model's, followed by one
+/// for each of `places`, which is zero in the original model.
 #[derive(Debug, Clone)]
 pub struct MissingTerms {
     system: Loaded,
@@ -92,12 +92,12 @@ pub struct MissingTerms {
 }
 
 impl MissingTerms {
-    /// Opens all places of a model. Where an equation would have to be differentiated to which a place belongs, the
-    /// place stays closed: what is missing there is known from sample to sample only and has no slope.
+    /// Opens all places of a model. A place stays closed if its equation would have to be differentiated: a missing
+    /// input is piecewise constant and has no slope.
     ///
     /// # Errors
     ///
-    /// [`Reported`] where the model itself makes no system.
+    /// [`Reported`] if the model itself does not compile.
     pub fn new(
         model: &Model,
         engine: Engine,
@@ -125,11 +125,12 @@ impl MissingTerms {
         Ok(MissingTerms { system, places, closed })
     }
 
-    /// Opens the places of one equation alone, by its label: one for each unit that equations of this label have.
+    /// Opens only the places of one equation, by its label: one for each unit among equations with this label.
     ///
     /// # Errors
     ///
-    /// [`NoSuchTerm`]: no equation has this label, all that have it are exact, or it would have to be differentiated.
+    /// [`NoSuchTerm`]: no equation has this label, all such equations are exact, or one would have to be
+    /// differentiated.
     pub fn of_equation(model: &Model, label: &str, engine: Engine) -> Result<Self, NoSuchTerm> {
         let mut named = model.all_equations().filter(|equation| equation.label == label).peekable();
         if named.peek().is_none() {
@@ -156,12 +157,12 @@ impl MissingTerms {
         &self.system
     }
 
-    /// What the unknown inputs are, in their order.
+    /// The places of the unknown inputs, in order.
     pub fn places(&self) -> &[Place] {
         &self.places
     }
 
-    /// Places without an unknown input, and why.
+    /// Places without an unknown input, with the reasons.
     pub fn closed(&self) -> &[ClosedPlace] {
         &self.closed
     }
@@ -206,7 +207,7 @@ fn places(model: &Model) -> Vec<Place> {
     all
 }
 
-/// A model with an unknown input at each of some places, behind its own inputs and in their order.
+/// A model with an unknown input at each of some places, after its own inputs and in the order of the places.
 fn opened(base: &Model, places: &[Place]) -> Model {
     let mut model = base.clone();
     let first = model.inputs.len();

@@ -1,9 +1,9 @@
-//! What each equation and each sensor would have needed: a model, a recording and its residuals in, an input
-//! d(t) for each place out.
+//! Estimates what is missing in each equation and sensor: a model, a recording and its residuals in, an input d(t) for
+//! each place out.
 //!
-//! [`MissingTerms`] is the model with an unknown input everywhere, [`Deviations`] its linearisation along a
-//! trajectory, [`unknown_input()`] the estimate for one place by a smoother, [`reconstruct()`] the same again
-//! around the trajectory that has it. [`missing_inputs`] does it for all places.
+//! [`MissingTerms`] is the model with an unknown input everywhere, [`Deviations`] its linearisation along a trajectory,
+//! [`unknown_input()`] the smoothed estimate for one place, [`reconstruct()`] the same around the trajectory that
+//! includes it. [`missing_inputs`] does this for all places.
 
 mod around;
 mod deviations;

@@ -1,20 +1,19 @@
-//! What one place would have needed in all recordings, with everything that the model's own parameters could do
-//! instead taken out.
+//! Fits the missing input at one place in all recordings, together with changes of the model's own parameters.
 //!
-//! Around simulated trajectories, measured less simulated is
+//! Around simulated trajectories, measured minus simulated is
 //!
 //! ```text
 //!   r = X β + h * d + e,     β ~ N(0, size²) changes of the free parameters, d a walk, e the sensors' noise
 //! ```
 //!
-//! For a walk of intensity q a filter turns r and the columns of X into independent numbers of unit variance, so that
-//! β is a matter of least squares, and the likelihood of q is that of what is left (de Jong, The diffuse Kalman filter,
-//! Ann. Stat. 19 (1991) 1073). So no place is judged at parameters that were a compromise without it. Start values
-//! are states with a wide prior. The likelihood is largest over q and the three [`Walk`]s, at the price of their
-//! numbers.
+//! For a walk of intensity q, a filter turns r and the columns of X into independent numbers of unit variance, so that
+//! β follows from least squares, and the likelihood of q from the residuals (de Jong, The diffuse Kalman filter, Ann.
+//! Stat. 19 (1991) 1073). So no place is judged with parameters that are a compromise without it. Start values are
+//! states with a wide prior. The likelihood is maximised over q and the three [`Walk`]s, with a penalty for their
+//! number of states.
 //!
-//! What is asked of a place is how likely it makes recordings that it was not fitted to: q and β are those of the
-//! training recordings, and each reading is predicted from those before it.
+//! A place is judged by the likelihood of recordings to which it was not fitted: q and β are those of the training
+//! recordings, and each reading is predicted from those before it.
 
 use dgd_runtime::Solution;
 use dgd_screen::noise::SensorNoise;
@@ -24,53 +23,53 @@ use super::deviations::Deviations;
 use super::kalman::{Chain, Smoothed, Walk};
 use super::unknown_input::maximum;
 
-/// A recording as places see it.
+/// A linearised recording.
 #[derive(Debug, Clone)]
 pub(crate) struct Sight {
     /// Deviations from the simulated trajectory.
     pub(crate) deviations: Deviations,
-    /// Measured less simulated, n_w per sample.
+    /// Measured minus simulated, n_w per sample.
     pub(crate) residuals: Vec<f64>,
-    /// From when readings count, s.
+    /// Time from which readings count, s.
     pub(crate) counts_from: f64,
     /// Start values of the differential unknowns, SI.
     pub(crate) start: Vec<(usize, f64)>,
-    /// The trajectory, where it is that of a filter.
+    /// The trajectory, if it is that of a filter.
     pub(crate) followed: Option<Solution>,
 }
 
-/// Recordings, and what else may have changed in all of them.
+/// Linearised recordings, and the free parameters shared by all of them.
 pub(crate) struct Sights<'a> {
     pub(crate) train: &'a [Sight],
     pub(crate) valid: &'a [Sight],
     pub(crate) noise: &'a [Option<SensorNoise>],
-    /// Places that are the free parameters, each with the size of what it may be wrong by.
+    /// Places of the free parameters, each with the size of its prior error.
     pub(crate) free: &'a [(usize, f64)],
 }
 
-/// What is known of a place.
+/// The fit of a place.
 #[derive(Debug, Clone)]
 pub(crate) struct PlaceFit {
     pub(crate) walk: Walk,
     /// q.
     pub(crate) intensity: f64,
-    /// Changes of the free parameters beside it, over their sizes.
+    /// Changes of the free parameters fitted with it, relative to their sizes.
     pub(crate) changes: Vec<f64>,
-    /// How likely it makes the recordings.
+    /// The likelihood of the recordings.
     pub(crate) likelihood: Likelihood,
 }
 
-/// Logarithms of probability densities of readings.
+/// Log-likelihoods of readings.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Likelihood {
-    /// Of training readings, less half a logarithm of their number for each number of the walk.
+    /// Of training readings, minus ½ ln N of their number N for each state of the walk.
     pub(crate) train: f64,
-    /// Of validation readings, each predicted from those before it; `None` where there are none.
+    /// Of validation readings, each predicted from those before it; `None` if there are none.
     pub(crate) valid: Option<f64>,
 }
 
 impl Likelihood {
-    /// By how much it exceeds another: on validation data where there is any.
+    /// Its gain over another, on validation data if there is any.
     pub(crate) fn over(self, other: Likelihood) -> f64 {
         match (self.valid, other.valid) {
             (Some(own), Some(other)) => own - other,
@@ -85,7 +84,7 @@ struct Seen {
     columns: Vec<Vec<f64>>,
 }
 
-/// Least squares that are summed over recordings.
+/// Normal equations summed over recordings.
 struct Normal {
     matrix: DMatrix<f64>,
     vector: DVector<f64>,
@@ -118,7 +117,7 @@ impl Sights<'_> {
         sights.iter().map(of_sight).collect()
     }
 
-    /// Fits a place; `None` where no measured output sees it.
+    /// Fits a place; `None` if no measured output depends on it.
     pub(crate) fn fit(&self, place: usize, columns: &Columns) -> Option<PlaceFit> {
         let price = 0.5 * (self.readings().max(2) as f64).ln();
         let mut best: Option<PlaceFit> = None;
@@ -148,7 +147,7 @@ impl Sights<'_> {
         Some(best)
     }
 
-    /// The same where nothing is missing; `place` is any.
+    /// The same with nothing missing; `place` is arbitrary.
     pub(crate) fn nothing(&self, place: usize, columns: &Columns) -> Option<PlaceFit> {
         let walk = Walk::Random;
         let all = self.seen_in_training(place, walk, columns);
@@ -182,7 +181,7 @@ impl Sights<'_> {
         Some(if sum.is_finite() { sum } else { f64::NEG_INFINITY })
     }
 
-    /// What the place would have needed in a recording, with the changed parameters.
+    /// The smoothed missing input at the place in a recording, with the changed parameters.
     pub(crate) fn smoothed(
         &self,
         sight: &Sight,
@@ -207,7 +206,8 @@ pub(crate) struct Columns {
     pub(crate) valid: Vec<Vec<Vec<f64>>>,
 }
 
-/// What makes a walk's last state of the size of a constant that is just seen: an integrated one is known by its slope.
+/// The scale of a walk's last state relative to a constant that is just detectable: for an integrated walk this state
+/// is the slope.
 fn scale(walk: Walk, duration: f64) -> f64 {
     match walk {
         Walk::White | Walk::Random => 1.0,
@@ -254,7 +254,7 @@ impl Normal {
         Some(factor.solve(&self.vector).iter().copied().collect())
     }
 
-    /// ln p(r | q), the changes of the parameters integrated out.
+    /// ln p(r | q), with the changes of the parameters integrated out.
     fn likelihood(&self) -> f64 {
         let Some(factor) = self.matrix.clone().cholesky() else { return f64::NEG_INFINITY };
         let explained = self.vector.dot(&factor.solve(&self.vector));
@@ -264,7 +264,7 @@ impl Normal {
 }
 
 impl Seen {
-    /// ln p of readings from a time on, each predicted from those before it.
+    /// ln p of readings from a given time on, each predicted from those before it.
     fn log_density(&self, intensity: f64, changes: &[f64], from: f64) -> f64 {
         let whitened = self.chain.whitened(intensity, &self.columns);
         let counts = |m: &usize| self.chain.time_of(*m) >= from;

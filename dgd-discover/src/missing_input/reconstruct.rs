@@ -1,14 +1,14 @@
-//! The missing flow where it is large: linearised around the trajectory that has it.
+//! Re-estimates a large missing input, linearised around the trajectory that includes it.
 //!
-//! A leak that empties a tank takes the model far from its simulation without one, and what is
-//! linear there says little about where the plant really went. So the estimate is put into the model,
-//! simulated, and made again around that trajectory, as in an iterated extended Kalman smoother:
+//! A leak that empties a tank takes the plant far from the simulation without a leak, and a linearisation there says
+//! little about the real trajectory. So the model is simulated with the estimate, and the estimate is repeated around
+//! that trajectory, as in an iterated extended Kalman smoother:
 //!
 //! ```text
 //!   y̅ = simulation with d̅;   r = measured − w(y̅) + (response of the linearised model to d̅)
 //! ```
 //!
-//! d is again a random walk from zero, so that nothing of its prior is used twice.
+//! d is again a random walk from zero, so that its prior is not used twice.
 //!
 //! Source: Bell, The iterated Kalman smoother as a Gauss–Newton method, SIAM J. Optim. 4 (1994)
 //! 626–636.
@@ -26,7 +26,7 @@ use super::missing_terms::MissingTerms;
 use super::unknown_input::{UnknownInput, unknown_input};
 use dgd_screen::noise::SensorNoise;
 
-/// What was recorded, and the model's numbers for it.
+/// A recording, with the model's parameters and start values.
 ///
 /// | name | shape |
 /// |---|---|
@@ -51,12 +51,12 @@ pub struct Recording<'a> {
     pub noise: &'a [Option<SensorNoise>],
 }
 
-/// The model cannot follow an estimate.
+/// Why the model cannot follow an estimate.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ReconstructError {
-    /// The estimate makes no input.
+    /// The estimate is not a valid input.
     Inputs(InputError),
-    /// The model has no solution with the estimate in it: keep the estimate that there is.
+    /// The model has no solution with the estimate: keep the previous estimate.
     Integrate(Box<IntegrateError>),
     /// The solution has no derivatives.
     Linearize(LinearizeError),
@@ -74,11 +74,11 @@ impl fmt::Display for ReconstructError {
 
 impl std::error::Error for ReconstructError {}
 
-/// Makes the estimate of the unknown input at a place again, around the trajectory with `earlier` in
-/// it. Once is enough for most; call again with the result where it still moves.
+/// Re-estimates the unknown input at a place, around the trajectory with `earlier` included. Once is usually enough;
+/// call again with the result if it still changes.
 ///
-/// [`UnknownInput::gain`] compares with no input in the new linearisation, so that only gains of one
-/// linearisation should be ranked; `None` where no measured output sees the place.
+/// [`UnknownInput::gain`] compares with no input in the new linearisation, so only gains of one linearisation are
+/// comparable. `None` if no measured output depends on the place.
 ///
 /// # Errors
 ///
@@ -86,7 +86,7 @@ impl std::error::Error for ReconstructError {}
 ///
 /// # Panics
 ///
-/// When the recording or the estimate are those of another model.
+/// If the recording or the estimate belong to another model.
 pub fn reconstruct(
     model: &MissingTerms,
     recording: &Recording<'_>,
@@ -115,8 +115,8 @@ pub fn reconstruct(
 
 /// The model's inputs, with d at one place and zero at all others.
 ///
-/// Between jumps and kinks every input is a straight line: samples of both sides of each, and of each
-/// step of d, describe it exactly.
+/// Between jumps and kinks every input is a straight line: samples on both sides of each, and of each step of d,
+/// describe it exactly.
 pub fn inputs_with(
     model: &MissingTerms,
     recording: &Recording<'_>,

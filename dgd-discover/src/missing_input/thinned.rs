@@ -1,14 +1,14 @@
-//! A recording at the times that places are looked for at.
+//! A recording thinned to the times at which places are examined.
 
 use dgd_identify::{Recording, Starts};
 use dgd_runtime::Observations;
 
-/// A recording at fewer times, with the start values that it is simulated from.
+/// A recording at fewer times, with the start values of its simulation.
 #[derive(Clone)]
 pub(super) struct Thinned<'a> {
     pub(super) recording: &'a Recording,
     pub(super) times: Vec<f64>,
-    /// Positions of `times` among all.
+    /// Positions of `times` among all samples.
     samples: Vec<usize>,
     pub(super) start: Starts,
     pub(super) counts_from: f64,
@@ -27,7 +27,7 @@ impl<'a> Thinned<'a> {
         Thinned { recording, times, samples, start, counts_from }
     }
 
-    /// What was read, n_w per sample.
+    /// Readings, n_w per sample.
     pub(super) fn readings(&self) -> Vec<f64> {
         let measured = &self.recording.measured;
         let of = |k: &usize| {
@@ -37,7 +37,7 @@ impl<'a> Thinned<'a> {
         self.samples.iter().flat_map(of).collect()
     }
 
-    /// Measured less simulated, n_w per sample.
+    /// Measured minus simulated, n_w per sample.
     pub(super) fn residuals(&self, simulated: &Observations) -> Vec<f64> {
         self.readings().iter().zip(&simulated.w).map(|(read, w)| read - w).collect()
     }

@@ -1,20 +1,18 @@
-//! The missing flow, for any equation of any model.
+//! Estimates the unknown input at one place of any model.
 //!
-//! Haukanes (2015, eq. 3.10) computed, from the measured level of a riser, the flow that its balance
-//! would have needed, and recognised the effect in its trace. Here the same is done for every
-//! equation and every sensor alike: the unknown input d of one place is a random walk of intensity q,
-//! ⟨(d(t + h) − d(t))²⟩ = q h, its effect on what is measured that of the linearised model, and its
-//! estimate that of a smoother given the whole recording.
+//! Haukanes (2015, eq. 3.10) computed, from the measured level of a riser, the flow that its balance would have needed,
+//! and recognised the effect in its trace. Here the same is done for every equation and sensor: the unknown input d at
+//! one place is a random walk of intensity q, ⟨(d(t + h) − d(t))²⟩ = q h, whose effect on measurements is given by the
+//! linearised model, and which a smoother estimates from the whole recording.
 //!
-//! q is the one that makes the measured residuals most likely: √(q T) on a grid of decades above
-//! the size of a constant d that is just seen, then refined. How much more likely than
-//! q = 0, where nothing is missing, is the [`UnknownInput::gain`]. Since q cannot be negative,
-//! 2·gain of noise alone exceeds c with a probability of ½ P(χ²₁ > c) (Self & Liang, J. Am. Stat.
-//! Assoc. 82 (1987) 605–610, case 5).
+//! q maximises the likelihood of the measured residuals: √(q T) on a grid of decades above the size of a just
+//! detectable constant d, then refined. The gain in log-likelihood over q = 0, where nothing is missing, is the
+//! [`UnknownInput::gain`]. Since q cannot be negative, 2·gain of noise alone exceeds c with a probability of ½ P(χ²₁ >
+//! c) (Self & Liang, J. Am. Stat. Assoc. 82 (1987) 605–610, case 5).
 //!
-//! It says where, not what: an input that is free in time can explain, at a price, what is really
-//! missing elsewhere. Compare gains of all places. Effects so large that the model is no longer
-//! linear in them are for [`reconstruct`](crate::reconstruct).
+//! The estimate tells where, not what: an input that is free in time can explain, at a cost, what is really missing
+//! elsewhere. Compare the gains of all places. For effects so large that the model is no longer linear in them, use
+//! [`reconstruct`](crate::reconstruct).
 //!
 //! Source of the approach: Kristensen, Madsen, Jørgensen, Parameter estimation in stochastic
 //! grey-box models, Automatica 40 (2004) 225–237.
@@ -24,46 +22,43 @@ use super::kalman::{Chain, Walk};
 use crate::noise::{Window, gather};
 use dgd_screen::noise::{SensorNoise, median};
 
-/// What would have been needed at one place for the model to follow the measurements.
+/// The input at one place with which the model would follow the measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UnknownInput {
     /// The samples' times, s.
     pub times: Vec<f64>,
-    /// d: for an equation, what its right-hand side as written would have needed more; for an output,
-    /// what the sensor reads more than the model's output. SI units of the place; constant from one
-    /// sample to the next.
+    /// d: for an equation, the term missing from its right-hand side as written; for an output, the sensor's reading
+    /// minus the model's output. SI units of the place; constant from one sample to the next.
     pub estimate: Vec<f64>,
-    /// Standard deviation of the estimate, given q and the sensors' noise. Where q = 0 the estimate
-    /// is zero, and this is what a constant d could be known to.
+    /// Standard deviation of the estimate, given q and the sensors' noise. If q = 0 the estimate is zero, and this is
+    /// the accuracy to which a constant d could be known.
     pub std: Vec<f64>,
-    /// q, unit²/s; 0 where no random walk makes the measurements more likely than nothing.
+    /// q, unit²/s; 0 if no random walk makes the measurements more likely than no input.
     pub intensity: f64,
-    /// Gain in log-likelihood over q = 0, in nats; 0 where q = 0.
+    /// Gain in log-likelihood over q = 0, in nats; 0 if q = 0.
     pub gain: f64,
-    /// Where d stands out by more than three standard deviations, as far as it keeps its sign and more
-    /// than two. None where the gain is one that
-    /// noise has in one recording of ten thousand.
+    /// Windows in which d exceeds three standard deviations, extended as long as it keeps its sign and exceeds two.
+    /// Empty if noise alone has such a gain in more than one of ten thousand recordings.
     pub windows: Vec<Window>,
-    /// What is left of the residuals beside d and correlated noise, n_w per sample; NaN where nothing was
-    /// measured.
+    /// The residuals after subtracting d and correlated noise, n_w per sample; NaN where nothing was measured.
     pub residuals: Vec<f64>,
 }
 
-/// Decades of √(q T) over the size of a constant that is just seen. From 0: that constant. To 9: a
-/// walk that shows in every single sample, where a constant is integrated over 10⁶ of them.
+/// Decades of √(q T) above the size of a just detectable constant. 0 is that constant; 9 is a walk that is visible in
+/// every single sample, if a constant is integrated over 10⁶ of them.
 const DECADES: i32 = 9;
-/// The grid ends where a walk two decades above the best is less likely by this: a freer one only
-/// follows the noise more closely.
+/// The grid ends when a walk two decades above the best is less likely by this: a freer one only follows the noise more
+/// closely.
 const BELOW_HOPE: f64 = 20.0;
-/// Halvings of the grid's step. An eighth of a decade is left, of which q's likelihood, whose width
-/// is of the order of a decade, knows nothing.
+/// Halvings of the grid's step, down to an eighth of a decade: the likelihood of q, about a decade wide, does not
+/// resolve less.
 const HALVINGS: usize = 3;
 /// A gain that noise alone exceeds with a probability of ½ P(χ²₁ > 2·6.9) = 10⁻⁴.
 const SIGNIFICANT_GAIN: f64 = 6.9;
-/// Standard deviations from which d stands out, and above which it goes on to.
+/// Standard deviations at which a window starts, and down to which it extends.
 const STANDS_OUT: f64 = 3.0;
 const GOES_ON: f64 = 2.0;
-/// Gaps of a window that are bridged, in usual sample intervals, at least.
+/// Minimum length of gaps in a window that are bridged, in typical sample intervals.
 const BRIDGED: f64 = 5.0;
 
 /// Estimates the unknown input at one place.
@@ -74,11 +69,11 @@ const BRIDGED: f64 = 5.0;
 /// | `residuals` | n_w per sample, measured − simulated; not finite where not measured | SI |
 /// | `noise` | n_w, white and correlated; outputs without any are left out | SI |
 ///
-/// `None` where no measured output sees the place.
+/// `None` if no measured output depends on the place.
 ///
 /// # Panics
 ///
-/// When the residuals or the noise have another length, or there is no such place.
+/// If the residuals or the noise have the wrong length, or there is no such place.
 pub fn unknown_input(
     deviations: &Deviations,
     place: usize,
@@ -127,8 +122,7 @@ pub fn unknown_input(
     })
 }
 
-/// Where f is largest between 0 and [`DECADES`], and how large: the best of a grid, then halved steps
-/// around it.
+/// The position and value of the maximum of f between 0 and [`DECADES`]: the best of a grid, refined by halved steps.
 pub(super) fn maximum(f: impl Fn(f64) -> f64) -> (f64, f64) {
     let mut best = (0.0, f(0.0));
     for decade in 1..=DECADES {
@@ -175,8 +169,8 @@ pub(super) fn standing_out(
     let mut spacings: Vec<f64> =
         times.windows(2).map(|pair| pair[1] - pair[0]).filter(|h| *h > 0.0).collect();
     let usual = median(&mut spacings).unwrap_or(0.0);
-    // Where d itself is measured, errors of its estimate are correlated as exp(−|τ| q/(2 std²)): gaps
-    // of up to twice that time are not resolved.
+    // If d itself is measured, errors of its estimate are correlated as exp(−|τ| q/(2 std²)): gaps of up to twice that
+    // time are not resolved.
     let resolved = 4.0 * median(&mut std.to_vec()).unwrap_or(0.0).powi(2) / intensity;
     gather(times, estimate, &marked, resolved.max(BRIDGED * usual))
 }

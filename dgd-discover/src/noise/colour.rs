@@ -1,16 +1,16 @@
-//! Correlated noise, as the filters and buses of sensors make it.
+//! Estimates correlated noise, as caused by filters and buses of sensors.
 //!
 //! ```text
 //!   e = v + w,   w white of variance σ²,   dv = −v dt/T + …, stationary of variance c²
 //!   v̂⁺ = φ (v̂ + K ε),  ε = e − v̂,  S = P + σ²,  K = P/S,  P⁺ = φ² P (1 − K) + c² (1 − φ²),  φ = e^(−Δt/T)
 //! ```
 //!
-//! The Kalman filter's ε/√S are white with a variance of one where e is such noise. σ, c and T are those
-//! of the greatest likelihood, −Σ (ln S + ε²/S)/2; the common factor of σ and c has a closed form.
+//! The Kalman filter's ε/√S are white with unit variance if e is such noise. σ, c and T maximise the log-likelihood, −Σ
+//! (ln S + ε²/S)/2; the common factor of σ and c has a closed form.
 //!
-//! A memory is at most 2√(h L), h being the sampling interval and L the length of the longest recording: one of √N of
-//! the N readings is told from what the model lacks by the √N others of its kind that the recording holds, and its
-//! estimate scatters by as much as itself. What is correlated for longer is not a sensor's.
+//! The correlation time is at most 2√(h L), where h is the sample interval and L the length of the longest recording.
+//! With √N samples of the N readings, noise can be distinguished from model error because the recording holds √N such
+//! periods, and the estimate scatters by as much as itself. Longer correlations are not attributed to a sensor.
 //!
 //! Source: Madsen, Time Series Analysis (2008), §10.3 and §10.6; Schweppe, IEEE Trans. Inf. Theory 11
 //! (1965) 61, for the likelihood.
@@ -18,22 +18,22 @@
 use dgd_screen::noise::{Colour, SensorNoise};
 use dgd_screen::usual_spacing;
 
-/// A correlated part that is so many times the white one is not noise but what the model misses.
+/// Ratio of correlated to white noise above which the correlated part is model error rather than noise.
 const MOST_COLOUR: f64 = 3.0;
 
-/// Estimates of a memory are up to so many times the memory.
+/// Factor by which an estimate may exceed the true correlation time.
 const SCATTER: f64 = 2.0;
 
-/// Twice the gain in the logarithm of the likelihood that a correlated part has to bring.
+/// Minimum gain in log-likelihood of a correlated part, times two.
 const LEAST_GAIN: f64 = 30.0;
 
-/// Points of the first grid, for the memory and for c/σ.
+/// Points of the first grid, for the correlation time and for c/σ.
 const POINTS: usize = 7;
 
-/// How often the steps of the search are halved: to 1/64 of a step of the grid.
+/// Number of times the steps of the search are halved: to 1/64 of a step of the grid.
 const HALVINGS: usize = 6;
 
-/// The filter that makes noise of one recording and output white; its gains do not depend on data.
+/// The filter that whitens the noise of one recording and output; its gains do not depend on data.
 #[derive(Debug, Clone)]
 pub(crate) struct Whitener {
     /// φ to the sample, K and 1/√S at it.
@@ -67,8 +67,7 @@ impl Whitener {
         Self { steps: times.iter().enumerate().map(step).collect() }
     }
 
-    /// What is left of a signal when its correlation is taken out, over its standard deviation; NaN where
-    /// the signal is.
+    /// The signal with its correlation removed, divided by its standard deviation; NaN where the signal is NaN.
     pub(crate) fn apply(&self, signal: impl Iterator<Item = f64>) -> Vec<f64> {
         let mut state = 0.0;
         let filtered = self.steps.iter().zip(signal).map(|([phi, gain, scale], value)| {
@@ -84,7 +83,7 @@ impl Whitener {
     }
 }
 
-/// The usual distance of the readings behind some errors, and the longest memory that a sensor's noise may have.
+/// The typical interval of the readings behind some errors, and the longest correlation time of a sensor's noise.
 fn memories(errors: &[(&[f64], &[f64])]) -> Option<(f64, f64)> {
     let of_recording = |(times, values): &(&[f64], &[f64])| {
         let measured = times.iter().zip(*values).filter(|(_, value)| value.is_finite());
@@ -95,8 +94,8 @@ fn memories(errors: &[(&[f64], &[f64])]) -> Option<(f64, f64)> {
     longest.map(|(spacing, length)| (spacing, SCATTER * (spacing * length).sqrt()))
 }
 
-/// White and correlated noise of a sensor from its errors in some recordings, each with its times.
-/// `None` where a correlated part brings nothing, or is too slow or too large to be noise.
+/// White and correlated noise of a sensor from its errors in some recordings, each with its times. `None` if a
+/// correlated part gains nothing, or is too slow or too large to be noise.
 pub(crate) fn coloured_noise(
     errors: &[(&[f64], &[f64])],
     white: &SensorNoise,
@@ -105,7 +104,7 @@ pub(crate) fn coloured_noise(
     if least >= longest_memory {
         return None;
     }
-    // Logarithms of the memory and of c/σ.
+    // Logarithms of the correlation time and of c/σ.
     let (shortest, longest) = (least.ln(), (SCATTER * longest_memory).ln());
     let (faintest, strongest) = (0.1f64.ln(), (2.0 * MOST_COLOUR).ln());
     let likelihood = |[memory, ratio]: [f64; 2]| likelihood(errors, memory.exp(), ratio.exp());
@@ -138,7 +137,7 @@ pub(crate) fn coloured_noise(
     })
 }
 
-/// The logarithm of the likelihood, but for a constant, and σ².
+/// The log-likelihood, up to a constant, and σ².
 fn likelihood(errors: &[(&[f64], &[f64])], memory: f64, ratio: f64) -> (f64, f64) {
     let colour = Some(Colour { std: ratio, memory });
     let unit = SensorNoise { colour, ..SensorNoise::known(1.0) };
@@ -170,7 +169,7 @@ mod tests {
         (-2.0 * (1.0 - uniform()).ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos()
     }
 
-    /// White noise of 2 and a correlated part of 3 with a memory of 9 s, without every seventh sample.
+    /// White noise of 2 and a correlated part of 3 with a correlation time of 9 s, without every seventh sample.
     fn sample(seed: u128) -> (Vec<f64>, Vec<f64>) {
         let mut random = Pcg64::new(seed, 1);
         let phi = (-1.0f64 / 9.0).exp();
@@ -191,8 +190,8 @@ mod tests {
             let (times, values) = sample(seed);
             let found = coloured_noise(&[(&times, &values)], &SensorNoise::known(1.0)).unwrap();
             let colour = found.colour.unwrap();
-            // Four standard deviations of the estimates of the greatest likelihood that a search by
-            // another program (SciPy, Nelder and Mead's method) has over twelve such samples.
+            // Four standard deviations of the maximum-likelihood estimates of another program (SciPy, Nelder–Mead) over
+            // twelve such samples.
             assert!((found.std - 2.0).abs() < 4.0 * 0.033, "{found:?}");
             assert!((colour.std - 3.0).abs() < 4.0 * 0.082, "{found:?}");
             assert!((colour.memory - 9.0).abs() < 4.0 * 0.71, "{found:?}");

@@ -1,18 +1,16 @@
-//! When the misfit stands out from the noise.
+//! Finds windows in which the misfit stands out from the noise.
 //!
-//! The average of m samples of white noise has a standard deviation of σ/√m. A stretch of time is
-//! marked where such an average exceeds c σ/√m, with c from
+//! The average of m samples of white noise has a standard deviation of σ/√m. Times at which such an average exceeds c
+//! σ/√m are marked, with c from
 //!
 //! ```text
 //!   P(|z| > c) = α/(number of averages taken),   α = 10⁻³
 //! ```
 //!
-//! Bonferroni's bound over all samples and lengths: a record of noise has a window in one case in a
-//! thousand at most. Short lengths find short misfits of several σ, long ones find faint and lasting
-//! ones.
+//! Bonferroni's bound over all samples and lengths: pure noise has a window in at most one of a thousand recordings.
+//! Short lengths find short misfits of several σ, long ones find faint and lasting ones.
 //!
-//! Where the noise has a correlated part of variance c² and memory T, the sum of m samples has a variance
-//! of
+//! If the noise has a correlated part of variance c² and correlation time T, the sum of m samples has a variance of
 //!
 //! ```text
 //!   σ² m + c² (m + 2 Σ_{i<j} e^(−(t_j − t_i)/T))
@@ -23,15 +21,15 @@ use dgd_screen::distribution::normal_threshold;
 use dgd_screen::noise::SensorNoise;
 use dgd_screen::usual_spacing;
 
-/// Lengths of the moving averages, in usual distances of the readings.
+/// Lengths of the moving averages, in typical intervals of the readings.
 const AVERAGED: [f64; 4] = [10.0, 30.0, 100.0, 300.0];
 
-/// Lengths of moving averages over 10, 30, 100 and 300 readings at their usual distance, s; none where there are
-/// fewer than two. Readings are where residuals are finite.
+/// Lengths of moving averages over 10, 30, 100 and 300 readings at their typical interval, s; empty with fewer than two
+/// readings. A reading is a finite residual.
 ///
 /// # Panics
 ///
-/// When the slices differ in length.
+/// If the slices differ in length.
 pub fn averaging_lengths(times: &[f64], residuals: &[f64]) -> Vec<f64> {
     assert_eq!(times.len(), residuals.len(), "a residual for each time");
     let read = times.iter().zip(residuals).filter(|(_, residual)| residual.is_finite());
@@ -40,20 +38,19 @@ pub fn averaging_lengths(times: &[f64], residuals: &[f64]) -> Vec<f64> {
     usual.map_or_else(Vec::new, |usual| AVERAGED.iter().map(|n| n * usual).collect())
 }
 
-/// How often a record of noise may have a window.
+/// False alarm rate: how often pure noise may have a window.
 const FALSE_ALARMS: f64 = 1e-3;
 
 /// Windows in which the residuals of one output stand out from its noise, in order of time.
 ///
-/// Each average above its threshold marks the inner half of its length, so that averages on the
-/// flank of a misfit do not widen it. Lengths are taken in ascending order, and what a shorter one
-/// has marked is left out of the longer ones, which would smear it. A length below the spacing of
-/// samples is one sample. Samples that are not finite are skipped. There are no windows where the noise
-/// is not positive.
+/// Each average above its threshold marks the inner half of its length, so that averages on the flank of a misfit do
+/// not widen it. Lengths are taken in ascending order, and samples marked by a shorter one are left out of the longer
+/// ones, which would smear them. A length below the sample interval is one sample. Samples that are not finite are
+/// skipped. There are no windows if the noise is not positive.
 ///
 /// # Panics
 ///
-/// When the slices differ in length.
+/// If the slices differ in length.
 pub fn discrepancy_windows(
     times: &[f64],
     residuals: &[f64],
@@ -82,12 +79,12 @@ pub fn discrepancy_windows(
             }
         }
     }
-    // Pieces closer than the shortest average can tell apart are one.
+    // Pieces closer than the resolution of the shortest average are merged.
     gather(times, residuals, &marked, lengths[0])
 }
 
-/// Averages over `length` around each of the samples `left` that exceed the threshold: position in
-/// `left`, and average over its standard deviation.
+/// Averages over `length` around each of the samples `left` that exceed the threshold: position in `left`, and average
+/// divided by its standard deviation.
 fn standing_out(
     times: &[f64],
     residuals: &[f64],
@@ -130,14 +127,14 @@ fn standing_out(
     found
 }
 
-/// Correlations of all pairs of samples between any two, Σ ρ(t_j − t_i) with ρ(τ) = e^(−τ/T).
+/// Sums of correlations over all pairs of samples in a range, Σ ρ(t_j − t_i) with ρ(τ) = e^(−τ/T).
 struct Pairs {
     /// ρ from each sample to the next.
     to_next: Vec<f64>,
     /// Σ_{i≤k} ρ(t_k − t_i) and Σ_{j≥k} ρ(t_j − t_k).
     back: Vec<f64>,
     ahead: Vec<f64>,
-    /// Σ_{j<k} Σ_{i<j} ρ(t_j − t_i), one more than samples.
+    /// Σ_{j<k} Σ_{i<j} ρ(t_j − t_i), with one more entry than samples.
     before: Vec<f64>,
     times: Vec<f64>,
     memory: f64,
@@ -161,11 +158,11 @@ impl Pairs {
         Pairs { to_next, back, ahead, before, times: times.to_vec(), memory }
     }
 
-    /// Of the samples from `first` to before `end`.
+    /// The sum over the samples from `first` to before `end`.
     fn sum(&self, first: usize, end: usize) -> f64 {
         let inner = self.before[end] - self.before[first];
         let Some(last) = first.checked_sub(1) else { return inner };
-        // Less those with a sample before: Σ_j ρ(t_j − t_last) times Σ_i ρ(t_last − t_i).
+        // Minus pairs with an earlier sample: Σ_j ρ(t_j − t_last) times Σ_i ρ(t_last − t_i).
         let beyond = self
             .times
             .get(end)

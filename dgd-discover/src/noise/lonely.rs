@@ -1,4 +1,4 @@
-//! Readings that stand alone far outside their neighbours: no model explains them, and none is judged by them.
+//! Removes isolated outliers: no model explains them, and none is judged by them.
 
 use dgd_identify::Recording;
 use dgd_screen::distribution::normal_threshold;
@@ -7,8 +7,8 @@ use dgd_screen::spikes;
 
 use super::recorded::{noise_of, readings};
 
-/// Recordings without such readings, and how many each output has lost. Readings that are more than a share of
-/// [`MOST`] of an output's are none: whatever comes so often is not a spike.
+/// Recordings without such readings, and how many each output has lost. If they are more than a fraction [`MOST`] of an
+/// output's readings, all are kept: anything that frequent is not a spike.
 pub(crate) fn without_spikes(recordings: &[Recording]) -> (Vec<Recording>, Vec<usize>) {
     let noise = noise_of(recordings, &readings(recordings));
     without(recordings, noise.len(), |_, values, output| {
@@ -17,10 +17,10 @@ pub(crate) fn without_spikes(recordings: &[Recording]) -> (Vec<Recording>, Vec<u
     })
 }
 
-/// The same with what a fitted model leaves: where a quantity moves quickly, what stands alone shows only there.
+/// The same with the residuals of a fitted model: if a quantity changes quickly, spikes show only there.
 ///
-/// A reading stands alone where its residual does, beside those before and after it, and where the reading does as
-/// well: a residual at a step may be the model's.
+/// A reading is a spike only if both its residual and the reading itself stand out from their neighbours: a residual at
+/// a step may be the model's fault.
 pub(crate) fn without_lonely(
     recordings: &[Recording],
     residuals: &[Vec<Vec<f64>>],
@@ -34,7 +34,7 @@ pub(crate) fn without_lonely(
     })
 }
 
-/// Positions of readings that stand alone.
+/// Positions of isolated outliers.
 fn lonely(readings: &[f64], residuals: &[f64], std: f64) -> Vec<usize> {
     let valid: Vec<usize> = (0..readings.len()).filter(|k| residuals[*k].is_finite()).collect();
     let clear = 1.5_f64.sqrt() * std * normal_threshold(FALSE_ALARMS / valid.len().max(1) as f64);
@@ -49,7 +49,7 @@ fn lonely(readings: &[f64], residuals: &[f64], std: f64) -> Vec<usize> {
     valid.windows(3).filter(stands_alone).map(|near| near[1]).collect()
 }
 
-/// Recordings without readings that are found by the position of the recording, the readings and the output.
+/// Recordings without the readings that `find` returns for a recording's position, readings and output.
 fn without(
     recordings: &[Recording],
     outputs: usize,
@@ -84,14 +84,14 @@ fn without(
     (kept, lost)
 }
 
-/// Share of its height beside its neighbours that the reading itself has. At a step that a model follows one sample
-/// late it is half.
+/// Minimum fraction of the residual's height that the reading itself must have. At a step that a model follows one
+/// sample late it is half.
 const OF_ITS_OWN: f64 = 0.75;
 
-/// How often a record of noise may lose a reading.
+/// How often pure noise may lose a reading.
 const FALSE_ALARMS: f64 = 1e-3;
 
-/// Largest share of an output's readings that are left out.
+/// Largest fraction of an output's readings that may be left out.
 const MOST: f64 = 0.05;
 
 #[cfg(test)]
@@ -124,7 +124,7 @@ mod tests {
             readings[k] += 0.1 * readings[k].signum();
             residuals[k] += 0.1 * readings[k].signum();
         }
-        // The model is one sample late at a step: its residual stands alone, the reading does not.
+        // The model is one sample late at a step: its residual is isolated, the reading is not.
         for reading in &mut readings[300..] {
             *reading += 5.0;
         }

@@ -1,7 +1,7 @@
-//! Whether something is missing: residuals and the noise of sensors in, tests and windows out.
+//! Tests whether something is missing: residuals and sensor noise in, tests and windows out.
 //!
-//! [`noise_of`] has the noise of each output from recordings, [`coloured_noise`] its correlation, which a
-//! [`Whitener`] takes out. [`whiteness()`] says whether there is more than noise, [`discrepancy_windows`] when.
+//! [`noise_of`] estimates the noise of each output from recordings, [`coloured_noise`] its correlation, which a
+//! [`Whitener`] removes. [`whiteness()`] tests whether there is more than noise, [`discrepancy_windows`] finds when.
 
 mod colour;
 mod discrepancy;

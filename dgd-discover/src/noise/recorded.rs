@@ -1,10 +1,9 @@
-//! The noise of each output of a model from recordings of it.
+//! Estimates the noise of each output of a model from recordings.
 
 use dgd_identify::Recording;
 use dgd_screen::noise::{SensorNoise, white_noise};
 
-/// The noise of each output, from residuals or readings of some recordings; `None` where it is not
-/// measured.
+/// The noise of each output, from residuals or readings of some recordings; `None` if it is not measured.
 pub(crate) fn noise_of(
     recordings: &[Recording],
     residuals: &[Vec<Vec<f64>>],

@@ -1,4 +1,4 @@
-//! Is there anything but noise?
+//! Tests whether residuals are white noise.
 //!
 //! With e = r/σ, N valid samples in order and m degrees of freedom absorbed by a fit, three kinds of
 //! statistic have known distributions when e is white and normal:
@@ -9,24 +9,22 @@
 //!   correlation    N(N+2) Σ_{l≤L} ρ_l²/(N−l)                 χ²_L       oscillation, colour
 //! ```
 //!
-//! B = 1, 2, 4, … up to N/8 and L = 1, 5, 25. The first two are widened by the uncertainty of σ,
-//! which would otherwise be taken for misfit when N is large. Block means are a cumulated periodogram of
-//! the lowest frequencies in the basis of Haar: a drift that is invisible in each sample, and lost
-//! in a periodogram summed over all frequencies, stands out in the blocks that are as long as it.
+//! B = 1, 2, 4, … up to N/8 and L = 1, 5, 25. The first two are widened by the uncertainty of σ, which would otherwise
+//! look like misfit for large N. Block means are a cumulated periodogram of the lowest frequencies in the Haar basis: a
+//! drift that is invisible in each sample, and lost in a periodogram summed over all frequencies, stands out in blocks
+//! of its length.
 //!
-//! A fit can only lower Σe² and the block means of noise, so that leaving m = 0 makes the test
-//! milder, never stricter. All p-values are of upper tails, and [`Whiteness::p_value`] is
-//! Bonferroni's: the smallest times their number.
+//! A fit can only reduce Σe² and the block means of noise, so m = 0 makes the test milder, never stricter. All p-values
+//! are of upper tails, and [`Whiteness::p_value`] uses Bonferroni's correction: the smallest times their number.
 //!
-//! Sources: Ljung & Box, On a measure of lack of fit in time series models, Biometrika 65 (1978)
-//! 297–303; Bartlett's cumulated periodogram, which the block means stand for, in Madsen, Time
-//! Series Analysis (2008), §6.6.
+//! Sources: Ljung & Box, On a measure of lack of fit in time series models, Biometrika 65 (1978) 297–303; Bartlett's
+//! cumulated periodogram, which the block means replace, in Madsen, Time Series Analysis (2008), §6.6.
 
 use dgd_screen::distribution::chi_square_tail;
 use dgd_screen::noise::SensorNoise;
 use dgd_screen::residuals::{Lag, lagged_product, ljung_box};
 
-/// What a check looks at.
+/// The statistic of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CheckKind {
     /// The mean square.
@@ -40,7 +38,7 @@ pub enum CheckKind {
 /// One statistic of residuals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Check {
-    /// What it looks at.
+    /// Its kind.
     pub kind: CheckKind,
     /// The statistic.
     pub statistic: f64,
@@ -50,32 +48,32 @@ pub struct Check {
     pub p_value: f64,
 }
 
-/// Whether residuals are nothing but noise.
+/// The result of the tests for white noise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Whiteness {
-    /// Every check that was made.
+    /// All checks.
     pub checks: Vec<Check>,
-    /// The check with the smallest p-value, where that is zero the one with the largest statistic
-    /// per degree of freedom.
+    /// The check with the smallest p-value; if several are zero, the one with the largest statistic per degree of
+    /// freedom.
     pub worst: Check,
-    /// Probability that white noise looks as bad in any of them, at most.
+    /// Upper bound on the probability that white noise looks as bad in any of them.
     pub p_value: f64,
-    /// Mean square over the noise's variance.
+    /// Mean square relative to the noise's variance.
     pub mean_square: f64,
 }
 
 /// Lags up to which autocorrelations are summed.
 const LAGS: [usize; 3] = [1, 5, 25];
-/// Samples of a block, at least.
+/// Minimum number of samples of a block.
 const SHORTEST_BLOCK: usize = 8;
-/// Samples that the tests of an output in a recording need, at least; of fewer only their size is tested.
+/// Minimum number of samples for the tests of an output in a recording; with fewer, only the size is tested.
 pub const FEWEST: usize = 32;
 
 /// Tests whether the residuals of one output are white noise with this standard deviation.
 ///
-/// `absorbed` is the number of degrees of freedom that a fit to these residuals has taken, 0 where
-/// in doubt. Samples that are not finite are left out, and the rest taken as a sequence: white noise
-/// stays white. `None` where fewer than 32 samples are left or the noise is not positive.
+/// `absorbed` is the number of degrees of freedom absorbed by a fit to these residuals, 0 if in doubt. Samples that are
+/// not finite are left out, and the rest form a sequence: white noise stays white. `None` if fewer than 32 samples are
+/// left or the noise is not positive.
 pub fn whiteness(residuals: &[f64], noise: &SensorNoise, absorbed: usize) -> Option<Whiteness> {
     let usable = noise.std > 0.0 && noise.std.is_finite();
     let e: Vec<f64> = residuals.iter().filter(|r| r.is_finite()).map(|r| r / noise.std).collect();
@@ -107,21 +105,20 @@ pub fn whiteness(residuals: &[f64], noise: &SensorNoise, absorbed: usize) -> Opt
     Some(Whiteness { checks, worst, p_value, mean_square: sum_of_squares / n })
 }
 
-/// Tests whether a few residuals are as small as white noise is, in any order; `None` of none.
+/// Tests whether a few residuals, in any order, are as small as white noise; `None` without samples.
 pub(crate) fn size(residuals: &[f64], noise: &SensorNoise) -> Option<Check> {
     let e = residuals.iter().filter(|r| r.is_finite()).map(|r| r / noise.std);
     let (sum, n) = e.fold((0.0, 0), |(sum, n), e| (sum + e * e, n + 1));
     (n > 0).then(|| mean_square(sum, f64::from(n), noise.relative_error))
 }
 
-/// Samples of a block whose mean square is compared with that of others.
+/// Number of samples of a block whose mean square is compared with that of others.
 const BLOCK_OF_SQUARES: usize = 128;
 
-/// Probability that errors of standard deviation one that are steady have mean squares over blocks
-/// that differ as much.
+/// Probability that stationary errors of unit standard deviation have block mean squares that differ as much.
 ///
-/// With n samples in each of B blocks Σ (Σ_block e² − n m)²/(2n m²), m being the mean square of all, is
-/// χ²_{B−1} for normal errors.
+/// With n samples in each of B blocks, Σ (Σ_block e² − n m)²/(2n m²), where m is the overall mean square, is χ²_{B−1}
+/// for normal errors.
 pub(crate) fn steadiness(errors: &[f64]) -> f64 {
     let e: Vec<f64> = errors.iter().copied().filter(|e| e.is_finite()).collect();
     let blocks = e.chunks_exact(BLOCK_OF_SQUARES);
@@ -142,16 +139,16 @@ fn check(kind: CheckKind, statistic: f64, degrees_of_freedom: f64) -> Check {
     Check { kind, statistic, degrees_of_freedom, p_value }
 }
 
-/// Σe² with the uncertainty of σ in it.
+/// The check of Σe², including the uncertainty of σ.
 ///
-/// Σe²/σ̂² has a variance of 2ν + (2sν)², that of χ²_ν and that of ν/σ̂². Squeezing the distance from
-/// ν by the root of the two parts' ratio makes it χ²_ν again, to second order.
+/// Σe²/σ̂² has a variance of 2ν + (2sν)², from χ²_ν and from ν/σ̂². Scaling the distance from ν by the root of the
+/// ratio of 2ν to this variance makes it χ²_ν again, to second order.
 fn mean_square(sum_of_squares: f64, dof: f64, relative_error: f64) -> Check {
     let widening = (1.0 + 2.0 * dof * relative_error * relative_error).sqrt();
     check(CheckKind::MeanSquare, dof + (sum_of_squares - dof) / widening, dof)
 }
 
-/// Σ (Σ_block e)²/n_block; an error of σ is treated as in [`mean_square`].
+/// The check of Σ (Σ_block e)²/n_block; the uncertainty of σ is treated as in [`mean_square`].
 fn block_means(e: &[f64], blocks: usize, relative_error: f64) -> Check {
     let bound = |block: usize| block * e.len() / blocks;
     let sum: f64 = (0..blocks)
@@ -166,12 +163,11 @@ fn block_means(e: &[f64], blocks: usize, relative_error: f64) -> Check {
     check(CheckKind::BlockMeans(blocks), dof + (sum - dof) / widening, dof)
 }
 
-/// How many independent samples are worth as much as these: N/(1 + 2Σρ_l).
+/// The number of equivalent independent samples: N/(1 + 2Σρ_l).
 ///
-/// Autocorrelations ρ about zero are summed while the sum of two neighbouring ones is positive
-/// (Geyer, Practical Markov chain Monte Carlo, Statist. Sci. 7 (1992) 473–483, §3.3); those of
-/// noise would otherwise add up. Between 1 and N, for residuals that are not finite left out; 0
-/// where none is left.
+/// Autocorrelations ρ about zero are summed while the sum of two neighbouring ones is positive (Geyer, Practical Markov
+/// chain Monte Carlo, Statist. Sci. 7 (1992) 473–483, §3.3); those of noise would otherwise add up. Between 1 and N,
+/// with residuals that are not finite left out; 0 if none are left.
 pub fn effective_sample_size(residuals: &[f64]) -> f64 {
     let r: Vec<f64> = residuals.iter().copied().filter(|r| r.is_finite()).collect();
     let n = r.len() as f64;

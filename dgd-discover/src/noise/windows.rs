@@ -1,6 +1,6 @@
-//! Stretches of time in which something stands out.
+//! Time windows in which something stands out.
 
-/// A stretch of time in which a signal stands out from its uncertainty.
+/// A time window in which a signal stands out from its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Window {
     /// Its start, s.
@@ -9,14 +9,14 @@ pub struct Window {
     pub until: f64,
     /// Mean of the signal in it, in the signal's unit.
     pub mean: f64,
-    /// Where it stands out most: value over standard deviation, with the sign of the value.
+    /// Largest ratio of value to standard deviation, with the sign of the value.
     pub peak_sigma: f64,
 }
 
-/// Windows around the samples that are `marked` with how far they stand out.
+/// Windows around the samples that are `marked` with their ratio of value to standard deviation.
 ///
-/// Marks that are neighbours or at most `gap` seconds apart make one
-/// window. `signal` gives the means; samples that are not numbers do not count.
+/// Marks that are neighbours or at most `gap` seconds apart form one window. `signal` gives the means; NaN samples do
+/// not count.
 pub(crate) fn gather(
     times: &[f64],
     signal: &[f64],

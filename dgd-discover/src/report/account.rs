@@ -1,4 +1,4 @@
-//! What a search leaves to be reported: errors, curves, ranking, and what was not tried.
+//! Collects results for the report: errors, curves, ranking, and candidates not tried.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -56,7 +56,7 @@ pub(crate) fn gap(
     outputs.filter_map(of_output).collect()
 }
 
-/// Where errors of an output stand out from its noise, in each training recording.
+/// Windows in which errors of an output stand out from its noise, in each training recording.
 fn standing_out(data: &Data<'_>, errors: &[Vec<Vec<f64>>], output: usize) -> Vec<Vec<[f64; 2]>> {
     let of_recording = |(recording, errors): (&Recording, &Vec<Vec<f64>>)| {
         let Some(noise) = &data.noise[output] else { return Vec::new() };
@@ -124,7 +124,7 @@ pub(crate) fn traces(
     training.chain(held_out).collect()
 }
 
-/// All structures that were tried, the best first, then those that could not be.
+/// All structures that were tried, the best first, then those that failed.
 pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
     let base = search.bic(StructureId::BASE).unwrap_or_default();
     let names = |of: StructureId| of.effects().map(|c| search.called(c)).collect();
@@ -137,7 +137,7 @@ pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
     });
     let failed = search.tried.iter().filter_map(|(structure, fitted)| {
         let NoFit(reason) = fitted.as_ref().err()?;
-        // Everybody knows that a template does not fit everything.
+        // A template that does not fit is not worth reporting.
         if structure.effects().all(|c| search.candidates[c].is_generic) {
             return None;
         }
@@ -152,8 +152,8 @@ pub(crate) fn ranking_of(search: &Search<'_>) -> Vec<Ranked> {
     fitted.chain(failed).collect()
 }
 
-/// What each candidate alone promised in some screens of the base model. A candidate that takes nothing
-/// away has a share of nothing.
+/// What each candidate alone promised in some screens of the base model. A candidate that removes nothing has a share
+/// of zero.
 pub(crate) fn screened(search: &Search<'_>, screens: &[Screen]) -> Vec<Screened> {
     let Some((sum, n)) = search.training_error(StructureId::BASE) else { return Vec::new() };
     // An excess within the scatter of a sum of n squares of noise does not count.
@@ -171,8 +171,7 @@ pub(crate) fn screened(search: &Search<'_>, screens: &[Screen]) -> Vec<Screened>
     promised.chain(nothing).map(shown).collect()
 }
 
-/// Candidates that are neither in the ranking nor screened, with the reason: those of the library, then
-/// templates.
+/// Candidates that are neither ranked nor screened, with the reason: those of the library, then templates.
 pub(crate) fn not_tried(
     search: &Search<'_>,
     screens: &[Screen],
@@ -196,7 +195,7 @@ pub(crate) fn not_tried(
             });
         }
         if let Some(Err(NoFit(reason))) = search.tried.get(&StructureId::one(c)) {
-            // Those of the library are in the ranking with it.
+            // Candidates of the library are in the ranking with the reason.
             return search.candidates[c].is_generic.then(|| reason.clone());
         }
         match silent.get(&c) {
@@ -215,7 +214,8 @@ pub(crate) fn not_tried(
     })
 }
 
-/// The model as it is, and candidates fitted alone, that were given up as their simulations take too many steps, with the reason.
+/// The base model and single candidates whose fits were abandoned because their simulations take too many steps, with
+/// the reason.
 pub(crate) fn given_up(search: &Search<'_>) -> Option<(Vec<String>, String)> {
     let reason = too_many_steps();
     let is_given_up = |fit: &Result<Fitted, NoFit>| match fit {
@@ -233,7 +233,7 @@ pub(crate) fn given_up(search: &Search<'_>) -> Option<(Vec<String>, String)> {
     (!given_up.is_empty()).then_some((given_up, reason))
 }
 
-/// A discrepancy without a name, by what explains it most.
+/// A discrepancy without a name, at the place that explains it best.
 pub(crate) fn unexplained(
     missing: &MissingInput,
     condition: Option<Condition>,
@@ -273,8 +273,8 @@ pub(crate) fn unexplained(
     }
 }
 
-/// What effects leave over that take nearly all of the discrepancy away: the residuals of the output
-/// that stands out most, in the first training recording. `None` where none stands out.
+/// What remains after effects that remove nearly all of the discrepancy: the residuals of the output that stands out
+/// most, in the first training recording. `None` if none stands out.
 pub(crate) fn left_over(
     data: &Data<'_>,
     after: &Fitted,

@@ -1,4 +1,4 @@
-//! The corrected model as a text.
+//! Writes the text of the corrected model.
 
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::effects::write;
@@ -11,10 +11,10 @@ use dgd_runtime::System;
 use crate::fit::Fitted;
 use crate::library::BaseModel;
 
-/// Digits of a parameter: what they leave out is far below what any data tells.
+/// Digits of a parameter, far more than any data determines.
 const DIGITS: usize = 9;
 
-/// The base model's text with the effects of a fitted structure in it, and its parameters.
+/// The base model's text with the effects of a fitted structure, and its parameters.
 pub(crate) fn corrected(
     base: &BaseModel,
     sources: &Sources,
@@ -48,7 +48,7 @@ pub(crate) fn corrected(
             let text = number(unit.from_si(*value));
             let places = declared.iter().filter(|(name, _)| *name == *parameter.name);
             let places: Vec<Span> = places.map(|(_, span)| *span).collect();
-            // What a part declares has no place in this text.
+            // Declarations of parts have no place in this text.
             let places = if places.is_empty() { vec![Span::default()] } else { places };
             let called = parameter.name.to_string();
             places.into_iter().map(move |name| NewValue {
@@ -59,11 +59,11 @@ pub(crate) fn corrected(
         })
         .collect();
     let valued = with_values(&ast, &text, &values, |_| None);
-    // Numbers of other lengths shift columns.
+    // Numbers of different lengths shift columns.
     Ok(layout::like(id, &all, valued))
 }
 
-/// A number to so many digits, as a person would write it.
+/// A number to `DIGITS` digits, in plain notation.
 fn number(value: f64) -> String {
     let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
     if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) {

@@ -1,4 +1,4 @@
-//! What the recordings look like where no effect passes.
+//! Effects that resemble the recordings if no effect passes.
 
 use std::fmt::Write as _;
 
@@ -13,7 +13,7 @@ use crate::fit::Fitted;
 use crate::library::{StructureId, signed};
 use crate::search::Search;
 
-/// The effects of a structure that bends to the recordings.
+/// The effects of a structure that describes the recordings.
 pub(crate) fn described(search: &Search<'_>, structure: StructureId) -> Vec<Described> {
     let Some(fitted) = search.fitted(structure) else { return Vec::new() };
     let model_spread = ModelSpread::of(search, structure, fitted, &search.data);
@@ -37,7 +37,7 @@ pub(crate) fn described(search: &Search<'_>, structure: StructureId) -> Vec<Desc
     structure.effects().map(one).collect()
 }
 
-/// An effect's text with the values that its parameters have in a fit.
+/// An effect's text with the fitted values of its parameters.
 fn text(search: &Search<'_>, fitted: &Fitted, candidate: usize) -> String {
     let of = &search.candidates[candidate];
     let mut ast = of.application.effect.ast.clone();
@@ -55,7 +55,7 @@ fn text(search: &Search<'_>, fitted: &Fitted, candidate: usize) -> String {
         };
         let Some(value) = value(&name.text) else { continue };
         *own = signed(value, own, written);
-        // A value that has come to a bound is written beside it, rounded.
+        // A value at a bound may, after rounding, lie outside it.
         for attribute in attributes {
             if let AttributeKind::Bounds(lower, upper) = &mut attribute.kind {
                 let beyond = |bound: &Expr, side: f64| {
@@ -79,7 +79,7 @@ fn text(search: &Search<'_>, fitted: &Fitted, candidate: usize) -> String {
     text
 }
 
-/// A size as one writes it, to the last digit.
+/// A magnitude in plain notation, to the last digit.
 fn written(size: f64) -> String {
     if (1e-3..1e6).contains(&size) || size == 0.0 { format!("{size}") } else { format!("{size:e}") }
 }

@@ -1,4 +1,4 @@
-//! What a discovery says.
+//! The result of a discovery.
 
 use dgd_runtime::Unit;
 
@@ -9,44 +9,44 @@ use crate::missing_input::{ClosedPlace, MissingInput};
 use crate::noise::Window;
 use crate::search::{Alternative, Evidence, Verdict};
 
-/// What was found, with everything that a report shows.
+/// The result of a discovery, with everything that a report shows.
 #[derive(Debug, Clone)]
 pub struct Discovery {
-    /// The short of it.
+    /// The verdict.
     pub verdict: Verdict,
-    /// Why this verdict, in a sentence or two.
+    /// The reason for the verdict, in a sentence or two.
     pub reason: String,
-    /// Probability that, with nothing hidden, the best of the library promises as much as it does in the
-    /// base model: uniform where nothing is hidden. Of the templates where there is no library, `None`
-    /// where nothing could be tried.
+    /// Probability that, with nothing missing, the best of the library promises as much as it does in the base model:
+    /// uniformly distributed if nothing is missing. That of the templates if there is no library; `None` if nothing
+    /// could be tried.
     pub p_value: Option<f64>,
-    /// Effects of the library that cannot be tried: their names, and why not.
+    /// Effects of the library that cannot be tried: names and reasons.
     pub left_out: Vec<(String, String)>,
-    /// What was fitted alone and given up on the way, and why.
+    /// Single candidates whose fits were abandoned, and the reason.
     pub given_up: Option<(Vec<String>, String)>,
-    /// How many readings of each output stand alone far outside their neighbours, and were left out.
+    /// Number of isolated outliers of each output that were left out.
     pub lonely: Vec<usize>,
-    /// Whether the time that it was given had passed before everything was tried.
+    /// Whether the time budget ran out before everything was tried.
     pub is_cut_short: bool,
-    /// Templates that were not tried: their names, and why not.
+    /// Templates that were not tried: names and reasons.
     pub not_tried: Vec<(String, String)>,
-    /// Effects that the data shows, in the order in which they were found.
+    /// Identified effects, in the order in which they were found.
     pub effects: Vec<FoundEffect>,
-    /// Effects that the recordings look like without passing for them.
+    /// Effects that resemble the discrepancy but did not pass the tests.
     pub described: Vec<Described>,
     /// Discrepancies that no known effect removes: places, the most likely first.
     pub unexplained: Vec<Unexplained>,
-    /// Where nothing is missing: how small an effect of the library would have been seen.
+    /// If nothing is missing: the smallest effects of the library that would have been detected.
     pub power: Vec<Power>,
-    /// For each output, how large the simulation error is before and after.
+    /// For each output, the simulation error before and after.
     pub gap: Vec<Gap>,
     /// For each recording, measured and simulated outputs.
     pub traces: Vec<RecordingTrace>,
-    /// What each place of the base model would have needed, on the first training recording, the most likely first.
+    /// The missing input at each place of the base model, in the first training recording, the most likely first.
     pub missing: Vec<MissingInput>,
-    /// Places at which nothing could be looked for.
+    /// Places that could not be examined.
     pub closed: Vec<ClosedPlace>,
-    /// Why nothing could be looked for at any place.
+    /// Why no place could be examined.
     pub nowhere: Option<String>,
     /// All structures that were refitted, the best first.
     pub ranking: Vec<Ranked>,
@@ -56,61 +56,60 @@ pub struct Discovery {
     pub base_parameters: Vec<ParameterValue>,
     /// Parameters of the corrected model, those of the base model first.
     pub corrected_parameters: Vec<ParameterValue>,
-    /// The corrected model's text; that of the base model with refitted parameters where no effect
-    /// was found.
+    /// The corrected model's text; that of the base model with refitted parameters if no effect was found.
     pub corrected: String,
 }
 
-/// An effect that the data shows.
+/// An identified effect.
 #[derive(Debug, Clone)]
 pub struct FoundEffect {
     /// Its family.
     pub name: String,
     /// `plant`, `sensor` or `input`.
     pub kind: &'static str,
-    /// Which realisation, where the family has several.
+    /// Which realisation, if the family has several.
     pub form: Option<String>,
     /// Its doc comment.
     pub doc: Vec<String>,
     /// The equation, output or input that it changes.
     pub target: String,
-    /// Effects that the data cannot tell it from.
+    /// Effects that the data cannot distinguish from it.
     pub alternatives: Vec<Alternative>,
     /// Other realisations of it that were fitted, the best first.
     pub other_forms: Vec<Alternative>,
-    /// What would tell it from its alternatives; empty without any.
+    /// What would distinguish it from its alternatives; `None` without any.
     pub told_apart_by: Option<String>,
-    /// Since when, s, where it has an onset.
+    /// Its onset, s, if it has one.
     pub onset: Option<f64>,
-    /// When it is active in the first training recording, s.
+    /// Windows in which it is active in the first training recording, s.
     pub windows: Vec<[f64; 2]>,
     /// The condition under which it is active, in all training recordings.
     pub condition: Option<Condition>,
     /// The parameters it brings.
     pub parameters: Vec<ParameterValue>,
-    /// Why it is believed.
+    /// The evidence for it.
     pub evidence: Evidence,
 }
 
-/// An effect that bends to the recordings without explaining them.
+/// An effect that resembles the discrepancy without explaining it.
 #[derive(Debug, Clone)]
 pub struct Described {
-    /// Its name, with what it is applied to.
+    /// Its name, with its arguments.
     pub name: String,
     /// `plant`, `sensor` or `input`.
     pub kind: &'static str,
-    /// Which realisation, where there are several.
+    /// Which realisation, if there are several.
     pub form: Option<String>,
     /// The equation, parameter, output or input that it changes.
     pub target: String,
     /// Its parameters in the fit.
     pub parameters: Vec<ParameterValue>,
-    /// Mean square of the residuals over the noise, with all that is described: of training data, and of validation
-    /// data where there is any.
+    /// Mean square of the residuals relative to the noise with all described effects: of training data, and of
+    /// validation data if there is any.
     pub left: (f64, Option<f64>),
-    /// Its text, with the values of the fit, as `--apply` takes it, and the arguments that it is applied to.
+    /// Its text with the fitted values, as `--apply` accepts it.
     pub file: String,
-    /// The arguments.
+    /// The arguments to which it is applied.
     pub arguments: Vec<String>,
 }
 
@@ -123,10 +122,10 @@ pub struct ParameterValue {
     pub unit: Unit,
     /// Value, SI.
     pub value: f64,
-    /// Standard deviation, SI; `None` where the data does not determine it.
+    /// Standard deviation, SI; `None` if the data does not determine it.
     pub std: Option<f64>,
-    /// How far it may be off for what the model still misses, SI: the spread over parts of the training recordings and
-    /// over structures that do nearly as well. `None` where nothing is left over, and where it is not known.
+    /// Standard deviation due to remaining model error, SI: the spread over parts of the training recordings and over
+    /// structures that do nearly as well. `None` if nothing remains, or if it is unknown.
     pub std_model: Option<f64>,
 }
 
@@ -135,21 +134,21 @@ pub struct ParameterValue {
 pub struct Unexplained {
     /// The place: an equation's label, a parameter, an input or `sensor NAME`.
     pub target: String,
-    /// Whether it makes the readings nearly as likely as the best place does.
+    /// Whether its likelihood is tied with that of the best place.
     pub is_tied: bool,
-    /// By how much it makes the log-likelihood of the readings larger.
+    /// Gain in the log-likelihood of the readings.
     pub gain: f64,
-    /// When, in the first training recording.
+    /// Windows in the first training recording.
     pub windows: Vec<[f64; 2]>,
     /// The condition that coincides with these windows, in all training recordings.
     pub condition: Option<Condition>,
-    /// In words.
+    /// A description in words.
     pub description: String,
-    /// What the equation would have needed.
+    /// The missing input.
     pub trace: MissingInput,
-    /// Quantities that it goes together with, the closest first: what to look at.
+    /// Quantities that correlate with it, the closest first: where to look.
     pub together: Vec<Together>,
-    /// A formula that looks like it, where the verdict is `unexplained` and there is a simple one.
+    /// A formula that resembles it, if the verdict is `unexplained` and there is a simple one.
     pub guess: Option<Guess>,
 }
 
@@ -162,9 +161,9 @@ pub struct Gap {
     pub unit: Unit,
     /// Standard deviation of its white noise, from the data.
     pub noise: f64,
-    /// Base model, refitted, on the data it was fitted to.
+    /// Refitted base model on training data.
     pub train_before: f64,
-    /// Corrected model on the same.
+    /// Corrected model on training data.
     pub train_after: f64,
     /// Base model on validation data.
     pub valid_before: f64,
@@ -178,12 +177,12 @@ pub struct Gap {
 /// Measured and simulated outputs of a recording.
 #[derive(Debug, Clone)]
 pub struct RecordingTrace {
-    /// What the recording is called.
+    /// Name of the recording.
     pub name: String,
-    /// Whether it was kept out of the fits.
+    /// Whether it is a validation recording.
     pub held_out: bool,
-    /// The time from which its readings count in the errors of validation data, s; `None` where all do, and of
-    /// training recordings.
+    /// Time from which its readings count in the errors of validation data, s; `None` if all do, and for training
+    /// recordings.
     pub counts_from: Option<f64>,
     /// Times, s.
     pub times: Vec<f64>,
@@ -202,11 +201,11 @@ pub struct OutputTrace {
     pub noise: f64,
     /// Measured; NaN where missing.
     pub measured: Vec<f64>,
-    /// Simulated by the base model, refitted.
+    /// Simulated by the refitted base model.
     pub before: Vec<f64>,
     /// Simulated by the corrected model.
     pub after: Vec<f64>,
-    /// Where the base model's misfit stands out from the noise.
+    /// Windows in which the base model's misfit stands out from the noise.
     pub windows: Vec<Window>,
 }
 
@@ -215,18 +214,18 @@ pub struct OutputTrace {
 pub struct Ranked {
     /// Names of its effects.
     pub effects: Vec<String>,
-    /// Mean square of the training errors over the noise; 1 is perfect.
+    /// Mean square of the training errors relative to the noise; 1 is perfect.
     pub train: f64,
-    /// The same of validation data; `None` where it cannot be simulated.
+    /// The same on validation data; `None` if it cannot be simulated.
     pub valid: Option<f64>,
     /// Bayesian information criterion relative to the base model; negative is better.
     pub bic: f64,
-    /// What there is to say about it.
+    /// A remark about it.
     pub note: String,
 }
 
 impl Ranked {
-    /// An effect that could not be tried.
+    /// The entry of an effect that could not be tried.
     pub(crate) fn refused(name: &str, why: &str) -> Self {
         Self {
             effects: vec![name.to_owned()],
@@ -238,11 +237,11 @@ impl Ranked {
     }
 }
 
-/// What a candidate promised.
+/// The promise of a candidate in the screen.
 #[derive(Debug, Clone)]
 pub struct Screened {
     /// Its name.
     pub name: String,
-    /// Share of the base model's excess error that it would take away, to first order.
+    /// Fraction of the base model's excess error that it would remove, to first order.
     pub share: f64,
 }

@@ -1,4 +1,4 @@
-//! What is said of an effect that the data shows.
+//! Reports an identified effect.
 
 use dgd_identify::Estimate;
 use dgd_runtime::System;
@@ -11,19 +11,19 @@ use crate::fit::{Data, Fitted};
 use crate::library::StructureId;
 use crate::search::{self, Evidence, Search};
 
-/// What is known about the effects of the structure that is believed.
+/// Data for the report on the effects of the accepted structure.
 pub(crate) struct Found<'a> {
     pub search: &'a Search<'a>,
     pub data: &'a Data<'a>,
     pub structure: StructureId,
     pub after: &'a Fitted,
-    /// How far estimates of `after` may be off for what is left over.
+    /// Uncertainty of the estimates of `after` because of remaining model error.
     pub model_spread: &'a ModelSpread,
     pub circumstances: &'a Circumstances,
 }
 
 impl Found<'_> {
-    /// All about one effect of the structure.
+    /// The report on one effect of the structure.
     pub(crate) fn effect(&self, candidate: usize, evidence: Evidence) -> FoundEffect {
         let Found { search, data, structure, after, model_spread, circumstances } = *self;
         let described = &search.candidates[candidate];
@@ -69,7 +69,7 @@ impl Found<'_> {
         }
     }
 
-    /// The unknown on which two structures that fit alike disagree most, in units of its size.
+    /// The unknown in which two equally good structures differ most, in units of its size.
     fn told_apart_by(&self, other: StructureId) -> String {
         let own = self.search.fitted(self.structure);
         let largest = own.zip(self.search.fitted(other)).and_then(|(a, b)| {
@@ -90,7 +90,7 @@ impl Found<'_> {
     }
 }
 
-/// Estimated parameters of a fit by name; all that were estimated where no names are given.
+/// Estimated parameters of a fit by name; all if no names are given.
 pub(crate) fn parameters(
     fitted: &Fitted,
     model_spread: &ModelSpread,

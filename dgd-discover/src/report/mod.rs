@@ -1,7 +1,7 @@
-//! From a finished search and the fits that are reported to a [`Discovery`].
+//! Turns a finished search and the reported fits into a [`Discovery`].
 //!
-//! [`Found`] is all that is said of an effect, [`reason()`] the sentence that gives the verdict's reason,
-//! [`corrected()`] the model's new text; the account has all that is said besides.
+//! [`Found`] reports an effect, [`reason()`] gives the reason for the verdict, [`corrected()`] the model's new text;
+//! `account` has everything else.
 
 mod account;
 mod corrected;

@@ -1,11 +1,11 @@
-//! How far estimates may be off for what a model still misses.
+//! Uncertainty of estimates because of remaining model error.
 //!
 //! ```text
 //!   s² = s_parts² + max (θ' − θ)²      θ': the same parameter in a structure that does nearly as well
 //! ```
 //!
-//! s_parts is how far parts of the recordings are apart ([`dgd_identify::Spread`]), each output weighed by what is
-//! left of it. Both see only what parts or structures disagree about.
+//! s_parts is the spread between parts of the recordings ([`dgd_identify::Spread`]), with each output weighted by its
+//! residuals. Both show only disagreements between parts or structures.
 
 use std::collections::BTreeMap;
 
@@ -17,12 +17,12 @@ use crate::fit::{Data, Fitted, with_starts};
 use crate::library::StructureId;
 use crate::search::Search;
 
-/// Standard deviations for what is left over, SI, by the names of parameters; empty where nothing is.
+/// Standard deviations due to remaining model error, SI, by parameter name; empty if nothing remains.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ModelSpread(BTreeMap<String, f64>);
 
 impl ModelSpread {
-    /// Of the parameters of a structure, fitted as it is reported.
+    /// The spreads of the parameters of a structure, fitted as reported.
     pub(crate) fn of(
         search: &Search<'_>,
         structure: StructureId,
@@ -47,13 +47,13 @@ impl ModelSpread {
         Self(over_parts.into_iter().map(both).collect())
     }
 
-    /// That of a parameter; `None` where nothing is left over, and where it is not known.
+    /// The spread of a parameter; `None` if nothing remains, or if it is unknown.
     pub(crate) fn get(&self, name: &str) -> Option<f64> {
         self.0.get(name).copied()
     }
 }
 
-/// How far parts of the training recordings are apart, by the names of parameters.
+/// The spread between parts of the training recordings, by parameter name.
 fn over_parts(fitted: &Fitted, data: &Data<'_>) -> Option<Vec<(String, f64)>> {
     let system = &fitted.structure.system;
     let is_moment = |of: &Direction| match of {
@@ -78,14 +78,14 @@ fn over_parts(fitted: &Fitted, data: &Data<'_>) -> Option<Vec<(String, f64)>> {
         ..OutputErrorProblem::new(system.as_model(), &fitted.p, &recordings)
     };
     let at = SpreadAt { p: &fitted.p, estimates: &estimates, sigma: &sigma };
-    // Without it there is one deviation as before.
+    // On failure, only the ordinary standard deviation is reported.
     let found = spread(&problem, at).ok().flatten()?;
     let known = estimates.into_iter().zip(found.std);
     Some(known.filter_map(|(estimate, std)| Some((estimate.name, std?))).collect())
 }
 
-/// What a parameter of a structure is in another; `None` where the other has it not, or means something else by it,
-/// or does not know it.
+/// The estimate of a structure's parameter in another structure; `None` if the other lacks it, gives it another
+/// meaning, or does not determine it.
 fn estimate_in(
     search: &Search<'_>,
     (structure, own): (StructureId, &Fitted),
@@ -106,7 +106,7 @@ fn estimate_in(
             known.as_str()
         }
     };
-    // What an effect puts something else in the place of is not that parameter any more.
+    // A parameter that an effect replaces is no longer the same parameter.
     if other.effects().any(|effect| search.candidates[effect].target() == called) {
         return None;
     }

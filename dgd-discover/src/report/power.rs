@@ -1,25 +1,25 @@
-//! What recordings would have shown: how small an effect of the library may be and still be seen.
+//! Detection limits: the smallest effects of the library that the recordings would have revealed.
 
 use dgd_runtime::{System, Unit};
 
 use crate::library::StructureId;
 use crate::search::{Screen, Search};
 
-/// The smallest size at which an effect would have been seen.
+/// The smallest size at which an effect would have been detected.
 #[derive(Debug, Clone)]
 pub struct Power {
-    /// The effect, with what it is applied to.
+    /// The effect, with its arguments.
     pub name: String,
-    /// The parameter that is its size.
+    /// The parameter that gives its size.
     pub parameter: String,
     /// Its unit.
     pub unit: Unit,
-    /// Smallest distance from where the effect vanishes, SI.
+    /// Smallest detectable distance from its null, SI.
     pub smallest: f64,
 }
 
-/// For each effect of the library that has one size: how far it would have to be from nothing to be worth its place in
-/// the base model, as far as derivatives tell. Of an effect with an onset, at the middle one of those that were tried.
+/// For each effect of the library with a single size parameter: its minimum distance from null to be worth including in
+/// the base model, to first order. For an effect with an onset, at the middle one of those tried.
 pub(crate) fn power(search: &Search<'_>, screen: &Screen) -> Vec<Power> {
     let samples = search.training_error(StructureId::BASE).map_or(1, |(_, n)| n) as f64;
     let mut all: Vec<Power> = Vec::new();

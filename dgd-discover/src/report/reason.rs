@@ -1,4 +1,4 @@
-//! Why the verdict is what it is: sentences made of the numbers that they stand beside.
+//! Explains the verdict in sentences that quote the numbers.
 
 use std::fmt::Write as _;
 
@@ -9,11 +9,11 @@ use crate::fit::{Data, Fitted, chi_square, mean, slack};
 use crate::library::StructureId;
 use crate::search::{Outcome, Search, Thresholds};
 
-/// Mean squares of residuals over the noise's variance.
+/// Mean squares of residuals relative to the noise's variance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Left {
     training: f64,
-    /// `None` without validation data, or where that cannot be simulated.
+    /// `None` without validation data, or if it cannot be simulated.
     validation: Option<f64>,
 }
 
@@ -42,27 +42,27 @@ impl Left {
         words
     }
 
-    /// Whether it may pass for noise.
+    /// Whether it is as small as noise.
     fn is_small(self, thresholds: &Thresholds) -> bool {
         self.training <= thresholds.explained
             && self.validation.is_none_or(|v| v <= thresholds.explained_held_out)
     }
 }
 
-/// An output whose residuals are more than its noise.
+/// An output whose residuals exceed its noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Excess {
     /// Its position.
     pub output: usize,
-    /// Mean square of its residuals over the noise's variance.
+    /// Mean square of its residuals relative to the noise's variance.
     square: f64,
-    /// What would pass for noise.
+    /// The limit for noise.
     limit: f64,
     in_validation: bool,
 }
 
 impl Excess {
-    /// The output that is furthest above what passes for noise.
+    /// The output furthest above its limit.
     pub(crate) fn of(fitted: &Fitted, data: &Data<'_>, thresholds: &Thresholds) -> Option<Excess> {
         let above = |residuals: Vec<Vec<Vec<f64>>>, limit: f64, in_validation: bool| {
             let squares = chi_square(&residuals, &data.noise);
@@ -90,8 +90,7 @@ impl Excess {
     }
 }
 
-/// Why the verdict is what it is; `before` and `after` are the base model and the one that is named, as
-/// they are reported.
+/// The reason for the verdict; `before` and `after` are the base model and the named one, as reported.
 pub(crate) fn reason(
     search: &Search<'_>,
     outcome: Outcome,
@@ -219,8 +218,8 @@ fn falls(from: Left, to: Left) -> String {
     words
 }
 
-/// What is said of a model that needs no effect, by whether its residuals are as small as noise and whether
-/// tests tell them from it.
+/// The sentence for a model that needs no effect, by whether its residuals are as small as noise and whether tests
+/// distinguish them from it.
 fn sufficient(left: Left, is_small: bool, is_noise: bool, samples: usize) -> String {
     let words = left.words();
     match (is_noise, is_small) {

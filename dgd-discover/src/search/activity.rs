@@ -1,13 +1,12 @@
-//! When an effect is at work: where it changes what equations or outputs say.
+//! Finds when an effect is active: where it changes the values of equations or outputs.
 //!
-//! Along the trajectory of the structure that has the effect, the rows of the structure with and
-//! without it are compared,
+//! Along the trajectory of the structure with the effect, the rows with and without it are compared,
 //!
 //! ```text
 //!   d(t) = f_with(t, y) − f_without(t, y)
 //! ```
 //!
-//! and where no row differs, the effect being a sensor's, so are the outputs.
+//! and if no row differs, because the effect belongs to a sensor, so are the outputs.
 
 use dgd_execute::Loaded;
 use dgd_identify::Recording;
@@ -18,13 +17,13 @@ use dgd_runtime::{
 use crate::fit::Fitted;
 use crate::library::{Structure, Values};
 
-/// An effect is at work where it is more than this share of its largest.
+/// An effect is active where it exceeds this fraction of its maximum.
 pub(crate) const AT_WORK: f64 = 0.05;
 
-/// And changes what it changes by more than this share of that.
+/// And changes a value by more than this fraction of it.
 const ROUNDING: f64 = 1e-9;
 
-/// Stretches of time in which an effect is at work in each recording, s.
+/// Windows in which an effect is active in each recording, s.
 pub(crate) fn windows(
     with: &Structure,
     without: &Structure,
@@ -50,27 +49,27 @@ pub(crate) fn windows(
     recordings.iter().map(of_recording).collect()
 }
 
-/// Where an effect changes something. An output may have the name of an unknown, and what a sensor
-/// reads is not what the equation of its unknown says.
+/// The place of a change. An output may have the name of an unknown, and a sensor's reading is not the equation of its
+/// unknown.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Changed {
     /// The equation of an unknown.
     Equation(String),
-    /// What an output reads.
+    /// The reading of an output.
     Reading(String),
 }
 
-/// What an effect changes.
+/// A change by an effect.
 #[derive(Debug, Clone)]
 pub(crate) struct Change {
-    /// Where.
+    /// Its place.
     pub what: Changed,
     /// d at each sample of all recordings.
     pub by: Vec<f64>,
 }
 
-/// All rows that an effect changes along the trajectories of the structure that has it, or all outputs
-/// where it changes no row in any recording. What differs by rounding only does not count.
+/// All rows that an effect changes along the trajectories of the structure with it, or all outputs if it changes no row
+/// in any recording. Differences by rounding do not count.
 pub(crate) fn changes(
     with: &Structure,
     without: &Structure,
@@ -133,7 +132,7 @@ fn run(
     Some((solution, w))
 }
 
-/// What the rows of the second structure say in both along a trajectory of the first.
+/// Values of the rows of the second structure in both structures, along a trajectory of the first.
 fn rows(
     with: &Structure,
     without: &Structure,
@@ -144,7 +143,7 @@ fn rows(
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let (a, b) = (&with.system, &without.system);
     let (sa, sb) = (a.signature(), b.signature());
-    // Position in the one of each unknown of the other.
+    // Position in one structure of each unknown of the other.
     let place = |name: &str| sa.unknowns.iter().position(|unknown| unknown.name == name);
     let places = sb.unknowns.iter().map(|u| place(&u.name)).collect::<Option<Vec<_>>>()?;
     let (pa, pb) = (values.parameters(a), values.parameters(b));
@@ -172,7 +171,7 @@ fn rows(
     Some((with_effect, without_effect))
 }
 
-/// The discrete numbers of one system where another, which has its automata too, has `known`.
+/// The discrete numbers of one system if another, which includes its automata, has `known`.
 fn discrete(system: &Loaded, p: &[f64], t: f64, other: &Signature, known: &[f64]) -> Vec<f64> {
     let automata = &system.signature().discrete.automata;
     let mut z = discrete_numbers(system, p, t);
@@ -185,7 +184,7 @@ fn discrete(system: &Loaded, p: &[f64], t: f64, other: &Signature, known: &[f64]
     z
 }
 
-/// Stretches of neighbouring samples at which something is at work.
+/// Windows of neighbouring samples with activity.
 fn stretches(times: &[f64], activity: &[f64]) -> Vec<[f64; 2]> {
     let mut all: Vec<[f64; 2]> = Vec::new();
     let mut is_open = false;
@@ -201,9 +200,8 @@ fn stretches(times: &[f64], activity: &[f64]) -> Vec<[f64; 2]> {
     all
 }
 
-/// The unknown on which two fitted structures disagree most in the first recording, in units of its size:
-/// its name, the largest difference in SI and its unit. `None` where they agree on all to a
-/// hundredth.
+/// The unknown in which two fitted structures differ most in the first recording, in units of its size: its name, the
+/// largest difference in SI and its unit. `None` if all agree to a hundredth.
 pub(crate) fn largest_disagreement(
     a: &Fitted,
     b: &Fitted,

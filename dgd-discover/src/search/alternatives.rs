@@ -1,22 +1,22 @@
-//! Effects that explain the recordings nearly as well as one that is believed.
+//! Effects that explain the recordings nearly as well as an accepted one.
 
 use std::collections::BTreeSet;
 
 use super::tried::Search;
 use crate::library::StructureId;
 
-/// An effect that explains the data nearly as well as the one that was named.
+/// An effect that explains the data nearly as well as the named one.
 #[derive(Debug, Clone)]
 pub struct Alternative {
     /// Its name.
     pub name: String,
-    /// Which realisation, where its family has several.
+    /// Which realisation, if its family has several.
     pub form: Option<String>,
-    /// Its validation error over that of the named one.
+    /// Its validation error relative to that of the named one.
     pub valid_ratio: f64,
 }
 
-/// An effect in the place of another.
+/// An effect that replaces another.
 #[derive(Debug, Clone)]
 pub(crate) struct InItsPlace {
     pub alternative: Alternative,
@@ -26,18 +26,18 @@ pub(crate) struct InItsPlace {
     pub structure: StructureId,
 }
 
-/// All that may stand in the place of an effect, the best first.
+/// All possible replacements of an effect, the best first.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Replacements {
     /// Effects of other names, each once.
     pub others: Vec<InItsPlace>,
-    /// Other forms of the effect itself, each once, however much they leave.
+    /// Other forms of the effect itself, each once, however good.
     pub forms: Vec<Alternative>,
 }
 
 impl Search<'_> {
-    /// What may stand in the place of an effect of a structure, and then predicts validation data nearly as well; and
-    /// its other forms.
+    /// Effects that may replace an effect of a structure and then predict validation data nearly as well, and its other
+    /// forms.
     pub(crate) fn replacements(&self, whole: StructureId, candidate: usize) -> Replacements {
         let (rest, own) = (whole.without(candidate), &self.candidates[candidate]);
         let error = |of: StructureId| {
@@ -88,7 +88,7 @@ mod tests {
     fn other_effects_and_other_forms_of_the_same_one_are_kept_apart() {
         let names = ["density", "clock/late", "clock/early"];
         let (density, late, early) = (0, 1, 2);
-        // What each leaves, and what is said to do as well as the late clock, or to be a form of it.
+        // The residuals of each, and the expected alternatives to the late clock and forms of it.
         let cases: [([f64; 2], &[&str], &[&str]); 4] = [
             ([1.02, 1.01], &["density"], &["early"]),
             ([1.02, 2.0], &["density"], &["early"]),

@@ -1,18 +1,16 @@
-//! Effects that take each other back.
+//! Detects effects that cancel each other.
 //!
-//! A loss from one moment on and an inflow of the same size from a later one are together what comes
-//! and goes, whatever that is: a good description of it, and two wrong names. Along the trajectory of
-//! the structure with both,
+//! A loss from one moment on and an inflow of the same size from a later one together describe anything that comes and
+//! goes: a good description, but two wrong names. Along the trajectory of the structure with both,
 //!
 //! ```text
 //!   d_a(t) = f(t, y) − f_without_a(t, y),   d_b likewise,   d(t) = f(t, y) − f_without_both(t, y)
 //! ```
 //!
-//! and b takes a back where both change the same rows and, while b is at work, d is small beside d_b.
-//! Two effects that have nothing to do with each other are equal and opposite by accident only: at one
-//! place they are one unknown input. The reading of a sensor and the equation of what it reads are two
-//! places, whatever both are called: an offset in the one is a slope in the other. Where a changes other rows, too, b may well follow from it: what runs
-//! over into a tank runs over there.
+//! and b cancels a if both change the same rows and d is small relative to d_b while b is active. Unrelated effects are
+//! equal and opposite only by accident: at one place they are one unknown input. The reading of a sensor and the
+//! equation of its quantity are two places even if they have one name: an offset in one is a slope in the other. If a
+//! also changes other rows, b may be its consequence: what spills into a tank may make that tank spill.
 
 use super::activity::{AT_WORK, Change, changes};
 use super::tried::Search;
@@ -20,8 +18,7 @@ use crate::fit::Fitted;
 use crate::library::StructureId;
 
 impl Search<'_> {
-    /// Two effects of a structure of which one does nothing but take back what the other does, in all
-    /// training recordings together.
+    /// Two effects of a structure of which one only cancels the other, over all training recordings together.
     pub(crate) fn cancelling(&self, structure: StructureId) -> Option<[usize; 2]> {
         let fitted = self.fitted(structure)?;
         *fitted.cancelling.get_or_init(|| self.taken_back(fitted))
@@ -63,8 +60,8 @@ fn are_at_one_place(by_one: &[Change], by_other: &[Change]) -> bool {
     !by_one.is_empty() && by_one.iter().map(|c| &c.what).eq(by_other.iter().map(|c| &c.what))
 }
 
-/// Whether an effect is taken back by another at the same place, from what it changes and what both
-/// change: less than a share of it is left while it is at work.
+/// Whether an effect is cancelled by another at the same place, from its changes and those of both: less than a
+/// fraction `share` is left while it is active.
 fn is_taken_back(by_one: &[Change], by_both: &[Change], share: f64) -> bool {
     by_one.iter().all(|change| {
         let largest = change.by.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
@@ -95,7 +92,7 @@ mod tests {
         move |t| if t > since { size } else { 0.0 }
     }
 
-    /// Whether the second of two changes of a level takes the first back.
+    /// Whether the second of two changes of a level cancels the first.
     fn takes_back(first: impl Fn(f64) -> f64, second: impl Fn(f64) -> f64) -> bool {
         let both = change("level", |t| first(t) + second(t));
         let (first, second) = ([change("level", first)], [change("level", second)]);
@@ -108,7 +105,7 @@ mod tests {
         assert!(takes_back(step(20.0, -1.0), step(60.0, 0.9)));
         assert!(!takes_back(step(20.0, -1.0), step(60.0, 0.5)));
         assert!(!takes_back(step(20.0, -1.0), step(60.0, -0.9)));
-        // The first is alone for half of its time.
+        // The first acts alone for half of its time.
         assert!(!takes_back(step(60.0, 0.9), step(20.0, -1.0)));
     }
 

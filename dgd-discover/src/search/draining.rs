@@ -1,4 +1,4 @@
-//! A tank that drains, with effects that each add an inflow from some time on: what tests judge structures of.
+//! Test support: a draining tank, with effects that each add an inflow from some time on.
 
 use std::sync::OnceLock;
 
@@ -30,7 +30,8 @@ pub(super) fn id(effects: &[usize]) -> StructureId {
     effects.iter().copied().collect()
 }
 
-/// Calls `judge` with the model, effects of these names, `NAME` or `NAME/FORM`, as candidates, and a recording of nothing.
+/// Calls `judge` with the model, effects of these names (`NAME` or `NAME/FORM`) as candidates, and a recording of
+/// zeros.
 pub(super) fn with_effects<T>(
     names: [&str; 3],
     judge: impl FnOnce(&BaseModel, &[Candidate<'_>], Data<'_>) -> T,
@@ -73,7 +74,7 @@ pub(super) fn with_effects<T>(
     judge(&base, &candidates, data)
 }
 
-/// A fit of a structure that leaves a mean square of `left`, in units of the noise's.
+/// A fit of a structure with a residual mean square of `left`, relative to the noise.
 pub(super) fn leaving(left: f64, structure: Structure) -> Fitted {
     Fitted {
         structure,

@@ -1,4 +1,4 @@
-//! How far the structures that were tried are from the recordings.
+//! Measures the misfit of the tried structures.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ use crate::library::StructureId;
 use crate::noise::{size, whiteness};
 
 impl Search<'_> {
-    /// All that a verdict is decided by, as it stands now.
+    /// The current data for a verdict.
     pub(crate) fn ranking(&self, question: Question) -> Ranking<'_> {
         let standing = |structure: StructureId| {
             let fitted = self.fitted(structure)?;
@@ -40,8 +40,8 @@ impl Search<'_> {
         Ranking { standings, question, discrepancy }
     }
 
-    /// The position of a template's file among all, where a structure is one template alone: that of its first
-    /// candidate, as candidates are in the order of the files.
+    /// The position of a template's file, if a structure is a single template: that of its first candidate, as
+    /// candidates are in the order of the files.
     fn template(&self, structure: StructureId) -> Option<usize> {
         let mut effects = structure.effects().filter(|_| structure.len() == 1);
         let own = effects.next().filter(|c| self.candidates[*c].is_generic)?;
@@ -49,7 +49,7 @@ impl Search<'_> {
         self.range(Open::Templates).find(|&c| file(c) == file(own))
     }
 
-    /// The structures that could be fitted, the best first, by the Bayesian information criterion.
+    /// The fitted structures by the Bayesian information criterion, the best first.
     pub(crate) fn ranked(&self) -> Vec<StructureId> {
         let criteria = self.tried.keys().filter_map(|&one| Some((self.bic(one)?, one)));
         let mut all: Vec<(f64, StructureId)> = criteria.collect();
@@ -57,10 +57,9 @@ impl Search<'_> {
         all.into_iter().map(|(_, structure)| structure).collect()
     }
 
-    /// Σ (e/σ)² + k ln N on the training recordings, with the sum in units of what the best
-    /// structure leaves: where that is more than noise, differences count less. Generality has its price: a template
-    /// is one of many that fit any model, and costs 2 ln M where there are M of them (the extended criterion of Chen &
-    /// Chen, Biometrika 95 (2008) 759).
+    /// Σ (e/σ)² + k ln N on the training recordings, with the sum in units of the best structure's residual: if that
+    /// exceeds noise, differences count less. A template is one of M that fit any model, and so costs an extra 2 ln M
+    /// (the extended criterion of Chen & Chen, Biometrika 95 (2008) 759).
     pub(crate) fn bic(&self, structure: StructureId) -> Option<f64> {
         let fitted = self.fitted(structure)?;
         let (sum, n) = fitted.error;
@@ -70,41 +69,41 @@ impl Search<'_> {
         Some(sum / self.unit() + fitted.free() as f64 * (n as f64).ln() + generality)
     }
 
-    /// The mean of what the best structure leaves, ε², but at least that of noise.
+    /// The mean ε² of the best structure, but at least that of noise.
     pub(crate) fn unit(&self) -> f64 {
         let errors = self.tried.keys().filter_map(|&structure| self.training_error(structure));
         let means = errors.map(|(sum, n)| sum / n as f64);
         means.fold(f64::INFINITY, f64::min).max(1.0)
     }
 
-    /// Σ ε² of the training recordings, and how many samples; ε is white if the errors are noise.
+    /// Σ ε² of the training recordings, and the number of samples; ε is white if the errors are noise.
     pub(crate) fn training_error(&self, structure: StructureId) -> Option<(f64, usize)> {
         Some(self.fitted(structure)?.error)
     }
 
-    /// The sum alone, infinite for what could not be fitted.
+    /// Only the sum; infinite for structures that could not be fitted.
     pub(crate) fn training_sum(&self, structure: StructureId) -> f64 {
         self.training_error(structure).map_or(f64::INFINITY, |(sum, _)| sum)
     }
 
-    /// Mean square of the errors in the training recordings over that of the noise.
+    /// Mean square of the errors in the training recordings relative to the noise.
     pub(crate) fn training_square(&self, structure: StructureId) -> Option<f64> {
         mean(&chi_square(&self.fitted(structure)?.residuals(&self.data), &self.data.noise))
     }
 
-    /// The same of the validation recordings; `None` where none of their samples counts.
+    /// The same for the validation recordings; `None` if none of their samples counts.
     pub(crate) fn held_out_square(&self, structure: StructureId) -> Option<f64> {
         let residuals = self.fitted(structure)?.held_out_residuals(&self.data)?;
         mean(&chi_square(&residuals, &self.data.noise))
     }
 
-    /// What a structure leaves of each output.
+    /// The misfit of a structure in each output.
     fn misfit(&self, fitted: &Fitted) -> Misfit {
         let data = &self.data;
         self.misfit_of(&fitted.residuals(data), fitted.held_out_residuals(data))
     }
 
-    /// The same, but no more of an output than its readings stray by where the simulation runs away from them.
+    /// The same, but if the simulation diverges from an output's readings, at most their variance.
     fn bounded(&self, fitted: &Fitted) -> Misfit {
         let data = &self.data;
         let held_out = fitted.held_out_residuals(data);
@@ -129,14 +128,14 @@ impl Search<'_> {
         Misfit { trained, slack, held_out }
     }
 
-    /// Whether a structure leaves so little that nothing need be missing.
+    /// Whether a structure's residuals are so small that nothing else need be missing.
     pub(crate) fn explains(&self, structure: StructureId) -> bool {
         let (training, held_out) = (self.thresholds.explained, self.thresholds.explained_held_out);
         let fitted = self.fitted(structure);
         fitted.is_some_and(|fitted| self.misfit(fitted).is_at_most(training, held_out))
     }
 
-    /// Whether so much of the discrepancy is taken away that what is left may be one effect more.
+    /// Whether so much of the discrepancy is explained that the rest may be one more effect.
     pub(crate) fn is_promising(&self, structure: StructureId) -> bool {
         let excess = |of: StructureId| self.training_error(of).map(|(sum, n)| sum - n as f64);
         match (excess(structure), excess(StructureId::BASE)) {
@@ -147,14 +146,14 @@ impl Search<'_> {
 
     /// Whether a structure leaves nothing but noise of the training recordings.
     ///
-    /// Start values of validation recordings are known from a minute only, so that their errors are
-    /// never quite white; whether they are small is asked by `explains`.
+    /// Start values of validation recordings are estimated from only a minute of data, so their errors are never quite
+    /// white; `explains` checks their size.
     pub(crate) fn is_noise(&self, structure: StructureId) -> bool {
         let Some(fitted) = self.fitted(structure) else { return false };
         self.leaves_noise(&fitted.residuals(&self.data), &self.data.noise)
     }
 
-    /// Whether errors in the training recordings cannot be told from a noise.
+    /// Whether errors in the training recordings cannot be distinguished from a given noise.
     pub(crate) fn leaves_noise(
         &self,
         residuals: &[Vec<Vec<f64>>],
@@ -180,8 +179,8 @@ impl Search<'_> {
             .all(|test| test.is_none_or(|test| test.p_value > least))
     }
 
-    /// The structure that comes closest to another, in training and validation data alike, among those
-    /// that lack one of its effects.
+    /// The structure that comes closest to another, on training and validation data, among those that lack one of its
+    /// effects.
     pub(crate) fn without_one_of(&self, structure: StructureId) -> Option<StructureId> {
         let names = |of: StructureId| -> BTreeSet<String> {
             of.effects().map(|c| self.candidates[c].name()).collect()
@@ -197,7 +196,7 @@ impl Search<'_> {
         others.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, other)| other)
     }
 
-    /// Structures that leave about as much as another does, on training and validation data alike.
+    /// Structures with about the same misfit as another, on training and validation data.
     pub(crate) fn near(&self, structure: StructureId) -> Vec<StructureId> {
         let roots = |of: StructureId| {
             let held_out = self.held_out_square(of);
@@ -211,7 +210,7 @@ impl Search<'_> {
                 && self.is_sound(*other)
                 && self.fitted(*other).is_some_and(|fitted| fitted.is_converged)
                 && roots(*other).is_some_and(|found| {
-                    // Both have validation errors, or none has.
+                    // Either both have validation errors, or neither has.
                     found[2] == own[2]
                         && apart(found[0], own[0]).max(apart(found[1], own[1]))
                             <= self.thresholds.alternative
@@ -220,7 +219,7 @@ impl Search<'_> {
         self.ranked().into_iter().filter(is_near).collect()
     }
 
-    /// What there is to say about a structure.
+    /// A remark about a structure.
     pub(crate) fn note(&self, structure: StructureId) -> String {
         let Some(fitted) = self.fitted(structure) else { return String::new() };
         let mut notes = Vec::new();
@@ -246,7 +245,7 @@ impl Search<'_> {
     }
 }
 
-/// The noise of whitened errors.
+/// Unit noise, for whitened errors.
 fn unit_of(noise: &SensorNoise) -> SensorNoise {
     SensorNoise { std: 1.0, colour: None, ..*noise }
 }
@@ -270,7 +269,7 @@ mod tests {
             assert_eq!(search.near(id(&[0])), [id(&[1])]);
             assert_eq!(search.near(id(&[1])), [id(&[0]), id(&[2])]);
             assert_eq!(search.near(StructureId::BASE), []);
-            // What was not fitted to the end is not compared.
+            // Fits that did not converge are not compared.
             if let Some(Ok(one)) = search.tried.get_mut(&id(&[1])) {
                 one.is_converged = false;
             }

@@ -1,4 +1,4 @@
-//! Which structures are tried, and which of them is believed: candidates and recordings in, an [`Outcome`] out.
+//! The search over structures: candidates and recordings in, an [`Outcome`] out.
 //!
 //! ```text
 //!   fit the base model ─ nothing but noise? ─► sufficient
@@ -10,12 +10,11 @@
 //!   exchange each effect of the best structure for its near twins
 //! ```
 //!
-//! Two effects that are hidden together are rarely found one after the other: the wrong twin often
-//! fits best while it is alone. So the search goes on from several structures at a time, and what
-//! was accepted may be exchanged.
+//! Two effects that are missing together are rarely found one after the other: alone, a wrong twin often fits best. So
+//! the search continues from several structures at a time, and accepted effects may be exchanged.
 //!
-//! A ranking and thresholds alone decide what is believed ([`Verdict::of`]); a search makes the fits
-//! that a question needs, asks, and asks again where the evidence contradicts the answer.
+//! The verdict depends only on a ranking and thresholds ([`Verdict::of`]); a search makes the fits that a question
+//! needs, asks, and asks again if the evidence contradicts the answer.
 
 mod activity;
 mod alternatives;
@@ -54,12 +53,12 @@ use refits::BEAM;
 use screen::are_parallel;
 use verdict::Judge;
 
-/// How many of the screened candidates are refitted, by number of effects that are in already.
+/// Number of screened candidates that are refitted, by number of effects already included.
 const REFITTED: [usize; MOST_EFFECTS] = [8, 3, 3];
 
 impl Search<'_> {
-    /// Searches on top of the base model, which is fitted already: first with the library, then, where that does not
-    /// explain everything, with templates as well, in one ranking.
+    /// Searches on top of the fitted base model: first with the library, then, if that does not explain everything,
+    /// with templates as well, in one ranking.
     pub(crate) fn run(&mut self) -> Outcome {
         self.refuse();
         if !self.is_noise(StructureId::BASE) {
@@ -80,7 +79,7 @@ impl Search<'_> {
         }
         self.open_templates();
         if nearly_all != Outcome::Unexplained {
-            // What it leaves may have a name as well, beside it.
+            // Its remaining discrepancy may have another name.
             let whole = nearly_all.structure();
             return match self.search(vec![whole]) {
                 Outcome::Effects(more) if whole.is_part_of(more) => Outcome::Effects(more),
@@ -91,7 +90,7 @@ impl Search<'_> {
         if explained != Outcome::Unexplained {
             return explained;
         }
-        // What cannot be named may still be described, but not by fits that began where the model had run away.
+        // A discrepancy without a name may still be described, but not by fits that began from a diverging model.
         if !self.runs_away() {
             self.finish_templates();
         }
@@ -103,8 +102,8 @@ impl Search<'_> {
         if self.holds(most) { most } else { Outcome::Unexplained }
     }
 
-    /// Where a search with templates begins: at the base model, and at the best structures of the library that take
-    /// something away.
+    /// The starting structures of a search with templates: the base model, and the best structures of the library that
+    /// reduce the misfit.
     fn beginnings(&self) -> Vec<StructureId> {
         let error = |of| self.training_sum(of);
         let base = error(StructureId::BASE);
@@ -119,12 +118,12 @@ impl Search<'_> {
         Verdict::of(&self.ranking(question), &self.thresholds)
     }
 
-    /// Whether the fitted base model runs away from the recordings.
+    /// Whether the fitted base model diverges from the recordings.
     fn runs_away(&self) -> bool {
         self.fitted(StructureId::BASE).is_some_and(|base| base.runs_away(&self.data))
     }
 
-    /// Goes on with templates. What the library has under a name of its own goes by that name.
+    /// Opens the templates. Equivalents of a library effect keep the library's name.
     fn open_templates(&mut self) {
         self.open = Open::All;
         self.refuse();
@@ -135,7 +134,7 @@ impl Search<'_> {
             Some((score.candidate, known.candidate))
         };
         let mut doubled: BTreeMap<usize, usize> = screened.iter().filter_map(with_a_name).collect();
-        // Two forms at one place that come to the same there go by the first.
+        // Of two equivalent forms at one place, the first is used.
         let mut by_order: Vec<&Score> = screened.iter().collect();
         by_order.sort_by_key(|score| score.candidate);
         for (k, score) in by_order.iter().enumerate() {
@@ -150,7 +149,7 @@ impl Search<'_> {
         self.doubled = doubled;
     }
 
-    /// Takes out candidates that make no sound model.
+    /// Removes candidates that do not give a valid model.
     fn refuse(&mut self) {
         let range = self.range(self.open);
         let (base, candidates) = (self.base, self.candidates);
@@ -165,9 +164,9 @@ impl Search<'_> {
         }
     }
 
-    /// Looks for what some structures lack among the candidates that are open.
+    /// Searches the open candidates for effects that some structures lack.
     fn search(&mut self, mut frontier: Vec<StructureId>) -> Outcome {
-        // Where the base model runs away no screen says what goes together.
+        // If the base model diverges, screens cannot tell which effects combine.
         let is_short = self.runs_away() && self.open != Open::Library;
         let rounds = if is_short { 1 } else { REFITTED.len() };
         for refitted in REFITTED.into_iter().take(rounds) {
@@ -194,7 +193,7 @@ impl Search<'_> {
         self.explaining()
     }
 
-    /// The structure that explains the data and that its evidence does not contradict.
+    /// The structure that explains the data and is not contradicted by its evidence.
     fn explaining(&mut self) -> Outcome {
         loop {
             let outcome = self.judged(Question::WhatExplains);
@@ -204,8 +203,8 @@ impl Search<'_> {
         }
     }
 
-    /// The verdict where effects leave nearly nothing of the discrepancy, after the fits that it takes to
-    /// compare them. What hardly anything depends on is left out of them.
+    /// The verdict if effects explain nearly all of the discrepancy, after the fits needed to compare them. Effects of
+    /// little influence are left out.
     fn nearly_all(&mut self) -> Outcome {
         let thresholds = self.thresholds;
         let whole =
@@ -259,12 +258,12 @@ mod tests {
     const INFLUX: usize = 2;
     const NAMES: [&str; 3] = ["density", "clock", "influx"];
 
-    /// What each effect costs of the criterion: two parameters.
+    /// The penalty of each effect in the criterion: two parameters.
     fn cost() -> f64 {
         2.0 * (SAMPLES as f64).ln()
     }
 
-    /// The verdict on structures of which each leaves so many times the noise's mean square of the errors.
+    /// The verdict on structures with these mean squares of residuals relative to the noise.
     fn nearly_all(left: &[(&[usize], f64)]) -> Outcome {
         with_effects(NAMES, |base, candidates, data| {
             let fitted = |(chosen, left): &(&[usize], f64)| {
@@ -285,7 +284,7 @@ mod tests {
             let all = || left.iter().map(|(chosen, _)| id(chosen));
             let mut search = Search {
                 tried: left.iter().map(fitted).collect(),
-                // Nothing is fitted once more.
+                // Marks everything as settled, so that nothing is refitted.
                 settled: all().flat_map(|part| all().map(move |whole| (part, whole))).collect(),
                 ..Search::new(base, candidates, data, 1, 1)
             };
@@ -293,8 +292,8 @@ mod tests {
         })
     }
 
-    /// What a name leaves that leaves 1.18 of 400 times the noise, with an effect beside it for which the
-    /// criterion falls by `gain`.
+    /// The mean square that remains after adding, to an effect that leaves 1.18 of 400, an effect that lowers the
+    /// criterion by `gain`.
     fn beside(gain: f64) -> f64 {
         // n (1.18 − left)/left − cost = gain: the least that is left is the unit.
         1.18 / (1.0 + (gain + cost()) / SAMPLES as f64)
@@ -312,7 +311,7 @@ mod tests {
         ];
         assert_eq!(nearly_all(&tried), Outcome::NearlyAll(id(name)));
         let Thresholds { least_gain, .. } = Thresholds::default();
-        // Where the criterion asks for the part, hardly anything depends on it all the same.
+        // Even if the criterion favours the part, its influence is small.
         let with =
             |gain: f64| tried.map(|(s, left)| (s, if s.len() < 2 { left } else { beside(gain) }));
         for gain in [least_gain - 1.0, least_gain + 1.0] {

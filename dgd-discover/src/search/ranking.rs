@@ -1,4 +1,4 @@
-//! The structures that could be fitted, with all that a verdict is decided by.
+//! The fitted structures, with the data for a verdict.
 
 use std::cell::LazyCell;
 use std::collections::BTreeSet;
@@ -6,58 +6,58 @@ use std::collections::BTreeSet;
 use crate::fit::mean;
 use crate::library::StructureId;
 
-/// What takes a while to find, and is found when it is asked for.
+/// An expensive value that is computed on demand.
 pub(crate) type Asked<'a, T> = LazyCell<T, Box<dyn FnOnce() -> T + 'a>>;
 
-/// Structures that could be fitted, the best first, and what is asked about them.
+/// Fitted structures, the best first, and the question about them.
 pub(crate) struct Ranking<'a> {
     pub standings: Vec<Standing<'a>>,
     pub question: Question,
-    /// Mean squares of what the base model leaves of training and validation recordings, but no more than readings
-    /// stray by themselves where it runs away from them: a name that is judged by that would pass whatever it leaves.
+    /// Mean squares of the base model's residuals in training and validation recordings, but at most the variance of
+    /// the readings if it diverges: otherwise any effect would pass in comparison.
     pub discrepancy: Asked<'a, Option<[f64; 2]>>,
 }
 
-/// What a verdict is asked for.
+/// The question that a verdict answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Question {
-    /// Whether the base model leaves nothing but noise.
+    /// Whether the base model leaves only noise.
     IsSufficient,
     /// Which structure explains the data.
     WhatExplains,
-    /// Whether a structure of the library's effects is to be named although it leaves more than noise.
+    /// Whether to name a structure of library effects although it leaves more than noise.
     IsNearlyAll(StructureId),
-    /// Which templates take most of the discrepancy away.
+    /// Which templates explain most of the discrepancy.
     WhatIsMost,
 }
 
 /// A structure, and how it compares with the recordings.
 pub(crate) struct Standing<'a> {
     pub structure: StructureId,
-    /// What its effects are about: names of the library's, which forms of an effect share, and places of templates,
-    /// which near forms share.
+    /// Subjects of its effects: names of library effects, shared by the forms of an effect, and places of templates,
+    /// shared by near forms.
     pub names: BTreeSet<String>,
     /// Its templates.
     pub generic: Vec<usize>,
-    /// Where it is one template alone, that file's position among all.
+    /// If it is a single template, the position of its file.
     pub template: Option<usize>,
-    /// Whether its templates are few enough, and at different places.
+    /// Whether its templates are few enough and at different places.
     pub is_sayable: bool,
-    /// Numbers that were estimated.
+    /// Number of estimated parameters.
     pub numbers: usize,
     /// The Bayesian information criterion.
     pub criterion: f64,
-    /// Σ ε² of the training recordings, and how many samples; ε is white if the errors are noise.
+    /// Σ ε² of the training recordings, and the number of samples; ε is white if the errors are noise.
     pub error: (f64, usize),
-    /// What it leaves of each output.
+    /// Its misfit in each output.
     pub misfit: Asked<'a, Misfit>,
-    /// Whether tests cannot tell that from noise.
+    /// Whether tests cannot distinguish its residuals from noise.
     pub is_noise: Asked<'a, bool>,
-    /// Whether no parameter of an effect has run into a bound.
+    /// Whether no parameter of an effect is at a bound.
     pub is_sound: bool,
     /// Whether its own evidence contradicts it.
     pub is_doubted: bool,
-    /// Whether one of its effects does nothing but take back what another does.
+    /// Whether one of its effects only cancels another.
     pub is_cancelling: Asked<'a, bool>,
 }
 
@@ -68,30 +68,30 @@ impl Standing<'_> {
     }
 }
 
-/// What a structure leaves of each output: Σ (e/σ)², and how many samples.
+/// The misfit of a structure in each output: Σ (e/σ)², and the number of samples.
 #[derive(Debug, Clone)]
 pub(crate) struct Misfit {
-    /// Of the training recordings.
+    /// In the training recordings.
     pub trained: Vec<(f64, usize)>,
-    /// By what factor limits are raised for each output: noise and mean square are not known better.
+    /// Factor by which limits are raised for each output, for the uncertainty of noise and mean square.
     pub slack: Vec<f64>,
-    /// Of the validation recordings.
+    /// In the validation recordings.
     pub held_out: HeldOutMisfit,
 }
 
-/// What a structure leaves of validation recordings.
+/// The misfit of a structure in validation recordings.
 #[derive(Debug, Clone)]
 pub(crate) enum HeldOutMisfit {
     /// There are none.
     NoRecording,
     /// They cannot be simulated.
     NoSimulation,
-    /// Of each output, and Σ ε² with the number of samples.
+    /// The misfit in each output, and Σ ε² with the number of samples.
     Left { by_output: Vec<(f64, usize)>, error: (f64, usize) },
 }
 
 impl Misfit {
-    /// Whether the mean square of each output's errors is at most that, in training and in validation data.
+    /// Whether the mean square of each output's errors is within these limits, in training and in validation data.
     pub(crate) fn is_at_most(&self, training: f64, held_out: f64) -> bool {
         let all_within = |by_output: &[(f64, usize)], limit: f64| {
             let slack = self.slack.iter().copied().chain(std::iter::repeat(1.0));
@@ -111,8 +111,8 @@ impl Misfit {
         mean(&self.trained)
     }
 
-    /// Mean squares of the errors in training and in validation recordings. Where no validation sample counts,
-    /// the first stands for both.
+    /// Mean squares of the errors in training and in validation recordings. If no validation sample counts, both are
+    /// that of training.
     pub(crate) fn squares(&self) -> Option<[f64; 2]> {
         let trained = self.training_square()?;
         match &self.held_out {
@@ -126,7 +126,7 @@ impl Misfit {
 }
 
 impl<'a> Ranking<'a> {
-    /// A structure, if it could be fitted.
+    /// A structure, if it was fitted.
     pub(crate) fn get(&self, structure: StructureId) -> Option<&Standing<'a>> {
         self.standings.iter().find(|standing| standing.structure == structure)
     }

@@ -1,4 +1,4 @@
-//! Which structures are fitted, from where, and how far.
+//! Chooses which structures are fitted, from which starting points, and how far.
 
 use super::screen::{Remedy, Score};
 use super::tried::{Open, Search};
@@ -7,72 +7,72 @@ use dgd_runtime::parallel::in_parallel_stateless;
 use crate::fit::{Fitted, NoFit, StartPoint};
 use crate::library::{MOST_EFFECTS, StructureId, Values};
 
-/// How many structures the search goes on from.
+/// Number of structures from which the search continues.
 pub(crate) const BEAM: usize = 3;
 
-/// How many near forms of a template are tried.
+/// Number of near forms of a template that are tried.
 const NEAR_FORMS: usize = 8;
 
-/// How many templates of each kind are fitted, whatever others promise.
+/// Number of templates of each kind that are fitted, whatever others promise.
 const OF_EACH_KIND: usize = 2;
 
-/// How many twins are tried for each effect of the best structure.
+/// Number of twins tried for each effect of the best structure.
 const EXCHANGED: usize = 3;
 
-/// Simulations of the fits of a structure in the end.
+/// Maximum number of simulations in the final fits of a structure.
 pub(crate) const EVALUATIONS: usize = 40;
 
-/// Fits that are not finished go on in stages: after so many simulations, those whose error is within
-/// this factor of the least. A structure that is right shows it early.
+/// Unfinished fits continue in stages: after this many simulations, those whose error is within this factor of the
+/// smallest. A correct structure shows early.
 const STAGES: [(usize, f64); 3] = [(4, 10.0), (6, 3.0), (10, 1.5)];
 
-/// A part of a structure with at most so many times its error needs no fit from where the whole ended.
+/// A part of a structure with at most this multiple of its error needs no fit from the end point of the whole.
 const NEARLY_AS_GOOD: f64 = 1.1;
 
-/// A fit that has gone through the stages and still leaves so many times the noise is given up.
+/// A fit that still leaves this multiple of the noise after the stages is abandoned.
 const HOPELESS: f64 = 10.0;
 
-/// So many structures of templates are fitted to the end, in so many rounds at most.
+/// Number of template structures that are fitted to the end, and maximum number of rounds.
 const FINISHED: usize = 4;
 const MOST_ROUNDS: usize = 3;
 
-/// What leaves up to so many times what the best does may leave less when its fit is finished.
+/// Multiple of the best misfit up to which an unfinished fit may still become the best.
 const NEAR_THE_BEST: f64 = 3.0;
 
-/// A fit goes on while a round leaves less than this share of the error.
+/// A fit continues while a round reduces the error to less than this fraction.
 const GOES_ON: f64 = 0.99;
 
-/// When validation recordings are simulated with a structure.
+/// When to simulate validation recordings with a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum HeldOut {
-    /// With its fit.
+    /// Together with its fit.
     Now,
-    /// When it may be the best.
+    /// Once it may be the best.
     Later,
 }
 
-/// A structure to fit, and from where.
+/// A structure to fit, and its starting points.
 #[derive(Debug, Clone)]
 pub(crate) struct Wanted {
     structure: StructureId,
-    /// Values that it starts from.
+    /// Initial values.
     from: Values,
     points: Vec<StartPoint>,
 }
 
-/// Puts the most promising first.
+/// Sorts the most promising first.
 fn best_first_of(scores: &mut [&Score]) {
     scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
 }
 
 impl Search<'_> {
-    /// Tries one effect more with each of some structures.
+    /// Tries adding one effect to each of some structures.
     pub(crate) fn grow(&mut self, frontier: &[StructureId], refitted: usize) {
         let mut wanted: Vec<Wanted> = Vec::new();
         for &structure in frontier.iter().filter(|structure| structure.len() < MOST_EFFECTS) {
             let scores = self.screened(structure);
             let is_sayable = |score: &&Score| self.may_be_said(structure.with(score.candidate));
-            // What brings unknowns of its own does more than its derivative at nothing tells.
+            // An effect with unknowns of its own does more than its derivative at null shows.
             let is_understated = |c: usize| {
                 let own = &self.candidates[c];
                 structure.is_base() && !own.is_generic && own.brings_unknowns
@@ -95,8 +95,8 @@ impl Search<'_> {
         self.confirm(wanted);
     }
 
-    /// The most promising templates of each kind. Where the base model is bent far, a screen understates what acts in
-    /// several equations, as an error of an input does, and overstates what acts in one.
+    /// The most promising templates of each kind. If the base model's parameters are strongly biased, a screen
+    /// understates effects in several equations, such as an input error, and overstates effects in one.
     fn first_of_kinds(&self, scores: &[&Score]) -> Vec<usize> {
         let mut chosen: Vec<usize> = Vec::new();
         for score in scores {
@@ -109,8 +109,8 @@ impl Search<'_> {
         chosen
     }
 
-    /// A structure with each effect that has no score on top of another, to be fitted from the values
-    /// that its file has: effects of the library, and few of the templates.
+    /// A structure extended by each effect without a score, to be fitted from the values in its file: effects of the
+    /// library, and a few templates.
     fn without_score(&mut self, structure: StructureId) -> Vec<Wanted> {
         self.screen(self.open, structure);
         let screens = self.known_screens(self.open, structure);
@@ -124,7 +124,7 @@ impl Search<'_> {
         silent.map(|silent| self.unscreened(structure, silent.candidate)).collect()
     }
 
-    /// Refits structures that were not tried before, each from the points that its screen suggests.
+    /// Fits structures that were not tried before, each from the points that its screen suggests.
     fn confirm(&mut self, wanted: Vec<Wanted>) {
         let mut new: Vec<Wanted> = Vec::new();
         for wanted in wanted {
@@ -145,7 +145,7 @@ impl Search<'_> {
                 .filter(|one| self.fitted(**one).is_some_and(|fitted| !fitted.is_converged));
             next = unfinished.map(|one| self.continued(*one)).collect();
         }
-        // Of what is still under way only the best goes on to the end, if there is hope for it.
+        // Of the unfinished fits only the best is completed, if it is promising.
         let best = self.ranked().into_iter().next().filter(|best| {
             self.training_error(*best).is_some_and(|(sum, n)| sum <= HOPELESS * n as f64)
         });
@@ -175,7 +175,7 @@ impl Search<'_> {
             Ok(fitted)
         });
         for (wanted, result) in wanted.into_iter().zip(results) {
-            // What has no time to go on is as good as it is.
+            // If there is no time to continue, the earlier fit stands.
             if result.is_err() && data.is_spent() && self.fitted(wanted.structure).is_some() {
                 continue;
             }
@@ -194,8 +194,8 @@ impl Search<'_> {
         }
     }
 
-    /// Fits to the end what may be the best structure of templates. What is far from noise was given up
-    /// early, in an order that says little.
+    /// Completes the fits of template structures that may be the best. Those far from noise were abandoned early, and
+    /// their order means little.
     pub(crate) fn finish_templates(&mut self) {
         let error = |of| self.training_sum(of);
         let base = error(StructureId::BASE);
@@ -206,8 +206,8 @@ impl Search<'_> {
         self.finish(&best);
     }
 
-    /// Fits to the end what is near the best, where that has templates: the first that arrives at the noise is not
-    /// always the one that leaves least. Its parts are fitted from where it ended.
+    /// Completes the fits of structures near the best, if that has templates: the first to reach the noise does not
+    /// always have the smallest misfit. Its parts are fitted from its end point.
     pub(crate) fn finish_rivals(&mut self) {
         let is_generic = |search: &Self, one: StructureId| {
             one.effects().any(|effect| search.candidates[effect].is_generic)
@@ -229,7 +229,7 @@ impl Search<'_> {
         }
     }
 
-    /// Fits some structures to the end, and simulates validation recordings with them.
+    /// Completes the fits of some structures, and simulates validation recordings with them.
     pub(crate) fn finish(&mut self, structures: &[StructureId]) {
         let mut open = structures.to_vec();
         for _ in 0..MOST_ROUNDS {
@@ -241,7 +241,7 @@ impl Search<'_> {
                 open.iter().map(|one| self.training_error(*one).map(|(sum, _)| sum)).collect();
             let wanted = open.iter().map(|one| self.continued(*one)).collect();
             self.refit(wanted, EVALUATIONS, HeldOut::Later);
-            // A fit that gains hardly anything in so many simulations will not come far.
+            // A fit that gains hardly anything in that many simulations will not improve much.
             let mut gains = before.into_iter();
             open.retain(|one| {
                 let now = self.training_error(*one).map(|(sum, _)| sum);
@@ -273,8 +273,7 @@ impl Search<'_> {
         }
     }
 
-    /// Tries templates at the place of one that the best structure has: which form it is shows only when all of them
-    /// are fitted.
+    /// Tries other templates at the place of one in the best structure: the right form shows only when all are fitted.
     pub(crate) fn try_near_forms(&mut self) {
         let Some(best) = self.ranked().into_iter().find(|one| self.may_be_said(*one)) else {
             return;
@@ -282,7 +281,7 @@ impl Search<'_> {
         let mut wanted = Vec::new();
         let generic: Vec<usize> =
             best.effects().filter(|c| self.candidates[*c].is_generic).collect();
-        // Beside the others of the structure, and alone: the right form may need none beside it.
+        // With the others of the structure, and alone: the right form may need no others.
         let beside = generic.iter().map(|effect| (*effect, best.without(*effect)));
         let alone = generic.iter().map(|effect| (*effect, StructureId::BASE));
         let mut places: Vec<(usize, StructureId)> = beside.chain(alone).collect();
@@ -294,8 +293,8 @@ impl Search<'_> {
             let mut scored: Vec<&Score> = near.iter().copied().filter_map(of).collect();
             best_first_of(&mut scored);
             let new = scored.into_iter().map(|score| self.extended(rest, score));
-            // Forms that begin alike are screened as one, and part as they grow: what the one that was screened leaves
-            // says whether the others are worth a fit.
+            // Forms with equal derivatives at null are screened as one, and differ as they grow: the misfit of the
+            // screened one shows whether the others are worth a fit.
             let is_worth = |twin: usize| {
                 self.candidates[twin].is_generic
                     && self.training_sum(rest.with(twin))
@@ -316,8 +315,9 @@ impl Search<'_> {
         self.range(Open::Templates).filter(|c| self.are_near(*c, effect)).collect()
     }
 
-    /// Fits to the end the near forms of a structure's templates, each once; whether one of them leaves less. Where the base
-    /// model is bent far, a form that is right may have been given up early, for one that bends the same way sooner.
+    /// Completes the fits of the near forms of a structure's templates, each once. Returns whether one of them has a
+    /// smaller misfit. If the base model is strongly biased, the right form may have been abandoned early in favour of
+    /// one that adapts sooner.
     pub(crate) fn finish_near_forms(&mut self, structure: StructureId) -> bool {
         let generic = structure.effects().filter(|c| self.candidates[*c].is_generic);
         let mut wanted = Vec::new();
@@ -349,8 +349,8 @@ impl Search<'_> {
         forms.into_iter().any(|form| error(form) < error(structure))
     }
 
-    /// Tries other forms of an effect that explains the data only with a parameter at its bound, from where
-    /// that fit ended: a form with less to choose may explain as much.
+    /// Tries other forms of an effect that explains the data only with a parameter at its bound, from the end point of
+    /// that fit: a form with fewer parameters may explain as much.
     pub(crate) fn try_other_forms(&mut self) {
         let mut explaining = self.ranked();
         explaining.retain(|one| self.explains(*one));
@@ -374,11 +374,11 @@ impl Search<'_> {
         other_forms.collect()
     }
 
-    /// Fits a part of a structure, or one like it, from where that ended, unless its own fit ended at a
-    /// minimum that is nearly as good as the whole's.
+    /// Fits a part of a structure, or one like it, from the structure's end point, unless its own fit converged to
+    /// nearly the misfit of the whole.
     ///
-    /// An effect that is right may have been given up early, from a point that the screen suggested, or
-    /// have ended at another minimum; with another one beside it it then would look as if it took both.
+    /// A correct effect may have been abandoned early, from a point that the screen suggested, or have ended at another
+    /// minimum; then two effects would seem necessary.
     pub(crate) fn settle(&mut self, part: StructureId, whole: StructureId) {
         let of_whole = self.training_sum(whole);
         let is_settled = |tried: &Result<Fitted, NoFit>| {
@@ -404,19 +404,19 @@ impl Search<'_> {
         }
     }
 
-    /// A structure with one effect more, to be fitted from where its screen suggests.
+    /// A structure with one more effect, to be fitted from the points that its screen suggests.
     fn extended(&self, structure: StructureId, score: &Score) -> Wanted {
         let longer = structure.with(score.candidate);
         Wanted { structure: longer, from: self.values(structure), points: score.points.clone() }
     }
 
-    /// A structure with one effect more, to be fitted from the values that its file has.
+    /// A structure with one more effect, to be fitted from the values in its file.
     fn unscreened(&self, structure: StructureId, candidate: usize) -> Wanted {
         let points = vec![StartPoint::default()];
         Wanted { structure: structure.with(candidate), from: self.values(structure), points }
     }
 
-    /// A structure to be fitted from where its fit ended.
+    /// A structure to be fitted from the end point of its fit.
     pub(crate) fn continued(&self, structure: StructureId) -> Wanted {
         let points = vec![StartPoint::default()];
         Wanted { structure, from: self.values(structure), points }

@@ -1,4 +1,4 @@
-//! What candidates promise on top of structures that were tried: each screen is made once.
+//! Screens on top of tried structures, each computed once.
 
 use std::ops::Range;
 
@@ -7,11 +7,11 @@ use super::tried::{Open, Search};
 use crate::fit::Fitted;
 use crate::library::{MOST_EFFECTS, StructureId};
 
-/// Templates with unknowns of their own that are screened on top of a structure.
+/// Number of templates with unknowns of their own that are screened on top of a structure.
 const PROMISING: usize = 6;
 
 impl Search<'_> {
-    /// What open candidates promise on top of a structure, the best first.
+    /// Scores of open candidates on top of a structure, the best first.
     pub(crate) fn screened(&mut self, structure: StructureId) -> Vec<Score> {
         self.screened_of(self.open, structure)
     }
@@ -25,14 +25,14 @@ impl Search<'_> {
         scores
     }
 
-    /// What each of the open candidates could gain there.
+    /// Possible gains of each of the open candidates there.
     pub(crate) fn trials(&mut self, structure: StructureId) -> Vec<Trial> {
         self.screen(self.open, structure);
         let trials = self.known_screens(self.open, structure).flat_map(|screen| &screen.trials);
         trials.filter(|trial| !self.doubled.contains_key(&trial.candidate)).cloned().collect()
     }
 
-    /// What some candidates promise on top of the base model, which is screened where it is not.
+    /// The screen of some candidates on top of the base model, computed if necessary.
     pub(crate) fn screen_of_the_base(&self, some: Open) -> Screen {
         let known = self.known_screen(some, StructureId::BASE);
         match known.or_else(|| self.base_screens.get(&some)) {
@@ -44,12 +44,12 @@ impl Search<'_> {
         }
     }
 
-    /// The screen of a structure, if it was made.
+    /// The screen of a structure, if it was computed.
     pub(crate) fn known_screen(&self, some: Open, structure: StructureId) -> Option<&Screen> {
         self.screens.get(&(some, structure))
     }
 
-    /// The screens of a structure that were made, of the library and of templates where both are asked for.
+    /// The computed screens of a structure: of the library, of templates, or both.
     pub(crate) fn known_screens(
         &self,
         some: Open,
@@ -58,7 +58,7 @@ impl Search<'_> {
         some.parts().iter().filter_map(move |part| self.known_screen(*part, structure))
     }
 
-    /// Screens candidates on top of a structure, unless that was done.
+    /// Screens candidates on top of a structure, unless already done.
     pub(crate) fn screen(&mut self, some: Open, structure: StructureId) {
         for part in some.parts() {
             let (range, key) = (self.range(*part), (*part, structure));
@@ -73,8 +73,8 @@ impl Search<'_> {
         }
     }
 
-    /// Candidates that are screened on top of a structure. Templates beside others only if they may be said together,
-    /// and, where each takes simulations of its own, if they promised most in the base model.
+    /// Candidates worth screening on top of a structure. Templates are added to others only if they may be reported
+    /// together and, if each needs simulations of its own, if they promised most in the base model.
     fn worth_screening(&self, part: Open, structure: StructureId, all: Range<usize>) -> Vec<usize> {
         if part != Open::Templates || structure.is_base() {
             return all.collect();

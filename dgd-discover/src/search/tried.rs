@@ -1,4 +1,4 @@
-//! What a search has tried, and what it knows of it.
+//! The state of a search: tried structures and results.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -12,36 +12,37 @@ use super::thresholds::Thresholds;
 use crate::fit::{Data, Fitted, NoFit};
 use crate::library::{BaseModel, Candidate, StructureId, Values};
 
-/// The search and what it has tried.
+/// A search and its results so far.
 pub(crate) struct Search<'a> {
     pub base: &'a BaseModel,
     pub candidates: &'a [Candidate<'a>],
     pub data: Data<'a>,
     pub threads: usize,
-    /// What verdicts are decided by.
+    /// The thresholds for verdicts.
     pub thresholds: Thresholds,
     pub tried: BTreeMap<StructureId, Result<Fitted, NoFit>>,
-    /// Candidates that the search may take.
+    /// Candidates that the search may use.
     pub open: Open,
-    /// Templates that begin as an effect of the library does, or as another form at their place, with that.
+    /// Templates that are to first order equivalent to a library effect, or to another form at their place, with that
+    /// effect.
     pub doubled: BTreeMap<usize, usize>,
-    /// Screens of structures by which candidates were screened.
+    /// Screens, by the candidates and the structure.
     pub screens: BTreeMap<(Open, StructureId), Screen>,
     /// Seed of resampling.
     pub seed: u64,
-    /// Structures that their own evidence contradicts, and why.
+    /// Structures that their evidence contradicts, with the reasons.
     pub doubted: BTreeMap<StructureId, String>,
     /// Evidence for each effect of a structure.
     pub evidence: BTreeMap<StructureId, Vec<Weighed>>,
-    /// Screens of the base model by which candidates were screened, where no closer look was asked for.
+    /// Screens of the base model without refinement, by the candidates.
     pub base_screens: BTreeMap<Open, Screen>,
-    /// Whether candidates explain errors of the base model that could be correlated noise as well.
+    /// Whether candidates explain errors of the base model that could also be correlated noise.
     pub has_effects: bool,
-    /// Parts of structures that were fitted from where the whole ended, with the whole.
+    /// Parts of structures that were fitted from the end point of the whole, with the whole.
     pub settled: BTreeSet<(StructureId, StructureId)>,
 }
 
-/// Which candidates a search may take.
+/// The candidates that a search may use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Open {
     /// Those of the library.
@@ -53,7 +54,7 @@ pub(crate) enum Open {
 }
 
 impl Open {
-    /// What is screened apart.
+    /// The sets that are screened separately.
     pub(crate) fn parts(self) -> &'static [Open] {
         match self {
             Open::Library => &[Open::Library],
@@ -64,7 +65,7 @@ impl Open {
 }
 
 impl<'a> Search<'a> {
-    /// A search that has tried nothing.
+    /// A search without results.
     pub(crate) fn new(
         base: &'a BaseModel,
         candidates: &'a [Candidate<'a>],
@@ -93,7 +94,7 @@ impl<'a> Search<'a> {
 }
 
 impl Search<'_> {
-    /// A structure with its numbers, if it could be fitted.
+    /// The fit of a structure, if it succeeded.
     pub(crate) fn fitted(&self, structure: StructureId) -> Option<&Fitted> {
         self.tried.get(&structure)?.as_ref().ok()
     }
@@ -113,13 +114,13 @@ impl Search<'_> {
         }
     }
 
-    /// Whether the search may take a candidate.
+    /// Whether the search may use a candidate.
     pub(crate) fn is_open(&self, candidate: usize) -> bool {
         self.range(self.open).contains(&candidate)
     }
 
-    /// Whether the templates of a structure are few enough to be a finding: two at most, at different places, of which
-    /// one may depend on any quantity that it likes. More of them bend to anything.
+    /// Whether the templates of a structure are few enough to be a finding: at most two, at different places, of which
+    /// one may depend on an arbitrary quantity. More of them can fit anything.
     pub(crate) fn may_be_said(&self, structure: StructureId) -> bool {
         let generic = structure.effects().map(|c| &self.candidates[c]).filter(|c| c.is_generic);
         match generic.collect::<Vec<_>>().as_slice() {
@@ -132,7 +133,7 @@ impl Search<'_> {
         }
     }
 
-    /// What an effect is called, with what it is applied to.
+    /// The name of an effect, with its arguments.
     pub(crate) fn called(&self, candidate: usize) -> String {
         self.candidates[candidate].application.name()
     }
@@ -152,7 +153,7 @@ impl Search<'_> {
         a.is_generic && b.is_generic && a.target() == b.target() && a.kind() == b.kind()
     }
 
-    /// Since when an effect of a structure acts, s, where it has an onset.
+    /// The onset of an effect of a structure, s, if it has one.
     pub(crate) fn onset(&self, structure: StructureId, candidate: usize) -> Option<f64> {
         let fitted = self.fitted(structure)?;
         let brought = fitted.structure.brought_by(candidate)?;
@@ -161,12 +162,12 @@ impl Search<'_> {
         fitted.values.p.get(name).copied()
     }
 
-    /// Whether no parameter of an effect has run into a bound.
+    /// Whether no parameter of an effect is at a bound.
     pub(crate) fn is_sound(&self, structure: StructureId) -> bool {
         self.fitted(structure).is_some() && self.at_bound(structure).is_empty()
     }
 
-    /// Effects of a structure that have a parameter at a bound.
+    /// Effects of a structure with a parameter at a bound.
     pub(crate) fn at_bound(&self, structure: StructureId) -> Vec<usize> {
         let Some(fitted) = self.fitted(structure) else { return Vec::new() };
         let is_at_bound = |name: &String| {
@@ -181,8 +182,8 @@ impl Search<'_> {
         at_bound.map(|(effect, _)| effect).collect()
     }
 
-    /// Parameters of an effect that rest where they do nothing while another one acts, as the lower limit of an
-    /// input that only ever comes to its upper one.
+    /// Parameters of an effect that stay at their null while another one acts, such as the lower limit of an input that
+    /// reaches only the upper one.
     fn idle<'b>(&self, effect: usize, brought: &'b Brought, fitted: &Fitted) -> Vec<&'b String> {
         let declared = &fitted.structure.system.signature().parameters;
         let rests = |name: &str| {

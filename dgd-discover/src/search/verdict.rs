@@ -1,20 +1,20 @@
-//! What is believed of a ranking, and nothing else: no fit, no recording.
+//! Decides the verdict from a ranking alone, without fits or recordings.
 //!
-//! Structures are ranked by the Bayesian information criterion; one is named only if it leaves nothing
-//! but the sensors' noise, on validation recordings too, or nearly nothing of what there was.
+//! Structures are ranked by the Bayesian information criterion; one is named only if it leaves only the sensors' noise,
+//! on validation recordings too, or almost none of the discrepancy.
 
 use super::ranking::{HeldOutMisfit, Question, Ranking, Standing};
 use super::thresholds::Thresholds;
 use crate::library::StructureId;
 
-/// The short of a discovery.
+/// The verdict of a discovery.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// The base model explains the data.
     Sufficient,
-    /// Something was missing, and has a name.
+    /// Something was missing, and was identified.
     Effects,
-    /// Something is missing, and no known effect passes.
+    /// Something is missing, and no known effect passes the tests.
     Unexplained,
 }
 
@@ -28,7 +28,7 @@ impl Verdict {
         }
     }
 
-    /// The verdict on a ranking, with the structure that it is about.
+    /// The verdict on a ranking, with its structure.
     pub(crate) fn of(ranking: &Ranking<'_>, thresholds: &Thresholds) -> Outcome {
         let judge = Judge::new(ranking, thresholds);
         let outcome = match ranking.question {
@@ -41,23 +41,23 @@ impl Verdict {
     }
 }
 
-/// A verdict with the structure that it is about.
+/// A verdict with its structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// The base model explains the data.
     Sufficient,
-    /// A structure with effects does.
+    /// A structure with effects explains the data.
     Effects(StructureId),
-    /// None does, but effects of the library leave nearly nothing of the discrepancy.
+    /// No structure explains the data, but effects of the library explain nearly all of the discrepancy.
     NearlyAll(StructureId),
-    /// None does, but templates take most of the discrepancy away.
+    /// No structure explains the data, but templates explain most of the discrepancy.
     Most(StructureId),
-    /// None does.
+    /// No structure explains the data.
     Unexplained,
 }
 
 impl Outcome {
-    /// The short of it. Templates that leave more than noise explain nothing.
+    /// The verdict. Templates that leave more than noise explain nothing.
     pub(crate) fn verdict(self) -> Verdict {
         match self {
             Outcome::Sufficient => Verdict::Sufficient,
@@ -74,7 +74,7 @@ impl Outcome {
         }
     }
 
-    /// The structure that the recordings look like, where it is not named.
+    /// The structure that describes the recordings, if it is not named.
     pub(crate) fn described(self) -> Option<StructureId> {
         match self {
             Outcome::Most(structure) => Some(structure),
@@ -83,7 +83,7 @@ impl Outcome {
     }
 }
 
-/// Decides by a ranking and thresholds alone.
+/// Decides from a ranking and thresholds alone.
 #[derive(Clone, Copy)]
 pub(crate) struct Judge<'a, 'r> {
     ranking: &'a Ranking<'r>,
@@ -95,7 +95,7 @@ impl<'a, 'r> Judge<'a, 'r> {
         Judge { ranking, thresholds }
     }
 
-    /// The base model, where it leaves nothing but noise, and predicts validation recordings.
+    /// The base model, if it leaves only noise and predicts validation recordings.
     fn sufficient(self) -> Option<Outcome> {
         let base = self.ranking.get(StructureId::BASE)?;
         let limit = self.thresholds.nearly_explained_held_out;
@@ -110,13 +110,13 @@ impl<'a, 'r> Judge<'a, 'r> {
         let mut best = ranked
             .iter()
             .find(|standing| self.explains(standing) && self.may_be_named(standing))?;
-        // A simpler one is believed although it predicts a little worse: that may be its estimates,
-        // and a name that only noise suggests is worse than none.
+        // A simpler structure is preferred even if it predicts slightly worse: the difference may be due to its
+        // estimates, and a name that only noise suggests is worse than none.
         let nearly = |standing: &&Standing<'_>| {
             standing.misfit.is_at_most(explained, nearly_explained_held_out)
                 && self.may_be_named(standing)
         };
-        // Of two forms of a template at one place the one with more numbers has to be worth them, too.
+        // Of two forms of a template at one place, the one with more parameters must also be worth them.
         let is_simpler = |simpler: &Standing<'_>, best: &Standing<'_>| {
             let is_form = !best.is_specific() && simpler.names == best.names;
             simpler.structure.len() < best.structure.len()
@@ -128,7 +128,7 @@ impl<'a, 'r> Judge<'a, 'r> {
             if simpler.structure.len() < best.structure.len() {
                 return self.is_worth(best, simpler);
             }
-            // Forms of one thing: which it is, the criterion says.
+            // For forms of one effect, the criterion decides.
             simpler.criterion - best.criterion > least_gain
         };
         while let Some(simpler) = ranked
@@ -138,7 +138,7 @@ impl<'a, 'r> Judge<'a, 'r> {
         {
             best = simpler;
         }
-        // What two templates say alike goes by the plainer one, whatever rounding says.
+        // Of two equivalent templates the plainer one is used, regardless of rounding.
         let even = self.thresholds.even;
         let plainer = ranked.iter().filter(nearly).filter(|other| {
             self.explains(other)
@@ -146,7 +146,7 @@ impl<'a, 'r> Judge<'a, 'r> {
                 && other.criterion - best.criterion < even
         });
         best = plainer.min_by_key(|other| other.template).unwrap_or(best);
-        // Where little is left of the base model already, every effect explains the rest.
+        // If the base model already leaves little, any effect explains the rest.
         let base = self.ranking.get(StructureId::BASE);
         let is_idle = base.is_some_and(|base| {
             base.is_doubted && self.explains(base) && !self.is_worth(best, base)
@@ -158,9 +158,8 @@ impl<'a, 'r> Judge<'a, 'r> {
         }
     }
 
-    /// A structure of effects that takes nearly all of the discrepancy away, none of which
-    /// can be spared, and with which no other names compare. What it leaves is more than noise: a plant
-    /// is never all in its model.
+    /// A structure of effects that explains nearly all of the discrepancy, with no dispensable effect and no comparable
+    /// rival. It leaves more than noise: no model captures all of a plant.
     fn nearly_all(self, structure: StructureId) -> Option<Outcome> {
         let is_essential = |effect| self.is_essential(effect, structure);
         (self.takes_nearly_all(structure)
@@ -169,8 +168,8 @@ impl<'a, 'r> Judge<'a, 'r> {
         .then_some(Outcome::NearlyAll(structure))
     }
 
-    /// The best structure of templates alone that takes most of the discrepancy away, of validation recordings as well,
-    /// and leaves more than noise: the recordings look as if there were such effects.
+    /// The best structure of only templates that explains most of the discrepancy, in validation recordings too, but
+    /// leaves more than noise: it describes the recordings.
     fn most(self) -> Option<Outcome> {
         let Thresholds { mostly, .. } = *self.thresholds;
         let ranked = &self.ranking.standings;
@@ -187,21 +186,21 @@ impl<'a, 'r> Judge<'a, 'r> {
         Some(Outcome::Most(best.structure))
     }
 
-    /// Whether effects may be named. Of two templates neither may be there for the rest alone: what one place with
-    /// another form of its own leaves, a second template somewhere else mostly takes.
+    /// Whether effects may be named. Neither of two templates may serve only the remainder: a second template elsewhere
+    /// usually absorbs what the wrong form at one place leaves.
     fn may_be_named(self, standing: &Standing<'_>) -> bool {
         let is_one = standing.structure.len() < 2 || standing.is_specific();
         let is_needed = |effect: &usize| self.is_essential(*effect, standing.structure);
         is_believable(standing) && (is_one || standing.generic.iter().all(is_needed))
     }
 
-    /// Whether a structure leaves so little that nothing need be missing.
+    /// Whether a structure's residuals are so small that nothing else need be missing.
     fn explains(self, standing: &Standing<'_>) -> bool {
         let Thresholds { explained, explained_held_out, .. } = *self.thresholds;
         standing.misfit.is_at_most(explained, explained_held_out)
     }
 
-    /// Whether the effects that one structure has more than another are worth their place.
+    /// Whether the additional effects of one structure over another are worth including.
     fn is_worth(self, longer: &Standing<'_>, shorter: &Standing<'_>) -> bool {
         let Thresholds { worth_its_place, least_gain, .. } = *self.thresholds;
         let excess = |(sum, n): (f64, usize)| sum - n as f64;
@@ -219,7 +218,7 @@ impl<'a, 'r> Judge<'a, 'r> {
             }
     }
 
-    /// The best structure, or a part of it whose rest the Bayesian information criterion hardly asks for.
+    /// The best structure, or a part of it if the Bayesian information criterion hardly favours the rest.
     pub(crate) fn without_spare_parts(self) -> Option<StructureId> {
         let ranked = &self.ranking.standings;
         let mut best = ranked.iter().find(|standing| standing.is_sayable)?;
@@ -232,14 +231,14 @@ impl<'a, 'r> Judge<'a, 'r> {
         Some(best.structure)
     }
 
-    /// Whether effects that may be named leave next to nothing of what the base model does.
+    /// Whether effects that may be named leave almost nothing of the base model's excess.
     pub(crate) fn takes_nearly_all(self, structure: StructureId) -> bool {
         let Thresholds { nearly_all, nearly_all_held_out, .. } = *self.thresholds;
         let Some(standing) = self.ranking.get(structure) else { return false };
         is_believable(standing)
             && match (standing.misfit.squares(), *self.ranking.discrepancy) {
                 (Some([trained, held_out]), Some([all_trained, all_held_out])) => {
-                    // The noise itself is nothing that an effect could take away.
+                    // No effect can remove the noise itself.
                     let is_within =
                         |left: f64, share: f64, all: f64| left - 1.0 <= share * (all - 1.0);
                     is_within(trained, nearly_all, all_trained)
@@ -257,8 +256,8 @@ impl<'a, 'r> Judge<'a, 'r> {
         left(structure).is_some_and(|left| !is_spare(left))
     }
 
-    /// Structures with other names that leave about as little of the training recordings. More effects beside
-    /// a structure's own do not count.
+    /// Structures with other names that leave about as little of the training recordings. Supersets of a structure's
+    /// own effects do not count.
     pub(crate) fn rivals(self, structure: StructureId) -> Vec<&'a Standing<'r>> {
         let Some(own) = self.ranking.get(structure) else { return Vec::new() };
         let Some([trained, _]) = own.misfit.squares() else { return Vec::new() };
@@ -269,7 +268,7 @@ impl<'a, 'r> Judge<'a, 'r> {
         self.ranking.standings.iter().filter(is_rival).collect()
     }
 
-    /// Whether clearly more is left with other names, in training or in validation recordings.
+    /// Whether other names leave clearly more, in training or in validation recordings.
     fn is_unrivalled(self, structure: StructureId) -> bool {
         let own = self.ranking.get(structure).and_then(|own| own.misfit.squares());
         own.is_some_and(|[_, held_out]| {
@@ -283,7 +282,7 @@ impl<'a, 'r> Judge<'a, 'r> {
     }
 }
 
-/// Whether the effects of a structure may be named: none is at a bound, takes another back or is doubted.
+/// Whether the effects of a structure may be named: none is at a bound, cancels another or is doubted.
 fn is_believable(standing: &Standing<'_>) -> bool {
     standing.is_sayable && standing.is_sound && !standing.is_doubted && !*standing.is_cancelling
 }
@@ -302,7 +301,7 @@ mod tests {
     const TEMPLATE: usize = 10;
     const OTHER_TEMPLATE: usize = 11;
 
-    /// A structure that leaves so many times the noise in training and in validation recordings. Each effect
+    /// A structure with these mean squares relative to the noise in training and in validation recordings. Each effect
     /// has two parameters.
     fn left(effects: &[usize], training: f64, held_out: f64) -> Standing<'static> {
         let all = |square: f64| (square * SAMPLES as f64, SAMPLES);
@@ -353,7 +352,7 @@ mod tests {
         assert_eq!(of(Question::IsSufficient, vec![left(&[], 1.0, 1.0)]), Outcome::Sufficient);
         assert_eq!(of(Question::IsSufficient, vec![left(&[], 1.2, 1.0)]), Outcome::Unexplained);
         assert_eq!(of(Question::IsSufficient, vec![left(&[], 1.0, 2.3)]), Outcome::Unexplained);
-        // An effect that takes little away is not worth its place.
+        // An effect that explains little is not worth including.
         let tried = vec![left(&[], 1.08, 1.08), left(&[LEAK], 1.03, 1.06)];
         assert_eq!(explaining(tried), Outcome::Sufficient);
         assert_eq!(Outcome::Sufficient.verdict(), Verdict::Sufficient);
@@ -422,7 +421,7 @@ mod tests {
         assert_eq!(verdict(30.0, vec![]), Outcome::NearlyAll(one(LEAK)));
         assert_eq!(verdict(50.0, vec![]), Outcome::Unexplained);
         assert_eq!(verdict(30.0, vec![left(&[RAIN], 5.0, 30.0)]), Outcome::Unexplained);
-        // A rival that predicts far worse is none, nor is the effect with another beside it.
+        // A rival that predicts far worse does not count, nor does a superset of the effect.
         let fine = vec![left(&[RAIN], 5.0, 50.0), left(&[LEAK, RAIN], 3.0, 30.0)];
         assert_eq!(verdict(30.0, fine), Outcome::NearlyAll(one(LEAK)));
         assert_eq!(Outcome::NearlyAll(one(LEAK)).verdict(), Verdict::Effects);
@@ -453,11 +452,11 @@ mod tests {
         let most = Outcome::Most(one(TEMPLATE));
         assert_eq!(verdict(30.0, TEMPLATE), most);
         assert_eq!(verdict(45.0, TEMPLATE), Outcome::Unexplained);
-        // What the library has a name for is named, or it is not said.
+        // An effect that the library has is either named or not reported.
         assert_eq!(verdict(30.0, LEAK), Outcome::Unexplained);
         assert_eq!(most.verdict(), Verdict::Unexplained);
         assert_eq!((most.structure(), most.described()), (StructureId::BASE, Some(one(TEMPLATE))));
-        // One that fits better and predicts worse does not stand in the way.
+        // A structure that fits better but predicts worse does not count against it.
         let bent = left(&[OTHER_TEMPLATE], 20.0, 60.0);
         let tried = vec![left(&[], 100.0, 100.0), bent, left(&[TEMPLATE], 30.0, 30.0)];
         assert_eq!(of(Question::WhatIsMost, tried), most);

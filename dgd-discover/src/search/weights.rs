@@ -1,5 +1,5 @@
-//! The noise that a search weighs errors with: from the sensors' records, then from the errors of the
-//! best structure so far, white or with a correlation.
+//! The noise with which a search weights errors: from the readings, then from the residuals of the best structure so
+//! far, white or correlated.
 
 use super::refits::{BEAM, EVALUATIONS, HeldOut};
 use super::screen::Score;
@@ -10,11 +10,11 @@ use crate::library::{Refused, StructureId, Values};
 use crate::noise::{coloured_noise, noise_of, steadiness};
 use dgd_screen::noise::SensorNoise;
 
-/// Simulations of fits that are made again with other weights.
+/// Maximum number of simulations of fits that are repeated with other weights.
 const AGAIN: usize = 10;
 
 impl Search<'_> {
-    /// Fits the base model twice if need be: the noise is known better from its residuals.
+    /// Fits the base model, twice if necessary: its residuals give a better noise estimate.
     pub(crate) fn fit_base(&mut self, start: &Values) -> Result<(), NoFit> {
         let refused = |refused: Refused| NoFit(refused.0);
         let structure = self.base.structure(self.candidates, StructureId::BASE).map_err(refused)?;
@@ -43,8 +43,8 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Takes over the noise that the residuals of a structure show where it is less; says whether
-    /// it changed by what matters to weights.
+    /// Adopts the noise of a structure's residuals where it is smaller. Returns whether it changed enough to matter for
+    /// weights.
     pub(crate) fn tighten_noise(&mut self, fitted: &Fitted) -> bool {
         let shown = noise_of(self.data.train, &fitted.residuals(&self.data));
         let mut changed = false;
@@ -58,11 +58,10 @@ impl Search<'_> {
         changed
     }
 
-    /// Takes over the correlated noise that the errors of a structure show, if that is all they show;
-    /// says whether it is.
+    /// Adopts the correlated noise in a structure's errors, if they show nothing else. Returns whether that is so.
     ///
-    /// What a sensor adds by itself is short, steady and the same in all recordings. Errors of outputs
-    /// that are white stay white.
+    /// Sensor noise has a short correlation time, is stationary, and is the same in all recordings. White errors of
+    /// outputs stay white.
     fn recolour(&mut self, structure: StructureId) -> bool {
         if structure.is_base() && self.has_effects {
             return false;
@@ -113,7 +112,7 @@ impl Search<'_> {
         true
     }
 
-    /// Takes over noise, and where validation recordings begin to count.
+    /// Adopts noise, and the times from which validation recordings count.
     fn weigh_with(&mut self, data: Data<'_>) {
         let Data { noise, counts_from, .. } = data;
         let is_reweighed = noise != self.data.noise;
@@ -130,14 +129,14 @@ impl Search<'_> {
         }
     }
 
-    /// Weighs the errors of all structures anew, so that they can be compared.
+    /// Reweights the errors of all structures, so that they are comparable.
     fn weigh_all(&mut self) {
         for fitted in self.tried.values_mut().flatten() {
             fitted.weigh(&self.data);
         }
     }
 
-    /// The same after the noise has changed by what matters to screens and evidence.
+    /// The same after the noise has changed enough to matter for screens and evidence.
     pub(crate) fn reweigh(&mut self) {
         self.weigh_all();
         self.screens.clear();
@@ -146,11 +145,11 @@ impl Search<'_> {
         self.evidence.clear();
     }
 
-    /// Takes over the correlated noise that the errors of the base model show, if they show nothing else and
-    /// no candidate promises to be worth its place beside it.
+    /// Adopts the correlated noise in the base model's errors, if they show nothing else and no candidate promises to
+    /// be worth including.
     ///
-    /// A discrepancy that is as short and steady as noise of a sensor may be both. Where an effect explains
-    /// it, it is the effect's.
+    /// A discrepancy that is as short and stationary as sensor noise may be either. If an effect explains it, the
+    /// effect is preferred.
     pub(crate) fn try_coloured_noise(&mut self) {
         let before = self.data.clone();
         let is_noise = self.recolour(StructureId::BASE) && self.nothing_promises();
@@ -160,7 +159,7 @@ impl Search<'_> {
         self.has_effects = !is_noise;
     }
 
-    /// Whether no candidate, templates among them, promises to be worth its place in the base model.
+    /// Whether no candidate, including templates, promises to be worth adding to the base model.
     fn nothing_promises(&mut self) -> bool {
         let samples = self.training_error(StructureId::BASE).map_or(1, |(_, n)| n) as f64;
         let mut scores = self.screened_of(Open::Library, StructureId::BASE);
@@ -172,13 +171,13 @@ impl Search<'_> {
         scores.iter().all(|score| score.gain < costs(score))
     }
 
-    /// Where the best structure shows less noise than was known, all weights change: what was fitted
-    /// goes on from where it is.
+    /// If the best structure shows less noise than assumed, all weights change, and fits continue from their current
+    /// values.
     pub(crate) fn sharpen(&mut self) {
         let Some(best) = self.ranked().first().copied() else { return };
         let Some(Ok(fitted)) = self.tried.get(&best).cloned() else { return };
         let is_tightened = self.tighten_noise(&fitted);
-        // However little less the noise is, all errors are in units of it.
+        // However small the change of the noise, all errors are in units of it.
         self.weigh_all();
         let before = self.data.noise.clone();
         let is_recoloured = self.recolour(best) && before != self.data.noise;
@@ -186,7 +185,7 @@ impl Search<'_> {
             return;
         }
         self.reweigh();
-        // The base model for comparison, and what may still be the best.
+        // The base model for comparison, and structures that may still be the best.
         let mut again = self.ranked();
         again.truncate(BEAM);
         if !again.contains(&StructureId::BASE) {

@@ -12,7 +12,7 @@ fn known(name: &str, kind: KnownKind, values: Vec<Vec<f64>>) -> KnownQuantity {
     KnownQuantity { name: name.to_owned(), kind, unit, values }
 }
 
-/// A flow that rests at random levels for random times and goes to the next in 20 to 60 s.
+/// A flow that stays at random levels for random times and moves to the next in 20 to 60 s.
 fn flow(normal: &mut Normal) -> Vec<f64> {
     let mut values = Vec::new();
     let mut level = 1500.0;
@@ -27,7 +27,7 @@ fn flow(normal: &mut Normal) -> Vec<f64> {
     values
 }
 
-/// A slow oscillation of random phases, as a level that is controlled.
+/// A slow oscillation of random phases, like a controlled level.
 fn level(normal: &mut Normal) -> Vec<f64> {
     let parts: Vec<[f64; 3]> = (0..5)
         .map(|_| [normal.next(), 0.01 + 0.05 * normal.uniform(), 6.0 * normal.uniform()])
@@ -36,7 +36,7 @@ fn level(normal: &mut Normal) -> Vec<f64> {
     (0..SAMPLES).map(value).collect()
 }
 
-/// Stretches in which something holds.
+/// Windows in which a predicate holds.
 fn windows(holds: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
     let mut all: Vec<[f64; 2]> = Vec::new();
     for k in (0..SAMPLES).filter(|k| holds(*k)) {
@@ -52,7 +52,7 @@ fn of_one(windows: Vec<[f64; 2]>, known: &[KnownQuantity]) -> Option<Condition> 
     condition(&[seconds(SAMPLES)], &[windows], known)
 }
 
-/// An input of flows, another one, a level that was measured with noise, and an unknown of the model.
+/// Two flows as inputs, a level measured with noise, and an unknown of the model.
 fn quantities(seed: u64) -> Vec<KnownQuantity> {
     let normal = &mut Normal::new(seed);
     let (a, b, measured, unknown) = (flow(normal), flow(normal), level(normal), level(normal));
@@ -71,9 +71,9 @@ fn windows_of_a_falling_flow_are_called_so() {
     for seed in 0..10 {
         let all = quantities(seed);
         let a = &all[0].values[0];
-        // The effect begins when the flow falls, and goes on for 20 s.
+        // The effect begins when the flow falls, and lasts for 20 s.
         let falls = |k: usize| (k.max(21) - 20..=k).any(|k| a[k] < a[k - 1] - 4.0);
-        // With few windows nothing is said.
+        // With few windows nothing is reported.
         let Some(found) = of_one(windows(falls), &all) else { continue };
         said += 1;
         assert_eq!(found.quantity, "a", "seed {seed}: {found:?}");
@@ -122,7 +122,7 @@ fn windows_within_a_mode_are_of_that_mode() {
     let found = of_one(inside, &all).expect("a condition");
     assert_eq!(found.quantity, "valve");
     assert_eq!(found.kind, ConditionKind::Mode("half".to_owned()));
-    // Mean times of cells are not those of samples.
+    // The middle of a cell differs from the times of samples.
     assert!(found.share_inside > 0.99 && found.share_outside < 0.01, "{found:?}");
 }
 
@@ -141,7 +141,7 @@ fn windows_at_random_go_with_nothing() {
             |k: usize| marks.iter().any(|(from, length)| (*from..from + length).contains(&k));
         of_one(windows(inside), &quantities(*seed)).is_some()
     });
-    // At p ≤ 0.05 fifteen of 300 with a standard deviation of 3.8, less what is not strong enough.
+    // At p ≤ 0.05 fifteen of 300 with a standard deviation of 3.8, minus those that are not strong enough.
     let claims = claims.count();
     assert!(claims <= 12, "{claims} of {seeds}");
 }
@@ -156,7 +156,7 @@ fn what_sets_in_once_goes_with_nothing_that_drifts_or_steps_once() {
         all.push(known("drift", KnownKind::Input, vec![drift]));
         all.push(known("step", KnownKind::Input, vec![step]));
         assert_eq!(of_one(windows(|k| k >= onset), &all), None, "seed {seed}");
-        // Neither do several windows behind it: the step holds in all of them, and came once.
+        // Nor several windows after it: the step holds in all of them, but occurred once.
         let late = of_one(windows(|k| k >= onset && k % 300 > 100), &all[4..]);
         assert_eq!(late, None, "seed {seed}");
     }

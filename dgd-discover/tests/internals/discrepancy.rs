@@ -1,4 +1,4 @@
-//! Noise is called noise, and what is hidden in it is seen.
+//! Noise is recognised as noise, and discrepancies hidden in it are detected.
 
 use dgd_discover::{
     CheckKind, Colour, SensorNoise, averaging_lengths, discrepancy_windows, effective_sample_size,
@@ -22,15 +22,15 @@ fn white_noise_is_called_so_at_its_level() {
     // 0.06 expected below 1e-4; below 0.05 at most 30 with a standard deviation of 5.3.
     assert_eq!(below[0], 0);
     assert!(below[1] <= 30 + 3 * 5, "{}", below[1]);
-    // The checks overlap, so that Bonferroni's bound is not reached; they must not be deaf either.
+    // The checks overlap, so Bonferroni's bound is not reached; but they must not be insensitive either.
     assert!(below[1] >= 4, "{}", below[1]);
 }
 
 #[test]
 fn a_slow_drift_below_the_noise_is_seen() {
-    // 0.3σ in all; and ±0.3σ, its mean taken away by a fit. Σ means² over the noise's variance is
-    // 5000·0.15² = 112 of the whole, and as much of the halves: χ² around 112 with a standard
-    // deviation of 2·√112 = 21, where 36 is at a level of 1e-7 after Bonferroni.
+    // 0.3σ in all; and ±0.3σ, with the mean removed by a fit. Σ means² over the noise's variance is 5000·0.15² = 112 of
+    // the whole, and as much of the halves: χ² around 112 with a standard deviation of 2·√112 = 21, where 36 is at a
+    // level of 1e-7 after Bonferroni.
     let drifts: [fn(f64) -> f64; 2] = [|x| 0.3 * x, |x| 0.6 * (x - 0.5)];
     for (seed, drift) in (0..20).flat_map(|seed| drifts.map(|drift| (seed, drift))) {
         let times = seconds(5000);

@@ -1,4 +1,4 @@
-//! Of what no effect has a name for, a formula is guessed, and nothing more is said of it.
+//! A formula is guessed, and only that, for a discrepancy without a named effect.
 
 use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
@@ -14,7 +14,7 @@ use dgd_runtime::{Column, Inputs, Options, Problem, System, observe, simulate};
 
 use crate::support::{Normal, model_text};
 
-/// A model that compiles, or what is wrong with it.
+/// A compiled model, or its errors.
 fn compiled(text: &str, sources: &mut Sources) -> Result<Compiled, String> {
     let mut diagnostics = Diagnostics::default();
     let source = Source { name: "guessed.dgd".to_owned(), text: text.to_owned() };
@@ -31,7 +31,7 @@ fn compiled(text: &str, sources: &mut Sources) -> Result<Compiled, String> {
 struct Samples {
     times: Vec<f64>,
     inputs: Vec<Vec<f64>>,
-    /// SI.
+    /// Readings, SI.
     measured: Vec<Vec<f64>>,
 }
 
@@ -49,7 +49,7 @@ fn inputs(system: &Loaded, times: &[f64], declared: &[Vec<f64>]) -> Inputs {
     Inputs::recorded(times, &columns).expect("sound inputs")
 }
 
-/// What is found in one recording, another being held out.
+/// The discovery from one recording, with another as validation data.
 fn found(text: &str, pair: &[Samples; 2], with_templates: bool) -> Discovery {
     let mut sources = Sources::default();
     let compiled = compiled(text, &mut sources).unwrap_or_else(|error| panic!("{error}"));
@@ -106,7 +106,7 @@ equation level: area*der(h) = q_in - k*sqrt(h)
 output h [m]  noise 0.002 [m]
 ";
 
-/// Of the second outlet, in L/min at 1 m and fully open; and of the first.
+/// Coefficient of the second outlet, in L/min at 1 m and fully open; and of the first.
 const SECOND: f64 = 25.0;
 const FIRST: f64 = 40.0;
 
@@ -114,7 +114,7 @@ fn between(random: &mut Normal, low: f64, high: f64) -> f64 {
     low + (high - low) * random.uniform()
 }
 
-/// A quantity that rests at random levels and goes from one to the next in some time.
+/// A quantity that stays at random levels and ramps from one to the next.
 fn ramps(random: &mut Normal, n: usize, low: f64, high: f64) -> Vec<f64> {
     let mut values = Vec::new();
     let mut level = f64::midpoint(low, high);
@@ -129,7 +129,7 @@ fn ramps(random: &mut Normal, n: usize, low: f64, high: f64) -> Vec<f64> {
     values
 }
 
-/// Readings every two seconds of a tank, made by small steps without any solver of this project.
+/// Readings every two seconds of a tank, simulated with small steps and none of this project's solvers.
 fn tank(seed: u64) -> Samples {
     let n = 1500;
     let mut random = Normal::new(seed);
@@ -160,7 +160,7 @@ fn guess_at<'a>(discovery: &'a Discovery, place: &str) -> &'a Guess {
     found.guess.as_ref().unwrap_or_else(|| panic!("a guess in {place}"))
 }
 
-/// The formula stands on the right-hand side of an equation as it was printed, and only with its units.
+/// The printed formula is valid on the right-hand side of an equation, but only with its units.
 #[track_caller]
 fn fits_the_equation(text: &str, equation: &str, guess: &Guess) {
     let with = |formula: &str| {
@@ -201,7 +201,7 @@ fn a_second_outlet_of_a_tank_is_guessed() {
     assert!(closest.r2 > 0.8 && closest.is_of_recordings, "{closest:?}");
 }
 
-/// A recording of the circulation model with something behind an equation of its own.
+/// A recording of the circulation model with `more` added to an equation.
 fn circulation(equation: &str, more: &str, seed: u64) -> Samples {
     let base = model_text("mud_circulation");
     let text = base.replace(equation, &format!("{equation} {more}"));
@@ -231,7 +231,7 @@ fn circulation(equation: &str, more: &str, seed: u64) -> Samples {
     Samples { times, inputs: own, measured }
 }
 
-/// What is guessed about such recordings where no effect is known.
+/// The discovery from such recordings without known effects.
 fn circulation_without_effects(equation: &str, more: &str) -> Discovery {
     let pair = [1, 2].map(|seed| circulation(equation, more, seed));
     found(&model_text("mud_circulation"), &pair, false)
@@ -246,7 +246,7 @@ fn a_pressure_that_goes_with_two_quantities_of_a_return_line_is_guessed() {
     let [term] = guess.terms.as_slice() else { panic!("{}", guess.formula) };
     assert_eq!(term.factor, "* w_ssp*q_tf", "{}", guess.formula);
     assert!((term.coefficient / -1e8 - 1.0).abs() < 0.05, "{}", guess.formula);
-    // The unit is that of a parameter which measures the same.
+    // The unit is that of a parameter of the same dimension.
     assert_eq!(term.unit.symbol, "Pa*s/m^3");
     fits_the_equation(&model_text("mud_circulation"), equation, guess);
 }

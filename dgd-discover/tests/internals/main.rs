@@ -1,4 +1,4 @@
-//! Where a discrepancy is.
+//! Tests of the search for discrepancies.
 
 #[path = "../support/mod.rs"]
 mod support;

@@ -1,4 +1,4 @@
-//! A missing term is found where it is missing, in the unit of the equation as written.
+//! A missing term is found at its place, in the unit of the equation as written.
 
 use dgd_discover::{
     Colour, Deviations, LinearizeError, MissingTerms, PlaceKind, Recording, SensorNoise,
@@ -40,7 +40,7 @@ impl Case {
         places.filter(|(_, place)| of(place.kind)).map(|(i, _)| i).collect()
     }
 
-    /// Inputs with these missing terms; all of them where `missing` is not empty.
+    /// Inputs with these missing terms; including all places if `missing` is not empty.
     fn recorded(&self, missing: &[Vec<f64>]) -> Inputs {
         let declared = self.signature().inputs.iter();
         let columns: Vec<Column<'_>> = declared
@@ -58,7 +58,7 @@ impl Case {
         vec![vec![0.0; self.times.len()]; self.model.places().len()]
     }
 
-    /// Outputs with these terms missing, and the trajectory.
+    /// Outputs with these missing terms, and the trajectory.
     fn simulate(&self, missing: &[Vec<f64>]) -> (Vec<f64>, dgd_runtime::Solution) {
         let inputs = self.recorded(missing);
         let system = self.model.system();
@@ -73,7 +73,7 @@ impl Case {
         Deviations::along(&self.model, &self.p, &self.recorded(&[]), &nominal).expect("derivatives")
     }
 
-    /// measured − simulated, the measurement with these terms and noise.
+    /// measured − simulated, where the measurement has these terms and noise.
     fn residuals(&self, missing: &[Vec<f64>], noise: &[f64], seed: u64) -> Vec<f64> {
         let (measured, _) = self.simulate(missing);
         let (simulated, _) = self.simulate(&self.nothing_missing());
@@ -82,7 +82,7 @@ impl Case {
         errors.map(|((m, s), noise)| m - s + noise * normal.next()).collect()
     }
 
-    /// The estimate at a place when d is missing there.
+    /// The estimate at a place if d is missing there.
     fn estimate(&self, place: usize, d: &[f64], noise: &[f64], seed: u64) -> UnknownInput {
         let mut missing = self.nothing_missing();
         missing[place] = d.to_vec();
@@ -97,7 +97,7 @@ fn white(stds: &[f64]) -> Vec<Option<SensorNoise>> {
     stds.iter().map(|std| Some(SensorNoise::known(*std))).collect()
 }
 
-/// That d lies within the estimate's own uncertainty.
+/// Asserts that d lies within the estimate's own uncertainty.
 fn assert_recovered(found: &UnknownInput, d: &[f64], floor: f64) {
     let n = d.len() as f64;
     let z: Vec<f64> = found
@@ -108,7 +108,7 @@ fn assert_recovered(found: &UnknownInput, d: &[f64], floor: f64) {
         .map(|((estimate, std), d)| (estimate - d) / (std + floor))
         .collect();
     let outside = z.iter().filter(|z| z.abs() > 3.0).count() as f64;
-    // 0.3 % of a normal distribution; errors of neighbours go together, so that it may be more.
+    // 0.3 % of a normal distribution; neighbouring errors are correlated, so it may be more.
     assert!(outside <= 0.02 * n, "{outside} of {n} outside of 3 standard deviations");
     let mean_square = z.iter().map(|z| z * z).sum::<f64>() / n;
     assert!(mean_square < 2.0, "{mean_square}");
@@ -150,8 +150,8 @@ fn a_known_input_of_a_linear_system_is_recovered() {
         // ∫ bump over the window, nearly all of 0.2·60·√π.
         let area = 0.2 * 60.0 * std::f64::consts::PI.sqrt();
         assert!((window.mean * (window.until - window.from) / area - 1.0).abs() < 0.05);
-        // Nothing but noise is left: 1 ± √(2/1200) = 0.04, less what the walk has taken, below a
-        // tenth: it resolves some 10 s with outputs at 1 Hz.
+        // Only noise is left: 1 ± √(2/1200) = 0.04, minus what the walk has absorbed, less than a tenth: it resolves
+        // some 10 s with outputs at 1 Hz.
         for (output, noise) in noise.iter().enumerate() {
             let left = found.residuals.iter().skip(output).step_by(2);
             let mean_square = left.map(|r| (r / noise).powi(2)).sum::<f64>() / 1200.0;
@@ -163,8 +163,8 @@ fn a_known_input_of_a_linear_system_is_recovered() {
 
 #[test]
 fn the_equation_that_lacks_something_explains_most() {
-    // What is missing in the first equation shows in both outputs, as nothing else does. (What is
-    // missing in the second shows in y alone, and y's sensor could have made it up.)
+    // Only a term missing in the first equation shows in both outputs. (One missing in the second shows only in y, and
+    // could be an error of y's sensor.)
     let case = two_lags(1200);
     let noise = [0.01, 0.02];
     let truth = case.place(PlaceKind::Equation, "first");
@@ -213,8 +213,8 @@ fn nothing_hidden_gains_nothing() {
 
 #[test]
 fn correlated_noise_is_not_what_is_missing() {
-    // As much correlated noise as white, with a memory of 12 s: averages over some minutes know five times
-    // less than of white noise.
+    // As much correlated noise as white, with a correlation time of 12 s: averages over some minutes carry five times
+    // less information than with white noise.
     let case = two_lags(1200);
     let (stds, memory) = ([0.01, 0.02], 12.0);
     let noise = stds.map(|std| {
@@ -292,7 +292,7 @@ fn missing_samples_and_uneven_times_are_taken_as_they_are() {
     assert!(found.residuals[704].is_finite());
 }
 
-/// The recordings of the riser: pump and booster move, the return flow is not measured well.
+/// The recordings of the riser: pump and booster vary, the return flow is poorly measured.
 fn riser(variant: &str, n: usize) -> Case {
     let mut case = Case::new(&model_text("mud_circulation"), &[("flow", variant)], seconds(n));
     let lpm = 1e-3 / 60.0;
@@ -307,7 +307,7 @@ fn riser(variant: &str, n: usize) -> Case {
     case
 }
 
-/// A flow that enters the riser unseen: equation riser lacks −flow on its right-hand side.
+/// An unmeasured flow into the riser: equation riser lacks −flow on its right-hand side.
 fn flow_into_the_riser(variant: &str) {
     let n = 2000;
     let case = riser(variant, n);
@@ -334,7 +334,7 @@ fn flow_into_the_riser(variant: &str) {
 
     let deviations = case.deviations();
     let found = unknown_input(&deviations, riser, &residuals, &white(&noise)).expect("seen");
-    // The model is not linear in 8 m of level: a hundredth of the flow.
+    // The model is nonlinear over 8 m of level: a hundredth of the flow.
     assert_recovered(&found, &d, 1.2 * lpm);
     let [window] = &found.windows[..] else { panic!("{:?}", found.windows) };
     assert!((window.from - 800.0).abs() < 40.0 && (window.until - 1100.0).abs() < 40.0);

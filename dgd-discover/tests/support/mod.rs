@@ -1,4 +1,4 @@
-//! What the tests share: noise that is the same in every run, and models as text.
+//! Shared by the tests: reproducible noise, and models as text.
 
 #![allow(dead_code, reason = "no test binary uses all of it")]
 
@@ -20,7 +20,7 @@ pub(crate) fn seconds(n: usize) -> Vec<f64> {
     (0..n).map(|k| k as f64).collect()
 }
 
-/// A model from its text, with room for what is missing.
+/// A model from its text, with unknown inputs.
 pub(crate) fn with_missing_terms(text: &str, variants: &[(&str, &str)]) -> MissingTerms {
     let mut diagnostics = Diagnostics::default();
     let mut sources = Sources::default();

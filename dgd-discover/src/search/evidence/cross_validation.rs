@@ -1,7 +1,7 @@
-//! What structures predict of parts of the recordings that they were not fitted to, where no recording is kept out.
+//! Cross-validation over parts of the recordings, if there are no validation recordings.
 //!
-//! Each recording is cut into [`PARTS`] of time. One part of all recordings at a time is left out of a fit, which then
-//! predicts it: the inputs of that part are known, its readings are not.
+//! Each recording is cut into [`PARTS`] parts in time. One part of all recordings at a time is left out of a fit, which
+//! then predicts it from the inputs of that part.
 
 use dgd_identify::Recording;
 
@@ -10,12 +10,12 @@ use super::super::tried::Search;
 use crate::fit::{Data, Fitted, StartPoint, chi_square, mean};
 use crate::library::StructureId;
 
-/// Parts that are left out in turn.
+/// Number of parts that are left out in turn.
 pub(crate) const PARTS: usize = 4;
 
 impl Search<'_> {
-    /// Mean square of the errors over the noise in parts that were left out, for each output that has readings there;
-    /// `None` where a part cannot be predicted.
+    /// Mean square of the errors relative to the noise in left-out parts, for each output with readings there; `None`
+    /// if a part cannot be predicted.
     pub(crate) fn cross_validated(&self, structure: StructureId) -> Option<Vec<f64>> {
         let fitted = self.fitted(structure)?;
         let (whole, values) = (&self.data, &fitted.values);
@@ -48,7 +48,7 @@ impl Search<'_> {
     }
 }
 
-/// The part of a recording that a sample belongs to.
+/// The part of a recording to which a sample belongs.
 fn part_of(recording: &Recording, k: usize) -> usize {
     let (Some(first), Some(last)) = (recording.times.first(), recording.times.last()) else {
         return 0;

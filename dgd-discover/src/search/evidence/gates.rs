@@ -1,4 +1,4 @@
-//! What a verdict's own evidence must say of it.
+//! Conditions on the evidence for a verdict.
 //!
 //! | verdict | holds only if |
 //! |---|---|
@@ -9,7 +9,7 @@
 //! | | no parameter of it is at a bound (`verdict.rs`) |
 //! | | without validation data, it predicts quarters of the recordings that it was not fitted to, to the noise or to half of what the base model leaves there |
 //!
-//! A structure that does not hold is doubted, with the reason, and the search goes on to the next.
+//! A structure that does not hold is doubted, with the reason, and the search continues with the next.
 
 use rand_pcg::Pcg64;
 
@@ -20,7 +20,7 @@ use super::{Contender, Evidence, Weighed, inclusion, is_no_chance};
 use crate::library::StructureId;
 
 impl Search<'_> {
-    /// Whether the evidence supports an outcome. An outcome that it does not support is doubted from then on.
+    /// Whether the evidence supports an outcome. If not, the outcome is doubted from then on.
     pub(crate) fn holds(&mut self, outcome: Outcome) -> bool {
         let doubt = match outcome {
             Outcome::Sufficient => self.doubt_of_the_base(),
@@ -58,7 +58,7 @@ impl Search<'_> {
         let mut random = Pcg64::new(u128::from(self.seed), 1 + effect as u128);
         let trials = self.trials(rest);
         let own = trials.iter().filter(|trial| trial.candidate == effect);
-        // To first order an effect that is large, or jumps, promises far less than its refit gains.
+        // The first-order promise of a large effect, or one with jumps, is far below the gain of its refit.
         let left = |of: StructureId| self.training_error(of).map_or(0.0, |(sum, _)| sum);
         let observed = gain(own).max(left(rest) - left(structure));
         let p_value = p_value(&trials, observed, &mut random);
@@ -68,8 +68,8 @@ impl Search<'_> {
         Weighed { evidence, with_alike }
     }
 
-    /// All structures, as an effect of one of them is looked for in resamples. Other forms of the effect, other
-    /// templates at its place and its alternatives are alike.
+    /// All structures, to look for an effect of one of them in resamples. Other forms of the effect, other templates at
+    /// its place and its alternatives count as alike.
     fn contenders(&self, structure: StructureId, effect: usize) -> Vec<Contender> {
         let alternatives = self.replacements(structure, effect).others;
         let alternatives = alternatives.into_iter().map(|other| other.candidate);
@@ -92,7 +92,7 @@ impl Search<'_> {
         self.ranked().into_iter().filter_map(contender).collect()
     }
 
-    /// Why the base model is not sufficient although what it leaves is as small as noise.
+    /// Why the base model is not sufficient although its residuals are as small as noise.
     fn doubt_of_the_base(&mut self) -> Option<String> {
         let open =
             if self.range(Open::Library).is_empty() { Open::Templates } else { Open::Library };
@@ -105,7 +105,7 @@ impl Search<'_> {
         })
     }
 
-    /// Why a structure is not believed whose evidence contradicts it.
+    /// Why the evidence contradicts a structure.
     fn doubt(&mut self, structure: StructureId) -> Option<String> {
         let onsets = structure.effects().find_map(|c| self.doubt_of_onset(structure, c));
         if onsets.is_some() {
@@ -124,8 +124,8 @@ impl Search<'_> {
         })
     }
 
-    /// Why a structure is not believed that was fitted to all recordings there are: of parts of them that it was not
-    /// fitted to it predicts hardly more than the base model does.
+    /// Why a structure without validation data is rejected: it predicts left-out parts of the recordings hardly better
+    /// than the base model.
     fn doubt_of_parts(&self, structure: StructureId) -> Option<String> {
         if !self.data.valid.is_empty() || self.data.is_spent() {
             return None;
@@ -150,7 +150,7 @@ impl Search<'_> {
         })
     }
 
-    /// Why an onset is none.
+    /// Why an onset is not credible.
     fn doubt_of_onset(&self, structure: StructureId, candidate: usize) -> Option<String> {
         let onset = self.onset(structure, candidate)?;
         let (mut before, mut after) = (0, 0);
@@ -169,7 +169,7 @@ impl Search<'_> {
         })
     }
 
-    /// What is said of the best structure that was doubted, or of the base model if that is all.
+    /// The best doubted structure, or otherwise the base model, with the reason.
     pub(crate) fn doubts(&self) -> Option<(StructureId, &str)> {
         let of = |structure: StructureId| Some((structure, self.doubted.get(&structure)?.as_str()));
         let best = self.ranked().into_iter().filter(|one| !one.is_base()).find_map(of);
@@ -185,10 +185,10 @@ mod tests {
     use crate::search::draining::{SAMPLES, id, leaving, with_effects};
     use crate::search::screen::{BLOCKS, Basis, Errors, Screen, Trial};
 
-    /// Why an effect is doubted that sets in at some time, where structures leave so much of a mean square of 1.2;
-    /// the first is that of the effect alone.
+    /// The doubt about an effect with an onset at time `since`, given what structures leave of a mean square of 1.2;
+    /// the first structure is the effect alone.
     fn doubt(since: f64, left: &[(&[usize], f64)]) -> Option<String> {
-        // Errors of one that know nothing of a column, which therefore gains about one.
+        // Unit errors unrelated to a column, whose gain is therefore about one.
         let errors: Vec<f64> =
             (0..SAMPLES).map(|k| if k / 3 % 2 == 0 { 1.0 } else { -1.0 }).collect();
         let column: Vec<f64> = (0..SAMPLES).map(|k| if k < 480 { 0.0 } else { 1.0 }).collect();

@@ -1,12 +1,12 @@
-//! How strongly the data speaks for an effect.
+//! Measures the evidence for an effect.
 //!
-//! Residuals are correlated in time, so that resampling keeps blocks of them together.
+//! Residuals are correlated in time, so resampling keeps blocks of them together.
 //!
-//! - p-value: the signs of blocks of the residual before the effect came in are drawn at random,
-//!   which leaves their size and correlation and destroys what they have in common with any
-//!   candidate; how often does the *best* of all candidates then gain as much (`resampled.rs`)?
-//! - inclusion: blocks are drawn with replacement; how often has the structure with the least
-//!   criterion the effect?
+//! - p-value: the signs of blocks of the residuals without the effect are randomised, which preserves their size and
+//!   correlation but destroys any relation to candidates. How often does the *best* of all candidates then gain as much
+//!   (`resampled.rs`)?
+//! - inclusion: blocks are drawn with replacement. How often does the structure with the smallest criterion have the
+//!   effect?
 
 mod cross_validation;
 mod gates;
@@ -16,16 +16,16 @@ use rand_pcg::rand_core::Rng;
 
 use super::screen::{BLOCKS, MANY_RESAMPLES, RESAMPLES, Trial, gain, p_value, resampled_p_value};
 
-/// Why an effect is believed.
+/// The evidence for an effect.
 #[derive(Debug, Clone, Copy)]
 pub struct Evidence {
-    /// Probability that the best of the library gains as much where nothing is hidden.
+    /// Probability that the best of the library gains as much if nothing is missing.
     pub p_value: f64,
-    /// Resamples behind it.
+    /// Number of resamples behind the p-value.
     pub resamples: usize,
-    /// By how much the Bayesian information criterion falls.
+    /// Decrease of the Bayesian information criterion.
     pub bic_gain: f64,
-    /// Share of resamples of the recordings in which the best structure has the effect.
+    /// Fraction of resamples of the recordings in which the best structure has the effect.
     pub inclusion: f64,
 }
 
@@ -33,15 +33,16 @@ pub struct Evidence {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Weighed {
     pub evidence: Evidence,
-    /// Share of resamples in which the best structure has the effect or what the data cannot tell from it.
+    /// Fraction of resamples in which the best structure has the effect or one that the data cannot distinguish from
+    /// it.
     pub with_alike: f64,
 }
 
-/// A structure, as it is resampled.
+/// A structure in resampling.
 pub(crate) struct Contender {
-    /// Whether it has the effect, and whether it has that or what the data cannot tell from it.
+    /// Whether it has the effect, and whether it has the effect or one that the data cannot distinguish from it.
     pub has: [bool; 2],
-    /// What its parameters cost.
+    /// The penalty for its parameters.
     pub penalty: f64,
     /// Σ ε² of each block.
     pub sums: Vec<f64>,
@@ -53,8 +54,8 @@ pub(crate) fn is_no_chance(trials: &[Trial], seed: u64) -> bool {
     p_value.is_some_and(|p| p <= 1.0 / (1 + MANY_RESAMPLES) as f64)
 }
 
-/// Probability that, with nothing hidden, the best candidate promises as much as it does in the base
-/// model, from many resamples where few say that it does not. `None` where there is nothing to try.
+/// Probability that, with nothing missing, the best candidate promises as much as it does in the base model; from more
+/// resamples if few reach its gain. `None` if there is nothing to try.
 pub(crate) fn p_value_of_the_base(trials: &[Trial], seed: u64, many: bool) -> Option<f64> {
     let mut random = Pcg64::new(u128::from(seed), 0);
     let p = (!trials.is_empty()).then(|| p_value(trials, gain(trials), &mut random))?;
@@ -64,8 +65,8 @@ pub(crate) fn p_value_of_the_base(trials: &[Trial], seed: u64, many: bool) -> Op
     Some(resampled_p_value(trials, gain(trials), MANY_RESAMPLES, &mut random))
 }
 
-/// Shares of resamples whose best structure has an effect, and has that or what the data cannot tell from it.
-/// Sums are in units of what the best structure leaves.
+/// Fractions of resamples whose best structure has an effect, and whose best structure has it or one that the data
+/// cannot distinguish from it. Sums are in units of the best structure's residual.
 pub(crate) fn inclusion(contenders: &[Contender], unit: f64, random: &mut Pcg64) -> [f64; 2] {
     let mut included = [0; 2];
     let mut counts = [0.0; BLOCKS];

@@ -1,4 +1,4 @@
-//! Constants within an effect that do nothing at its null, and the grids on which they are tried.
+//! Inner constants of an effect, which have no influence at its null, and the grids on which they are tried.
 
 use dgd_compiler::effects::Brought;
 use dgd_execute::Loaded;
@@ -7,13 +7,13 @@ use dgd_runtime::System;
 
 use crate::library::{Candidate, Ranges, range_of};
 
-/// Points of the grid of an onset: a fit finds an onset that lies within a tenth of the recording.
+/// Points of the grid of an onset: a fit converges from within a tenth of the recording.
 pub(super) const ONSETS: usize = 12;
 
-/// Points of the grid of another inner constant, whose effect changes slowly with it.
+/// Points of the grid of other inner constants, with which effects change slowly.
 const CONSTANTS: usize = 6;
 
-/// A constant within an effect, and where it is tried.
+/// An inner constant of an effect, and its grid.
 pub(super) struct Inner {
     pub(super) name: String,
     pub(super) lower: f64,
@@ -22,15 +22,15 @@ pub(super) struct Inner {
     /// Points of its grid.
     pub(super) points: usize,
     pub(super) is_onset: bool,
-    /// Which of the candidate's inner constants it is.
+    /// Its position among the candidate's inner constants.
     pub(super) place: usize,
 }
 
 impl Inner {
-    /// Its value at a point of the grid. The constants of one candidate go through their grids in
-    /// different orders, so that they do not only move together.
+    /// Its value at a point of the grid. The constants of one candidate traverse their grids in different orders, so
+    /// that they do not move together.
     pub(super) fn at(&self, g: usize) -> f64 {
-        // Strides without a common divisor with 6 and 12.
+        // Strides coprime to 6 and 12.
         let stride = [1, 5, 7, 11][self.place % 4];
         let share = ((g * stride % self.points) as f64 + 0.5) / self.points as f64;
         if self.log {
@@ -40,13 +40,13 @@ impl Inner {
         }
     }
 
-    /// So far from a value, in shares of its range, and within it.
+    /// A value at an offset, in fractions of the range, clamped to the range.
     pub(super) fn near(&self, value: f64, offset: f64) -> f64 {
         (value + offset * (self.upper - self.lower)).clamp(self.lower, self.upper)
     }
 }
 
-/// The constants of a candidate that do nothing at its null.
+/// The inner constants of a candidate.
 pub(super) fn inner_constants(
     system: &Loaded,
     candidate: &Candidate<'_>,
@@ -71,7 +71,7 @@ pub(super) fn inner_constants(
         {
             range
         } else {
-            // Without a bound, five times more or less than what the effect suggests.
+            // Without a bound, a factor of five from the effect's declared value.
             let open = |bound: f64, other: f64| if bound.is_finite() { bound } else { other };
             (open(parameter.lower, size / 5.0), open(parameter.upper, size * 5.0))
         };

@@ -1,4 +1,4 @@
-//! What each candidate promises, to first order: the score test.
+//! Screens candidates to first order: the score test.
 //!
 //! ```text
 //!   r = measured − simulated, J = ∂w/∂(fitted parameters and start values), φ = ∂w/∂λ at λ = 0
@@ -6,10 +6,9 @@
 //!   λ̂ = φ⊥ᵀr / φ⊥ᵀφ⊥,   gain in Σ(e/σ)² = (φ⊥ᵀr)² / φ⊥ᵀφ⊥
 //! ```
 //!
-//! λ is what switches the candidate on: the parameters that its `null` names, or its blend. A
-//! simulation with candidates at nothing gives φ of each. Constants within an effect (an onset,
-//! a time constant, a friction) do nothing there; they are tried on a grid, one simulation for each
-//! point of it.
+//! λ switches the candidate on: the parameters named by its `null`, or its blend. A simulation with candidates at their
+//! nulls gives φ of each. Inner constants of an effect (an onset, a time constant, a friction) have no influence there;
+//! they are tried on a grid, with one simulation for each point.
 //!
 //! Rao, Proc. Cambridge Phil. Soc. 44 (1948) 50; Silvey, Ann. Math. Stat. 30 (1959) 389.
 
@@ -38,28 +37,28 @@ pub(crate) use score::{Remedy, Score, Screen, Silent, are_parallel, best_first};
 pub(crate) use weighted::{blocks, weighted};
 use weighted::{fitted_directions, independent_blocks, sensitivities};
 
-/// About the best onset the grid is made finer so many times each time …
+/// Factor by which the grid is refined around the best onset each time …
 const ZOOM: i32 = 4;
 
-/// … at most so often, from a twelfth of a recording of some hours to a second …
+/// … at most this many times, from a twelfth of a recording of some hours to a second …
 const MOST_ZOOMS: usize = 5;
 
-/// … and while that gains a candidate so much.
+/// … and while that increases a candidate's gain by this factor.
 const WORTH_ZOOMING: f64 = 1.02;
 
-/// Most candidates of a simulation: the work to compile them grows faster than their number.
+/// Maximum number of candidates in a simulation: compilation grows faster than their number.
 const TOGETHER: usize = 12;
 
-/// How closely a screen looks for onsets.
+/// How finely a screen resolves onsets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Resolution {
-    /// On the grid: all that `trials` need.
+    /// On the grid, which suffices for `trials`.
     Grid,
-    /// Also refined about the best.
+    /// Also refined around the best.
     Refined,
 }
 
-/// Most points of the grid to begin fits from.
+/// Maximum number of grid points from which fits begin.
 const MOST_POINTS: usize = 3;
 
 /// Screens candidates that are not in a fitted structure. The best comes first.
@@ -80,7 +79,7 @@ pub(crate) fn screen(
     })
 }
 
-/// The screen, computed.
+/// Computes the screen.
 fn computed(
     base: &BaseModel,
     all: &[Candidate<'_>],
@@ -117,7 +116,7 @@ fn computed(
     let mut screen = Screen::default();
     let count = data.keeping.count("candidates screened", others.len());
     let groups = parts.groups(others, &mut screen.silent);
-    // A thread each, where there are enough of them: a group's simulations alone often are too few to share.
+    // One thread for each group if there are enough groups: a single group often has too few simulations to share.
     let of_group = if groups.len() < threads { threads } else { 1 };
     let parts = Parts { threads: of_group, ..parts };
     let screens = in_parallel_stateless(groups.len(), threads, |k| {
@@ -135,34 +134,34 @@ fn computed(
     screen
 }
 
-/// Which candidates one is screened with.
+/// The candidates with which one is screened.
 enum Company {
-    /// Others without inner constants.
+    /// Other candidates without inner constants.
     Plain,
-    /// Others whose inner constants are onsets.
+    /// Other candidates whose inner constants are onsets.
     WithOnset,
     /// Other templates with inner constants.
     WithConstants,
-    /// None: it may bring states and steps of its own.
+    /// Alone: it may add states and steps of its own.
     None,
-    /// It is not screened, and why.
+    /// Not screened, with the reason.
     LeftOut(String),
 }
 
-/// What the screen of one structure works with.
+/// Data for the screen of one structure.
 struct Parts<'a> {
     base: &'a BaseModel,
     all: &'a [Candidate<'a>],
-    /// The fitted structure, its values, and how many of its start values are fitted.
+    /// The fitted structure, its values, and the number of fitted start values.
     structure: StructureId,
     values: &'a Values,
     starts: usize,
     data: &'a Data<'a>,
     threads: usize,
     basis: &'a Basis,
-    /// Measured samples.
+    /// Number of measured samples.
     samples: usize,
-    /// Those at which the fitted directions have no derivative.
+    /// Number of these at which the fitted directions have no derivative.
     undefined: usize,
     errors: &'a Errors,
     ranges: &'a Ranges,
@@ -170,7 +169,7 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// Candidates that are screened in one simulation, unless one of them hides another.
+    /// Groups of candidates that are screened in one simulation, unless one of them hides another.
     fn groups(&self, others: &[usize], silent: &mut Vec<Silent>) -> Vec<Vec<usize>> {
         let companies =
             in_parallel_stateless(others.len(), self.threads, |k| self.company(others[k]));
@@ -193,7 +192,7 @@ impl Parts<'_> {
     fn company(&self, one: usize) -> Company {
         let (structure, candidate) = (self.structure, &self.all[one]);
         let is_apart = structure.effects().any(|other| self.all[other].excludes(candidate));
-        // Whether it can be applied shows when its group is screened.
+        // Whether it can be applied will show when its group is screened.
         if candidate.is_generic && !candidate.has_inner && !is_apart {
             return Company::Plain;
         }
@@ -241,7 +240,7 @@ impl Parts<'_> {
         groups
     }
 
-    /// Screens some candidates by simulations that hold them all; where these cannot be had, in halves.
+    /// Screens some candidates with simulations that include all of them; if that fails, in halves.
     fn screen(&self, others: &[usize], screen: &mut Screen) {
         if self.screen_together(others, Blending::Null, screen).is_some() {
             return;
@@ -253,15 +252,15 @@ impl Parts<'_> {
             }
             return;
         };
-        // At its null it has no derivative; blended in, with the null's parameters on a grid, it may.
+        // At its null it has no derivative; blended in, with the null's parameters on a grid, it may have one.
         if self.screen_together(others, Blending::Blended, screen).is_none() {
             let why = "has no derivative where it does nothing".to_owned();
             screen.silent.push(Silent { candidate, why, remedy: Remedy::Fit });
         }
     }
 
-    /// Nothing where the candidates cannot be simulated, or lose derivatives that the fitted structure
-    /// has: one by itself more than half of them.
+    /// `None` if the candidates cannot be simulated, or lose derivatives that the fitted structure has; a single
+    /// candidate may lose up to half of them.
     fn screen_together(&self, others: &[usize], how: Blending, screen: &mut Screen) -> Option<()> {
         if others.is_empty() {
             return Some(());
@@ -275,7 +274,7 @@ impl Parts<'_> {
         let grid: Vec<Place> = (0..points).map(|g| together.grid(g)).collect();
         let mut found: Vec<Vec<Promise>> = vec![Vec::new(); others.len()];
         let least = self.try_places(&together, &grid, &mut found)?;
-        // A kink of one of them may take the derivatives of all; of its own it may lose some.
+        // A kink of one candidate may remove the derivatives of all; alone it may lose some of its own.
         let bearable = if others.len() > 1 { 0 } else { self.samples / 2 };
         if least > self.undefined.max(bearable) {
             return None;
@@ -318,9 +317,9 @@ impl Parts<'_> {
         Some(())
     }
 
-    /// Simulates candidates with their inner constants at some places, and adds what each promises
-    /// there; says at how many measured samples derivatives are undefined, at the place where they are
-    /// fewest, and nothing where nothing could be simulated.
+    /// Simulates candidates with their inner constants at some points, and adds what each promises there. Returns the
+    /// smallest number, over these points, of measured samples with undefined derivatives; `None` if nothing could be
+    /// simulated.
     fn try_places(
         &self,
         together: &Together<'_>,
@@ -357,9 +356,9 @@ impl Parts<'_> {
         undefined
     }
 
-    /// Looks closer about the best onset of each candidate, as long as that gains something: readings
-    /// that jump lose all that an onset gains within a few samples, and no fit finds it from afar.
-    /// The onset found in the end takes the place of the best.
+    /// Refines the grid around the best onset of each candidate as long as that increases the gain: if readings jump,
+    /// an onset loses its gain within a few samples, and no fit finds it from afar. The refined onset replaces the
+    /// best.
     fn zoom(
         &self,
         others: &[usize],
@@ -368,7 +367,7 @@ impl Parts<'_> {
         found: &mut [Vec<Promise>],
     ) {
         let structure = self.structure;
-        // Positions among the others, and where the best onset is.
+        // Positions among the others, and the best onset.
         let best = |k: usize| match (inner[k].as_slice(), found[k].first()) {
             ([inner], Some(best)) if inner.is_onset => Some((k, best.point.value(&inner.name))),
             _ => None,
@@ -416,8 +415,8 @@ impl Parts<'_> {
         }
     }
 
-    /// Whether a candidate brings a start value that is fitted with it: its derivative is nothing where
-    /// the candidate does nothing, and what the candidate then does is that of a wrong start.
+    /// Whether a candidate adds a fitted start value: its derivative is zero at the candidate's null, and the candidate
+    /// would otherwise act like a wrong start value.
     fn has_own_start(&self, candidate: usize) -> bool {
         let with_it = self.structure.with(candidate);
         let with_it = self.base.structure(self.all, with_it);
@@ -428,20 +427,20 @@ impl Parts<'_> {
         inner_constants(system, &self.all[one], brought, self.data.train, self.ranges)
     }
 
-    /// Inner constants of each of some candidates.
+    /// The inner constants of each of some candidates.
     fn inner_of(&self, some: &[usize], system: &Loaded, brought: &[Brought]) -> Vec<Vec<Inner>> {
         let each = some.iter().zip(brought);
         each.map(|(&one, brought)| self.inner_of_one(system, one, brought)).collect()
     }
 }
 
-/// How many start values of a structure are fitted.
+/// Number of fitted start values of a structure.
 fn starts(structure: &Structure) -> usize {
     let directions = &structure.system.signature().directions;
     directions.iter().filter(|one| matches!(one, Direction::Start(_))).count()
 }
 
-/// Inner constants of each of some candidates.
+/// Values of the inner constants of each of some candidates.
 type Place = Vec<Vec<f64>>;
 
 /// Candidates that are simulated together.
@@ -449,7 +448,7 @@ type Place = Vec<Vec<f64>>;
 struct Together<'a> {
     system: &'a Loaded,
     brought: &'a [Brought],
-    /// Inner constants of each.
+    /// The inner constants of each.
     inner: &'a [Vec<Inner>],
 }
 
@@ -460,20 +459,20 @@ impl Together<'_> {
     }
 }
 
-/// What a candidate promises at one point of the grid.
+/// The promise of a candidate at one point of the grid.
 #[derive(Debug, Clone)]
 struct Promise {
     gain: f64,
     point: StartPoint,
     columns: Vec<Vec<f64>>,
     contrasts: Vec<Contrast>,
-    /// Whether it changes anything that is measured.
+    /// Whether it affects any measurement.
     is_seen: bool,
 }
 
 /// The gain of the best λ within bounds.
 ///
-/// Several λ of one candidate are taken one after another, each orthogonal to those before.
+/// Several λ of one candidate are treated one after another, each orthogonal to those before.
 fn promise(
     system: &Loaded,
     lambdas: &[&String],

@@ -1,17 +1,17 @@
-//! Least squares on long columns: what is left of a column after the fitted directions are taken out.
+//! Projects the fitted directions out of long columns.
 
 /// An orthonormal basis of the span of some columns.
 ///
-/// Modified Gram–Schmidt, twice: the columns differ in size by many orders and are nearly parallel
-/// where parameters are hard to tell apart (Giraud, Langou, Rozložník, Comput. Math. Appl. 50
-/// (2005) 1069: twice is enough).
+/// Modified Gram–Schmidt, twice: the columns differ in size by many orders of magnitude and are nearly parallel for
+/// parameters that are hardly distinguishable (Giraud, Langou, Rozložník, Comput. Math. Appl. 50 (2005) 1069: twice is
+/// enough).
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Basis {
     columns: Vec<Vec<f64>>,
 }
 
-/// A column that keeps less than this share of its length lies in the span: what is left is
-/// rounding and the solver's error, not information.
+/// A column that keeps less than this fraction of its length lies in the span: the rest is rounding and solver error,
+/// not information.
 const IN_SPAN: f64 = 1e-5;
 
 impl Basis {
@@ -31,14 +31,13 @@ impl Basis {
         &self.columns
     }
 
-    /// Takes in a column that is orthogonal to the span.
+    /// Adds a column that is orthogonal to the span.
     pub(crate) fn extend(&mut self, rest: &[f64]) {
         let length = dot(rest, rest).sqrt();
         self.columns.push(rest.iter().map(|value| value / length).collect());
     }
 
-    /// The part of a column that is orthogonal to the span; `None` if there is none, or if it is
-    /// not a finite column.
+    /// The part of a column that is orthogonal to the span; `None` if there is none, or if the column is not finite.
     pub(crate) fn project_out(&self, column: &[f64]) -> Option<Vec<f64>> {
         let before = dot(column, column);
         let mut rest = column.to_vec();
@@ -76,7 +75,7 @@ mod tests {
         let n = 501;
         let t = |k: usize| k as f64 / n as f64;
         let column = |f: &dyn Fn(f64) -> f64| (0..n).map(|k| f(t(k))).collect::<Vec<f64>>();
-        // Sizes and directions as parameters have them: 1e8 apart, nearly parallel.
+        // Sizes and directions typical of parameters: 1e8 apart, nearly parallel.
         let fitted = [column(&|_| 1.0), column(&|t| 1e8 * t), column(&|t| 1e8 * t + 1e4 * t * t)];
         let basis = Basis::new(&fitted);
         let rest = basis.project_out(&column(&|t| t.powi(3))).unwrap();

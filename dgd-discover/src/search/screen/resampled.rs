@@ -1,4 +1,4 @@
-//! What candidates would gain from errors that have nothing to do with them.
+//! Gains of candidates from resampled errors that are unrelated to them.
 //!
 //! ```text
 //!   r⊥  = (I − QQᵀ) r                       errors without what the fitted directions could do
@@ -7,11 +7,10 @@
 //!   resampled: z* = Σ_b s_b φ⊥_bᵀu_b / ‖φ⊥‖   s_b = ±1 at random
 //! ```
 //!
-//! For white errors of variance one Cov(r⊥_b) = I − Q_b Q_bᵀ. So Cov(u_b) = I, and the mean of z* ψ* over
-//! signs and errors is φ⊥ᵀψ⊥/‖φ⊥‖‖ψ⊥‖ for any two candidates, as it is of what they gain as it is. Signs
-//! of whole blocks keep sizes and correlation of errors that are not as white. All places of the grid of
-//! all candidates take part, in the same way for the errors as they are and resampled: the largest of
-//! them pays for the search.
+//! For white errors of unit variance Cov(r⊥_b) = I − Q_b Q_bᵀ. So Cov(u_b) = I, and the mean of z* ψ* over signs and
+//! errors is φ⊥ᵀψ⊥/‖φ⊥‖‖ψ⊥‖ for any two candidates, as it is for the original errors. Signs of whole blocks preserve
+//! the size and correlation of errors that are not white. All grid points of all candidates take part, equally for
+//! original and resampled errors: using the largest accounts for the search.
 //!
 //! Sources: Wu, Ann. Stat. 14 (1986) 1261 (random signs); White, Econometrica 68 (2000) 1097 (the
 //! maximum over candidates); Bell, McCaffrey, Survey Methodology 28 (2002) 169 (u_b).
@@ -23,16 +22,16 @@ use rand_pcg::rand_core::Rng;
 
 use super::projection::Basis;
 
-/// Resamples.
+/// Number of resamples.
 pub(crate) const RESAMPLES: usize = 999;
 
-/// Resamples where few leave open whether noise could gain as much.
+/// Number of resamples if fewer do not settle whether noise could gain as much.
 pub(crate) const MANY_RESAMPLES: usize = 9999;
 
-/// Blocks in all recordings together: long enough to hold a correlation, many enough to be drawn.
+/// Total number of blocks in all recordings: long enough to contain correlations, and enough of them for resampling.
 pub(crate) const BLOCKS: usize = 100;
 
-/// What the fit has left of a direction within a block; where it is less, it has taken it all.
+/// Fraction of a direction left by the fit within a block below which the fit has absorbed all of it.
 const ALL_TAKEN: f64 = 1e-6;
 
 /// Errors in blocks of time, ready to be resampled.
@@ -46,20 +45,20 @@ pub(crate) struct Errors {
     restored: Vec<f64>,
 }
 
-/// What one λ at one place of a candidate's grid could gain.
+/// The possible gain of one λ at one point of a candidate's grid.
 #[derive(Debug, Clone)]
 pub(crate) struct Contrast {
     /// φ⊥ᵀr⊥ / ‖φ⊥‖.
     as_it_is: f64,
-    /// φ⊥_bᵀu_b / ‖φ⊥‖ of each block.
+    /// φ⊥_bᵀu_b / ‖φ⊥‖ for each block.
     parts: Vec<f64>,
-    /// ‖φ⊥‖: one over the standard deviation of λ.
+    /// ‖φ⊥‖: the reciprocal of the standard deviation of λ.
     length: f64,
-    /// Bounds of λ, from nothing.
+    /// Bounds of λ relative to its null.
     bounds: [f64; 2],
 }
 
-/// What a candidate could gain at one place of its grid.
+/// The possible gain of a candidate at one point of its grid.
 #[derive(Debug, Clone)]
 pub(crate) struct Trial {
     /// Position of the candidate.
@@ -73,18 +72,18 @@ keep_by_fields!(Contrast { as_it_is, parts, length, bounds });
 keep_by_fields!(Trial { candidate, contrasts });
 
 impl Contrast {
-    /// λ, from nothing.
+    /// λ relative to its null.
     pub(crate) fn estimate(&self) -> f64 {
         let [lower, upper] = self.bounds;
         (self.as_it_is / self.length).clamp(lower, upper)
     }
 
-    /// One over the standard deviation of λ.
+    /// The reciprocal of the standard deviation of λ.
     pub(crate) fn length(&self) -> f64 {
         self.length
     }
 
-    /// The most that it takes from Σ (e/σ)².
+    /// The largest reduction of Σ (e/σ)².
     pub(crate) fn gain(&self) -> f64 {
         self.gain_of(self.as_it_is)
     }
@@ -112,8 +111,8 @@ impl Errors {
         Errors { blocks, as_they_are, restored }
     }
 
-    /// What a column that is orthogonal to the fitted directions could gain with λ within bounds, which
-    /// are counted from nothing.
+    /// The possible gain of a column that is orthogonal to the fitted directions, with λ within bounds relative to its
+    /// null.
     pub(crate) fn contrast(&self, column: &[f64], bounds: [f64; 2]) -> Contrast {
         let (mut parts, mut along, mut square) = (vec![0.0; BLOCKS], 0.0, 0.0);
         for (k, (phi, block)) in column.iter().zip(&self.blocks).enumerate() {
@@ -129,9 +128,9 @@ impl Errors {
     }
 }
 
-/// Gives the samples of one block the variance back that a fit took from them.
+/// Restores to the samples of one block the variance that a fit removed.
 ///
-/// With QᵀQ = V Λ Vᵀ, Q being the rows of the block, (I − QQᵀ)^(−1/2) = I + Q V diag(((1 − λ)^(−1/2) − 1)/λ) Vᵀ Qᵀ.
+/// With QᵀQ = V Λ Vᵀ, where Q are the rows of the block, (I − QQᵀ)^(−1/2) = I + Q V diag(((1 − λ)^(−1/2) − 1)/λ) Vᵀ Qᵀ.
 fn restore(errors: &mut [f64], block: &[usize], directions: &[Vec<f64>]) {
     let n = directions.len();
     if n == 0 || block.is_empty() {
@@ -154,33 +153,32 @@ fn restore(errors: &mut [f64], block: &[usize], directions: &[Vec<f64>]) {
 }
 
 impl Trial {
-    /// What it gains from the errors as they are.
+    /// Its gain from the original errors.
     fn gain(&self) -> f64 {
         self.contrasts.iter().map(Contrast::gain).sum()
     }
 
-    /// What it gains from errors with other signs.
+    /// Its gain from errors with other signs.
     fn resampled_gain(&self, signs: &[f64; BLOCKS]) -> f64 {
         let along = |parts: &[f64]| parts.iter().zip(signs).map(|(part, sign)| part * sign).sum();
         self.contrasts.iter().map(|contrast| contrast.gain_of(along(&contrast.parts))).sum()
     }
 }
 
-/// The most that candidates gain from the errors as they are.
+/// The largest gain of candidates from the original errors.
 pub(crate) fn gain<'a>(trials: impl IntoIterator<Item = &'a Trial>) -> f64 {
     trials.into_iter().map(Trial::gain).fold(0.0, f64::max)
 }
 
-/// Probability that the best of all candidates gains as much from resampled errors as was observed; a
-/// multiple of 1/1000.
+/// Probability that the best of all candidates gains as much from resampled errors as observed; a multiple of 1/1000.
 ///
-/// It is uniform where nothing is hidden and the best gain from the errors as they are was observed: the
-/// rank of that among the resamples, in which ties are broken at random.
+/// It is uniformly distributed if nothing is missing and `observed` is the best gain from the original errors: the rank
+/// of that among the resamples, with ties broken at random.
 pub(crate) fn p_value(trials: &[Trial], observed: f64, random: &mut Pcg64) -> f64 {
     resampled_p_value(trials, observed, RESAMPLES, random)
 }
 
-/// The same from so many resamples.
+/// The same from a given number of resamples.
 pub(crate) fn resampled_p_value(
     trials: &[Trial],
     observed: f64,
@@ -217,15 +215,15 @@ mod tests {
         (0..SAMPLES).map(|k| f(k as f64 / SAMPLES as f64)).collect()
     }
 
-    /// p-values of white errors without any effect in them whose size grows from one to `last`.
+    /// p-values of white errors without any effect, whose size grows from one to `last`.
     fn p_values(last: f64, number: u128) -> Vec<f64> {
-        // What start values do, over a few blocks, and what parameters do, all the time.
+        // Directions like those of start values, over a few blocks, and of parameters, over all times.
         let mut directions: Vec<Vec<f64>> =
             [30.0, 60.0, 120.0].map(|rate| column(|t| (-rate * t).exp())).to_vec();
         directions
             .extend((0..9).map(|k| column(|t| (std::f64::consts::PI * f64::from(k) * t).cos())));
         let fitted = Basis::new(&directions);
-        // Onsets, some of them near an end; a spike of a few blocks; something that has one sign only.
+        // Onsets, some of them near an end; a spike of a few blocks; a column of one sign.
         let steps = [0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98];
         let mut columns: Vec<Vec<f64>> =
             steps.map(|since| column(|t| f64::from(u8::from(t > since)))).to_vec();
@@ -262,7 +260,7 @@ mod tests {
 
     #[test]
     fn a_test_of_one_side_alone_is_uniform_too() {
-        // Half of all errors gain nothing then: ties, whose ranks are drawn.
+        // Half of all errors then gain nothing: ties, whose ranks are drawn at random.
         let fitted = Basis::new(&[column(|_| 1.0)]);
         let line = fitted.project_out(&column(|t| t)).unwrap();
         let blocks: Vec<usize> = (0..SAMPLES).map(|k| k * BLOCKS / SAMPLES).collect();

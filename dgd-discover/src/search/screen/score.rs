@@ -1,4 +1,4 @@
-//! What a screen says of each candidate.
+//! The result of a screen for each candidate.
 
 use dgd_identify::journal::Kept;
 use dgd_identify::keep_by_fields;
@@ -7,64 +7,63 @@ use super::projection::dot;
 use super::resampled::Trial;
 use crate::fit::StartPoint;
 
-/// What a candidate promises.
+/// The promise of a candidate.
 #[derive(Debug, Clone)]
 pub(crate) struct Score {
     /// Position of the candidate.
     pub candidate: usize,
-    /// The most that it takes from Σ (e/σ)², over the grid.
+    /// The largest reduction of Σ (e/σ)² over the grid.
     pub gain: f64,
-    /// Where to begin a fit, the best first.
+    /// Starting points of a fit, the best first.
     pub points: Vec<StartPoint>,
     /// φ⊥ at the best point of the grid, one column for each λ.
     pub columns: Vec<Vec<f64>>,
 }
 
-/// What a screen says.
+/// The result of a screen.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Screen {
-    /// Candidates that promise something, the best first.
+    /// Candidates with a gain, the best first.
     pub scores: Vec<Score>,
-    /// What each candidate could gain at each place of its grid, whether it does or not.
+    /// The possible gain of each candidate at each point of its grid, whether realised or not.
     pub trials: Vec<Trial>,
-    /// Candidates whose score says little or nothing.
+    /// Candidates whose score is not informative.
     pub silent: Vec<Silent>,
 }
 
-/// A candidate whose score says little or nothing.
+/// A candidate whose score is not informative.
 #[derive(Debug, Clone)]
 pub(crate) struct Silent {
     /// Position of the candidate.
     pub candidate: usize,
-    /// Why, as what follows its name.
+    /// The reason, as the continuation of a sentence after its name.
     pub why: String,
-    /// What may be done about it.
+    /// What can be done about it.
     pub remedy: Remedy,
 }
 
-/// What may be done about a candidate whose score says little.
+/// What can be done about a candidate whose score is not informative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Remedy {
-    /// Its score is that it takes nothing away.
+    /// Nothing: its score is zero.
     ScoreIsZero,
     /// It can be fitted from the values in its file.
     Fit,
-    /// That, too, since its score is nothing for a reason that a fit does not have.
+    /// It can also be fitted, since its score is zero for a reason that does not apply to a fit.
     FitAnyway,
-    /// Nothing.
+    /// Nothing: it is left out.
     LeaveOut,
 }
 
-/// Squared cosine between the columns of candidates that are the same equations: the solver's error
-/// is what is left of it.
+/// Squared cosine above which the columns of two candidates are parallel: the difference is solver error.
 const PARALLEL: f64 = 1.0 - 1e-6;
 
-/// Puts the best first.
+/// Sorts the best first.
 pub(crate) fn best_first(scores: &mut [Score]) {
     scores.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.candidate.cmp(&b.candidate)));
 }
 
-/// Whether two candidates do the same to the outputs, to first order and but for a factor.
+/// Whether two candidates have the same effect on the outputs, to first order and up to a factor.
 pub(crate) fn are_parallel(a: &Score, b: &Score) -> bool {
     let ([a], [b]) = (a.columns.as_slice(), b.columns.as_slice()) else { return false };
     a.len() == b.len() && dot(a, b).powi(2) > PARALLEL * dot(a, a) * dot(b, b)

@@ -1,4 +1,4 @@
-//! Residuals and sensitivities of the measured samples, in units of the noise and without its correlation.
+//! Residuals and sensitivities of the measured samples, in units of the noise and whitened.
 
 use dgd_execute::Loaded;
 use dgd_identify::Recording;
@@ -11,8 +11,8 @@ use crate::fit::{Data, Fitted, whitened};
 use crate::library::Values;
 use crate::noise::Whitener;
 
-/// The span of what is fitted already: parameters, and start values of each recording; and at how many
-/// measured samples derivatives to it are undefined.
+/// The span of the fitted directions (parameters, and start values of each recording), and the number of measured
+/// samples at which their derivatives are undefined.
 pub(super) fn fitted_directions(fitted: &Fitted, data: &Data<'_>) -> Option<(Basis, usize)> {
     let structure = &fitted.structure;
     let system = &structure.system;
@@ -49,12 +49,12 @@ struct Part {
     rows: usize,
     /// One for each direction.
     columns: Vec<Vec<f64>>,
-    /// Of these rows, those at which a derivative is undefined.
+    /// Number of these rows at which a derivative is undefined.
     undefined: usize,
 }
 
-/// One column for each direction over the samples of all training recordings, and at how many of them
-/// a derivative is undefined.
+/// One column for each direction over the samples of all training recordings, and the number of samples at which a
+/// derivative is undefined.
 pub(super) fn sensitivities(
     system: &Loaded,
     values: &Values,
@@ -94,7 +94,7 @@ fn sensitivities_by_recording(
                 };
                 undefined += (0..measured.len()).filter(|k| is_undefined(*k)).count();
                 for (j, column) in columns.iter_mut().enumerate() {
-                    // A derivative that is unknown from some point on takes no part.
+                    // A derivative that is unknown from some point on does not count.
                     let derivative = |k: usize| {
                         let value = observations.dw(k)[j * observations.n_w + output];
                         if value.is_finite() { value } else { 0.0 }
@@ -111,7 +111,7 @@ fn sensitivities_by_recording(
         .collect()
 }
 
-/// Residuals in units of the noise and without its correlation, in the order of the columns above.
+/// Whitened residuals in units of the noise, in the order of the columns above.
 pub(crate) fn weighted(data: &Data<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<f64> {
     let mut all = Vec::new();
     for (recording, outputs) in data.train.iter().zip(residuals) {
@@ -123,14 +123,14 @@ pub(crate) fn weighted(data: &Data<'_>, residuals: &[Vec<Vec<f64>>]) -> Vec<f64>
     all
 }
 
-/// Blocks are at least so many times as long as the noise's memory: what is left of its correlation, which
-/// is never known exactly, stays within a block.
+/// Minimum length of blocks, in correlation times of the noise: the remaining correlation, which is never known
+/// exactly, then stays within a block.
 const MEMORIES: f64 = 5.0;
 
-/// And so many there are at least.
+/// Minimum number of blocks.
 const FEWEST_BLOCKS: f64 = 10.0;
 
-/// How many blocks of all recordings have little to do with each other.
+/// Number of nearly independent blocks in all recordings.
 pub(super) fn independent_blocks(data: &Data<'_>) -> usize {
     let colours = data.noise.iter().flatten().filter_map(|noise| noise.colour);
     let memory = colours.map(|colour| colour.memory).fold(0.0, f64::max);
@@ -142,7 +142,7 @@ pub(super) fn independent_blocks(data: &Data<'_>) -> usize {
     (seconds / (MEMORIES * memory)).clamp(FEWEST_BLOCKS, BLOCKS as f64) as usize
 }
 
-/// The block of each weighted residual, in their order, of so many.
+/// The block of each weighted residual, in their order, out of `number` blocks.
 pub(crate) fn blocks(data: &Data<'_>, residuals: &[Vec<Vec<f64>>], number: usize) -> Vec<usize> {
     let samples: usize = data.train.iter().map(|recording| recording.times.len()).sum();
     let (mut all, mut before) = (Vec::new(), 0);
