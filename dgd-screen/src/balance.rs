@@ -1,13 +1,13 @@
-//! What the balances of a model leave over when all that they contain was measured.
+//! The imbalance of a model's balances whose terms were all measured.
 //!
-//! A balance ẏ = f(y, u) whose unknown y and whose right-hand side follow from readings alone has
+//! A balance ẏ = f(y, u) whose unknown y and right-hand side follow from readings alone has the imbalance
 //!
 //! ```text
 //!   I(t) = y(t) − y(0) − ∫₀ᵗ f dt
 //! ```
 //!
-//! which is noise if readings and balance are right. Its mean slope is the drift. What would explain it
-//! is tried one by one, in increments of means over blocks:
+//! which is noise if readings and balance are right. Its mean slope is the drift. Possible explanations are tried one
+//! by one, in increments of block means:
 //!
 //! ```text
 //!   I(t) = size ∫ x dt              the share x of a channel in f should be 1 + size times as large
@@ -16,13 +16,12 @@
 //!   I(t) = size t                   something flows that is in no channel
 //! ```
 //!
-//! Sources: Haukanes 2015, (3.9) and Fig. 3.11, where θ₁ q in place of q cures a level that runs away;
-//! increments because ∫ noise dt
-//! is a random walk, whose increments are independent.
+//! Sources: Haukanes 2015, (3.9) and Fig. 3.11, where θ₁ q in place of q cures a level that runs away; increments,
+//! because ∫ noise dt is a random walk, whose increments are independent.
 
 use crate::statistics::estimate::{Estimate, regression};
 
-/// A balance with everything in it, at common times.
+/// A balance with all its terms, at common times.
 #[derive(Debug, Clone)]
 pub struct Balance<'a> {
     /// Times, s.
@@ -31,30 +30,30 @@ pub struct Balance<'a> {
     pub unknown: &'a [f64],
     /// Its rate by the balance, in the unknown's unit per second.
     pub rate: &'a [f64],
-    /// The share of each channel in the rate: the derivative of the rate to the channel, times the
+    /// The share of each channel in the rate: the derivative of the rate with respect to the channel, times the
     /// channel.
     pub shares: &'a [Vec<f64>],
 }
 
-/// What a balance leaves over.
+/// The imbalance of a balance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imbalance {
-    /// I at each time; NaN where something is not known, and counted on from the next time.
+    /// I at each time; NaN where a term is missing, continued at the next time.
     pub trace: Vec<f64>,
     /// Its mean slope, in the unknown's unit per second.
     pub drift: Estimate,
-    /// What explains it, each alone, the best first: that leaves the least sum of squares of increments.
+    /// Single explanations, the best first: that with the smallest remaining sum of squared increments.
     pub explanations: Vec<Explanation>,
 }
 
-/// One cause that would explain an imbalance, alone.
+/// A single cause that would explain an imbalance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explanation {
-    /// Which.
+    /// The cause.
     pub cause: Cause,
     /// Its size.
     pub size: Estimate,
-    /// Share of the mean square of the imbalance that is left.
+    /// Fraction of the mean square of the imbalance that remains.
     pub left: f64,
 }
 
@@ -63,30 +62,30 @@ pub struct Explanation {
 pub enum Cause {
     /// This share should be multiplied by 1 + size.
     Gain(usize),
-    /// The channel of this share is late by size, s.
+    /// The channel of this share lags by size, s.
     Late(usize),
-    /// The unknown's reading is late by size, s.
+    /// The unknown's reading lags by size, s.
     UnknownLate,
-    /// Size flows besides, in the unknown's unit per second.
+    /// There is an additional flow of size, in the unknown's unit per second.
     Flow,
 }
 
-/// Neighbouring increments whose errors may be correlated.
+/// Number of neighbouring increments whose errors may be correlated.
 const LAGS: usize = 12;
-/// Increments are those of means over blocks, so many of them as long as blocks are short.
+/// Number of blocks, as long as blocks are short. Increments are those of block means.
 const BLOCKS: usize = 512;
-/// Samples of a block, at most: what is late is late by a few samples.
+/// Maximum number of samples of a block: typical lags are a few samples.
 const LONGEST: usize = 32;
-/// How far delays are looked for, samples.
+/// Largest delay tried, in samples.
 const FARTHEST: usize = 120;
-/// Fewest blocks.
+/// Minimum number of blocks.
 const FEWEST: usize = 64;
 
-/// What a balance leaves over; `None` for fewer than 64 known ones.
+/// The imbalance of a balance; `None` with fewer than 64 blocks of known values.
 ///
 /// # Panics
 ///
-/// When the slices differ in length.
+/// If the slices differ in length.
 pub fn imbalance(balance: &Balance<'_>) -> Option<Imbalance> {
     let n = balance.times.len();
     assert!(
@@ -131,9 +130,9 @@ pub fn imbalance(balance: &Balance<'_>) -> Option<Imbalance> {
     Some(Imbalance { trace: at_times, drift, explanations })
 }
 
-/// What is to be explained.
+/// The imbalance to explain.
 struct Left {
-    /// Increments of means over blocks.
+    /// Increments of block means.
     imbalance: Vec<f64>,
     /// Times of the samples, s.
     times: Vec<f64>,
@@ -142,19 +141,19 @@ struct Left {
 }
 
 impl Left {
-    /// Explained by a multiple of `sums`; with the share of the sum of squares that is left.
+    /// The explanation by a multiple of `sums`, with the remaining fraction of the sum of squares.
     fn by_factor(&self, cause: Cause, sums: &[f64]) -> Option<(f64, Explanation)> {
         let fit = regression(&[increments(sums, self.block)], &self.imbalance, LAGS)?;
         Some(explanation(cause, fit.coefficients[0], &self.imbalance, &fit.residuals))
     }
 
-    /// Explained by S(t + τ) − S(t), S being `sums`, with the best τ: on a grid of samples, then by a
-    /// step of Gauss and Newton.
+    /// The explanation by S(t + τ) − S(t), where S is `sums`, with the best τ: from a grid of samples, then a
+    /// Gauss–Newton step.
     fn by_delay(&self, cause: Cause, sums: &[f64]) -> Option<(f64, Explanation)> {
         let n = self.times.len();
         let spacing = (self.times[n - 1] - self.times[0]) / (n - 1) as f64;
         let farthest = i32::try_from(FARTHEST.min(n / 8)).unwrap_or(i32::MAX);
-        // Blocks that no delay leads beyond the record.
+        // Blocks that stay within the record for all delays.
         let margin = FARTHEST.min(n / 8) / self.block + 2;
         let inner = margin..self.imbalance.len().saturating_sub(margin);
         if inner.len() < FEWEST {
@@ -195,7 +194,7 @@ fn explanation(cause: Cause, size: Estimate, whole: &[f64], rest: &[f64]) -> (f6
     (squares(rest) / squares(whole), Explanation { cause, size, left })
 }
 
-/// Values at t + τ, by lines; the ends go on as they are.
+/// Values at t + τ by linear interpolation, constant beyond the ends.
 fn interpolated(times: &[f64], values: &[f64], tau: f64) -> Vec<f64> {
     let mut right = 0;
     let at = |t: &f64| {
@@ -222,14 +221,14 @@ fn summed(steps: &[usize], increment: impl Fn(usize) -> f64) -> Vec<f64> {
     steps.iter().map(add).collect()
 }
 
-/// Increments of the means of neighbouring blocks, in which the noise of single readings is small.
+/// Increments of the means of neighbouring blocks, which reduce the noise of single readings.
 fn increments(sums: &[f64], block: usize) -> Vec<f64> {
     let means: Vec<f64> =
         sums.chunks_exact(block).map(|c| c.iter().sum::<f64>() / block as f64).collect();
     means.windows(2).map(|pair| pair[1] - pair[0]).collect()
 }
 
-/// Mean square of the sums of increments: how far an imbalance goes.
+/// Mean square of the cumulated increments: the extent of an imbalance.
 fn extent(increments: &[f64]) -> f64 {
     let mut sum = 0.0;
     let squares = increments.iter().map(|x| {

@@ -1,4 +1,4 @@
-//! What single channels have wrong, and the record without it.
+//! Faults of single channels, and the record without them.
 
 use crate::finding::{Fault, Finding, Weight};
 use crate::frozen::{frozen, saturated};
@@ -7,28 +7,28 @@ use crate::redundant::stem;
 use crate::spikes::{Spike, spikes};
 use crate::statistics::noise::{SensorNoise, white_noise};
 
-/// Neighbours that are equal: above this share rounding hides the noise.
+/// Fraction of equal neighbours above which rounding hides the noise.
 const HIDDEN: f64 = 0.5;
-/// Changes of a partner that show that the quantity was alive.
+/// Number of changes of a partner channel that show that the quantity was changing.
 const FEW: usize = 5;
-/// Neighbours on either side that a pulse is compared with, and standard deviations outside of them
-/// that make it one in another channel.
+/// Number of neighbours on either side with which a pulse is compared, and standard deviations outside them that make
+/// it a pulse in another channel.
 const AROUND: usize = 3;
 const ALONG: f64 = 2.5;
 
-/// Spikes, and whether other channels show them as well.
+/// Spikes, and whether other channels show them too.
 type Marked<'a> = Vec<(&'a Spike, bool)>;
 
-/// A record without what single channels have wrong.
+/// A record without the faults of single channels.
 pub(crate) struct Cleaned {
-    /// Values; NaN for spikes and for what is frozen or saturated.
+    /// Values; NaN for spikes and for frozen or saturated readings.
     pub(crate) values: Vec<Vec<f64>>,
     pub(crate) noise: Vec<Option<SensorNoise>>,
     pub(crate) findings: Vec<Finding>,
 }
 
 impl Cleaned {
-    /// Looks at every channel of a record.
+    /// Checks every channel of a record.
     pub(crate) fn of(record: &Record<'_>) -> Cleaned {
         let mut cleaned = Cleaned { values: Vec::new(), noise: Vec::new(), findings: Vec::new() };
         for channel in 0..record.channels.len() {
@@ -59,7 +59,7 @@ impl Cleaned {
         cleaned
     }
 
-    /// What stands still or is not there.
+    /// Adds findings about constant, frozen, saturated and missing values.
     fn add_runs(&mut self, record: &Record<'_>, channel: usize) {
         let (times, raw) = (record.times, record.channels[channel].values);
         let mut values = raw.to_vec();
@@ -96,7 +96,7 @@ impl Cleaned {
         let mut held: Option<Finding> = None;
         for run in runs {
             let (first, last) = run.samples;
-            // A value that is set may be held; what another sensor of it sees move is not.
+            // A set value may be held, but not if another sensor of the same quantity shows it changing.
             let is_shown = partners(record, channel).any(|other| {
                 let values = &record.channels[other].values[first..=last];
                 values.windows(2).filter(|pair| pair[0] != pair[1]).count() > FEW
@@ -104,7 +104,7 @@ impl Cleaned {
             let fault = Fault::Frozen { value: run.value, samples: last - first + 1, is_shown };
             match &mut held {
                 _ if is_shown => find(fault, vec![run.stretch], Some(run.p_value), Weight::Fault),
-                // Values that are held again and again give one remark.
+                // Repeatedly held values give a single remark.
                 Some(Finding { stretches, .. }) => stretches.push(run.stretch),
                 None => {
                     held = Some(Finding {
@@ -122,8 +122,8 @@ impl Cleaned {
         self.values.push(values);
     }
 
-    /// What stands alone, and the noise of the rest. Pulses that other channels show too are left in,
-    /// unless they leave the channel's range.
+    /// Adds spikes, and the noise of the rest. Pulses that other channels also show are kept, unless they leave the
+    /// channel's range.
     fn add_spikes(
         &mut self,
         record: &Record<'_>,
@@ -178,7 +178,7 @@ impl Cleaned {
     }
 }
 
-/// Whether rounding to this step leaves most neighbours equal although they move.
+/// Whether rounding to this step makes most neighbours equal although they change.
 fn hides_noise(values: &[f64], step: f64) -> bool {
     let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     let (mut equal, mut single, mut all) = (0usize, 0usize, 0usize);
@@ -187,11 +187,11 @@ fn hides_noise(values: &[f64], step: f64) -> bool {
         equal += usize::from(change == 0.0);
         single += usize::from(change > 0.0 && change < 1.5 * step);
     }
-    // What jumps by many steps at a time is set, not rounded.
+    // A value that jumps by many steps at a time is set, not rounded.
     equal as f64 > HIDDEN * all as f64 && single as f64 > HIDDEN * (all - equal) as f64
 }
 
-/// Other channels whose names differ in a last letter.
+/// Other channels whose names differ only in a last letter.
 fn partners<'a>(record: &'a Record<'_>, channel: usize) -> impl Iterator<Item = usize> + 'a {
     let own = &record.channels[channel];
     (0..record.channels.len()).filter(move |other| {
@@ -204,7 +204,7 @@ fn partners<'a>(record: &'a Record<'_>, channel: usize) -> impl Iterator<Item = 
 fn stands_out(values: &[f64], first: usize, last: usize, noise: f64) -> bool {
     let around = first.saturating_sub(AROUND)..first;
     let behind = last + 1..(last + 1 + AROUND).min(values.len());
-    // Without a value on either side there is nothing to stand out from.
+    // Without values on both sides there is no comparison.
     let (Some(before), Some(after)) = (extremes(&values[around]), extremes(&values[behind])) else {
         return false;
     };

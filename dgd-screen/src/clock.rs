@@ -1,14 +1,13 @@
-//! How late one channel is behind another that measures the same.
+//! Estimates the time lag between two channels of the same quantity.
 //!
 //! ```text
 //!   D(l) = mean of (Δ_w b at k + l − Δ_w a at k)²,   Δ_w x at k = x(k + w) − x(k)
 //! ```
 //!
-//! is least where the shift is l. A parabola through the least value and those beside it gives the
-//! part of a sample. Least squares of changes, the sum of squares less twice the cross-correlation,
-//! are not misled by an offset. Over w samples changes are large beside the noise, and x is first
-//! averaged over w samples, which moves both alike and makes D smooth. The
-//! standard error is that of a jackknife that leaves out one twentieth of the record after the other.
+//! is smallest if the shift is l. A parabola through the minimum and its neighbours gives the fraction of a sample.
+//! Least squares of changes (the sum of squares minus twice the cross-correlation) is not biased by an offset. Changes
+//! over w samples are large relative to the noise, and x is first averaged over w samples, which shifts both alike and
+//! makes D smooth. The standard error is that of a jackknife that leaves out one twentieth of the record at a time.
 //!
 //! Source: Jacovitti, Scarano, Discrete time techniques for time delay estimation, IEEE Trans. Signal
 //! Processing 41 (1993) 525–533 (average square difference function).
@@ -16,23 +15,23 @@
 use crate::record::usual_spacing;
 use crate::statistics::estimate::Estimate;
 
-/// How far shifts are looked for, samples.
+/// Largest shift tried, in samples.
 const FARTHEST: usize = 120;
-/// Parts of the record for the jackknife.
+/// Number of parts of the record for the jackknife.
 const PARTS: usize = 20;
-/// Changes are taken over so many samples.
+/// Number of samples over which changes are taken.
 const SPAN: usize = 16;
-/// How much smaller D has to be at its least than at its mean.
+/// Maximum ratio of the minimum of D to its mean.
 const CLEAR: f64 = 0.5;
 
-/// The time by which `b` is late behind `a`, s, positive where it is late.
+/// The lag of `b` behind `a`, s; positive if `b` is late.
 ///
-/// `None` where the recording does not move enough to tell, or is too short. Samples need equal
-/// spacing; others are interpolated to it.
+/// `None` if the recording does not change enough, or is too short. Samples that are not equally spaced are
+/// interpolated.
 ///
 /// # Panics
 ///
-/// When the slices differ in length.
+/// If the slices differ in length.
 pub fn shift(times: &[f64], a: &[f64], b: &[f64]) -> Option<Estimate> {
     assert!(times.len() == a.len() && times.len() == b.len(), "values for each time");
     let spacing = usual_spacing(times)?;
@@ -89,7 +88,7 @@ fn changes(x: &[f64]) -> Vec<f64> {
     (SPAN..means.len()).map(|k| means[k] - means[k - SPAN]).collect()
 }
 
-/// Where a sequence is least, between its places; `None` at an end or where it hardly dips.
+/// The interpolated position of a sequence's minimum; `None` at an end or if it is too shallow.
 fn least(mean: &[f64]) -> Option<f64> {
     let average = mean.iter().sum::<f64>() / mean.len() as f64;
     let at = (0..mean.len()).min_by(|i, j| mean[*i].total_cmp(&mean[*j]))?;
@@ -101,12 +100,11 @@ fn least(mean: &[f64]) -> Option<f64> {
     (curvature > 0.0).then(|| at as f64 + 0.5 * (before - after) / curvature)
 }
 
-/// Values at equal steps from the first time, interpolated where there is none; not across more
-/// than three missing.
+/// Values at equal steps from the first time, interpolated where missing, but not across more than three missing ones.
 fn even(times: &[f64], values: &[f64], spacing: f64) -> Option<Vec<f64>> {
     let (first, last) = (*times.first()?, *times.last()?);
     let n = ((last - first) / spacing).round() as usize + 1;
-    // Gaps are not filled: a day of them does not make a record longer.
+    // Gaps are not filled: a day without samples does not make a record longer.
     if n > 4 * times.len() {
         return None;
     }

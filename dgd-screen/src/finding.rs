@@ -1,30 +1,30 @@
-//! What may be wrong, in numbers.
+//! Findings: what may be wrong, in numbers.
 
 use crate::record::Stretch;
 use crate::redundant::Kinship;
 use crate::statistics::estimate::Estimate;
 
-/// Whether something is wrong.
+/// Severity of a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Weight {
-    /// It misleads a fit.
+    /// It biases a fit.
     Fault,
-    /// It is good to know.
+    /// It is worth knowing.
     Remark,
 }
 
-/// Something that is wrong or notable.
+/// Something wrong or notable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// The channels that it is about; none for the times.
+    /// The channels concerned; empty for the times.
     pub channels: Vec<usize>,
-    /// When; empty where it is all of the record.
+    /// The periods concerned; empty for the whole record.
     pub stretches: Vec<Stretch>,
-    /// What.
+    /// The kind.
     pub fault: Fault,
-    /// Bound of the probability that chance makes it; `None` where chance plays no part.
+    /// Upper bound of the probability of it by chance; `None` if chance plays no part.
     pub p_value: Option<f64>,
-    /// Whether it is a fault.
+    /// Its severity.
     pub weight: Weight,
 }
 
@@ -35,20 +35,19 @@ pub enum Fault {
     Empty,
     /// All values are this one.
     Constant(f64),
-    /// So many values are missing.
+    /// This many values are missing.
     Missing(usize),
     /// Times between which nothing was recorded.
     Gaps,
-    /// This share of the samples is not at the usual distance.
+    /// This fraction of the samples is not at the typical interval.
     Uneven(f64),
-    /// So many readings of one value.
+    /// A run of equal readings.
     Frozen {
         /// The value.
         value: f64,
         /// Number of readings.
         samples: usize,
-        /// Whether another channel that measures the same went on meanwhile. Otherwise it may have been
-        /// set.
+        /// Whether another channel of the same quantity changed meanwhile. Otherwise the value may have been set.
         is_shown: bool,
     },
     /// Readings pile up at a limit.
@@ -60,14 +59,14 @@ pub enum Fault {
         /// Number of readings there.
         samples: usize,
     },
-    /// Pulses that several channels show at once: an event rather than spikes.
+    /// Pulses in several channels at once: an event rather than spikes.
     Pulses {
         /// Number of them.
         count: usize,
         /// The height of the largest, with its sign.
         largest: f64,
     },
-    /// Readings that stand alone.
+    /// Isolated outliers.
     Spikes {
         /// Number of them.
         count: usize,
@@ -79,12 +78,12 @@ pub enum Fault {
         /// The step.
         step: f64,
     },
-    /// Two channels that are said to measure the same do not move together.
+    /// Two channels declared to measure the same do not move together.
     Unlike,
-    /// Two channels that are said to measure the same move in opposite directions, with this correlation.
+    /// Two channels declared to measure the same move in opposite directions, with this correlation.
     Opposed(f64),
-    /// Whether two channels measure the same that are said to, the record does not tell: they rest, too
-    /// far apart, or have too few samples in common.
+    /// The record does not show whether two channels declared to measure the same do: they are constant and too far
+    /// apart, or have too few common samples.
     Untold,
     /// The second channel reads this much more than the first.
     Offset {
@@ -93,14 +92,14 @@ pub enum Fault {
         /// Why they are compared.
         kinship: Kinship,
     },
-    /// The channel is the odd one of several; its offset from the middle one of the others.
+    /// The channel is the odd one of several, with this offset from the median of the others.
     Odd(Estimate),
-    /// The second channel's slope over the first, less one.
+    /// The slope of the second channel against the first, minus one.
     Gain(Estimate),
-    /// The second channel drifts from the first, per second.
+    /// Drift of the second channel relative to the first, per second.
     Drift(Estimate),
     /// The second channel's noise is this many times that of the first.
     Noisier(f64),
-    /// The second channel is late by this, s.
+    /// The second channel lags by this, s.
     Late(Estimate),
 }

@@ -1,26 +1,25 @@
-//! Readings that stand still or pile up at a limit.
+//! Detects frozen readings, and readings that pile up at a limit.
 //!
-//! A sensor that is alive repeats a reading with a probability p, which its rounding makes. Among n
-//! readings a run of L equal ones comes by chance about n p^(L−1) times. A channel without noise
-//! (a set value, a calculated flow) repeats itself as a rule: nothing can be told of it, and nothing
-//! is.
+//! A working sensor repeats a reading with a probability p because of rounding. Among n readings a run of L equal ones
+//! occurs by chance about n p^(L−1) times. A channel without noise (a set value, a calculated flow) repeats values as a
+//! rule, so nothing is reported about it.
 //!
-//! A limit that cuts readings off piles them up at one value: it is read much more often than the
-//! values next to it. Readings that thin out towards their extremes have no such pile.
+//! A limit that clips readings piles them up at one value, which occurs much more often than the values next to it.
+//! Readings that thin out towards their extremes have no such pile.
 //!
 //! Source: the length of the longest run, Erdős, Rényi, On a new law of large numbers, J. Analyse
 //! Math. 23 (1970) 103–111. The pile is a sign test of the counts of two neighbouring levels.
 
 use crate::record::{Stretch, extremes, runs};
 
-/// A run of equal readings that chance does not make.
+/// A run of equal readings that is not due to chance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frozen {
-    /// When.
+    /// The period.
     pub stretch: Stretch,
     /// First and last sample.
     pub samples: (usize, usize),
-    /// What was read.
+    /// The reading.
     pub value: f64,
     /// Expected number of such runs in the record.
     pub p_value: f64,
@@ -33,40 +32,40 @@ pub struct Saturated {
     pub limit: f64,
     /// Whether it is the upper one.
     pub is_upper: bool,
-    /// When readings are there.
+    /// Periods at the limit.
     pub stretches: Vec<Stretch>,
-    /// The samples that are there.
+    /// Samples at the limit.
     pub samples: Vec<usize>,
-    /// Bound of the probability that they pile up so by chance.
+    /// Upper bound of the probability of such a pile by chance.
     pub p_value: f64,
 }
 
 /// Runs expected fewer times than this are not due to chance.
 const RARE: f64 = 1e-6;
-/// Fewest readings of a run.
+/// Minimum number of readings of a run.
 const FEWEST: usize = 10;
-/// Pairs of neighbours of which repetitions are counted together.
+/// Number of neighbouring pairs among which repetitions are counted.
 const BLOCK: usize = 64;
 /// A block with more repetitions may itself be frozen.
 const STILL: f64 = 0.9;
-/// Share of changes of direction of a channel that is noisy; white noise has 2/3.
+/// Fraction of changes of direction above which a channel is noisy; white noise has 2/3.
 const LIVELY: f64 = 0.3;
-/// A pile is this many times as high as the levels next to it.
+/// Minimum ratio of a pile to the levels next to it.
 const PILE: f64 = 3.0;
-/// Fewest runs at a limit.
+/// Minimum number of runs at a limit.
 const FEWEST_RUNS: usize = 3;
-/// Levels that a pile is compared with.
+/// Number of levels with which a pile is compared.
 const NEIGHBOURS: usize = 5;
 
-/// How a channel behaves where it is alive.
+/// Statistics of a working channel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Life {
-    /// Probability that a reading repeats the one before, where that is most frequent.
+    /// Probability that a reading repeats the previous one, in the block where that is most frequent.
     repeats: f64,
 }
 
 impl Life {
-    /// Of these values; `None` where the channel shows no noise of its own.
+    /// Statistics of these values; `None` if the channel shows no noise of its own.
     pub(crate) fn of(values: &[f64]) -> Option<Life> {
         let mut shares = Vec::new();
         let (mut turns, mut moves) = (0usize, 0usize);
@@ -95,14 +94,14 @@ impl Life {
         (is_lively && repeats < STILL).then_some(Life { repeats })
     }
 
-    /// How often a run of this length is expected among n readings.
+    /// Expected number of runs of this length among n readings.
     fn expected(self, n: usize, length: usize) -> f64 {
-        // A reading may be as rare as it likes: that two are equal has a floor.
+        // The probability of a repetition has a floor, however rare.
         n as f64 * self.repeats.max(0.05).powf(length as f64 - 1.0)
     }
 }
 
-/// Stretches in which a channel that is otherwise alive reads one value.
+/// Periods in which an otherwise working channel reads one value.
 pub fn frozen(times: &[f64], values: &[f64]) -> Vec<Frozen> {
     let Some(life) = Life::of(values) else { return Vec::new() };
     let repeated = |k: usize| k > 0 && values[k] == values[k - 1];
@@ -121,7 +120,7 @@ pub fn frozen(times: &[f64], values: &[f64]) -> Vec<Frozen> {
         .collect()
 }
 
-/// Limits at which readings of a channel that is otherwise alive pile up.
+/// Limits at which readings of an otherwise working channel pile up.
 pub fn saturated(times: &[f64], values: &[f64]) -> Vec<Saturated> {
     let Some((low, high)) = extremes(values) else { return Vec::new() };
     if low == high || Life::of(values).is_none() {
@@ -140,7 +139,7 @@ pub fn saturated(times: &[f64], values: &[f64]) -> Vec<Saturated> {
                 .into_iter()
                 .map(|(first, last)| Stretch::of(times, first, last))
                 .collect();
-            // Noise takes readings to a limit and off it again; one long run is a value that is held.
+            // Noise takes readings to a limit and off it again; a single long run is a held value.
             if stretches.len() < FEWEST_RUNS {
                 return None;
             }
@@ -149,7 +148,7 @@ pub fn saturated(times: &[f64], values: &[f64]) -> Vec<Saturated> {
         .collect()
 }
 
-/// Whether the first level of sorted values is a pile: the probability that it is as high by chance.
+/// If the first level of sorted values is a pile, the probability of such a pile by chance.
 fn pile(sorted: impl Iterator<Item = f64>) -> Option<f64> {
     let mut counts: Vec<(f64, usize)> = Vec::new();
     for value in sorted {

@@ -1,4 +1,4 @@
-//! What is wrong with recordings, before anything is fitted to them.
+//! Checks recordings for faults before anything is fitted to them.
 //!
 //! ```text
 //!   Record ─┬─ each channel:  empty, constant, missing, frozen, saturated, spikes, coarse; its noise
@@ -8,9 +8,9 @@
 //!                    └─► Screening: findings, each with when, how much, and how sure
 //! ```
 //!
-//! Samples go in, findings come out, in the units of the samples; nothing here reads files, prints, or
-//! knows models. All tests are linear in the number of samples, but for sorting. A claim is made
-//! where chance makes it in one record of a million; what does no harm is no claim.
+//! Samples in, findings out, in the units of the samples; nothing here reads files, prints, or knows models. All tests
+//! are linear in the number of samples, except for sorting. A fault is reported if it occurs by chance in one record of
+//! a million; harmless deviations are not reported.
 
 pub mod balance;
 mod cleaned;

@@ -1,31 +1,31 @@
-//! Operating points: steady stretches at which all channels have the same values.
+//! Operating points: groups of steady periods in which all channels have the same values.
 //!
-//! Hartigan's leader algorithm: in order of time, a stretch joins the nearest point whose centre is
-//! within the tolerance in every channel, or founds one; then each is assigned to the nearest
-//! centre once more. The result depends on nothing but the data.
+//! Hartigan's leader algorithm: in order of time, a steady period joins the nearest point whose centre is within the
+//! tolerance in every channel, or starts a new one; then each is assigned to the nearest centre once more. The result
+//! depends only on the data.
 //!
-//! Source: Hartigan, Clustering Algorithms (1975), §3.2. Points are what Haukanes 2015, §3.5.1, counts
-//! to choose the speeds of which a pump curve is fitted.
+//! Source: Hartigan, Clustering Algorithms (1975), §3.2. Haukanes 2015, §3.5.1, counts such points to choose the speeds
+//! for fitting a pump curve.
 
 use crate::steady::Motion;
 
 /// An operating point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OperatingPoint {
-    /// The steady stretches at it, by their positions.
+    /// Positions of its steady periods.
     pub stretches: Vec<usize>,
     /// Mean of each channel over them, weighted by their lengths; NaN where there is none.
     pub means: Vec<f64>,
-    /// Seconds that are spent at it.
+    /// Total time spent at it, s.
     pub seconds: f64,
 }
 
-/// Share of the range of a channel's steady means within which values are the same.
+/// Fraction of the range of a channel's steady means within which values count as equal.
 const SAME: f64 = 0.03;
 
-/// Groups the steady stretches of a record.
+/// Groups the steady periods of a record.
 ///
-/// `tolerances` has for each channel what differences are of no account, for instance its noise.
+/// `tolerances` has for each channel the difference that is negligible, for instance its noise.
 pub fn operating_points(motion: &Motion, tolerances: &[f64]) -> Vec<OperatingPoint> {
     let steady = &motion.steady;
     let value = |stretch: usize, channel: usize| {
@@ -38,7 +38,7 @@ pub fn operating_points(motion: &Motion, tolerances: &[f64]) -> Vec<OperatingPoi
             let values = (0..steady.len()).map(|k| value(k, channel)).filter(|x| x.is_finite());
             let (low, high) =
                 values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-            // A difference that only one window shows is not counted either.
+            // Differences up to the change that a window at rest allows do not count either.
             let change = motion.rests.iter().find(|rest| rest.channel == channel);
             let change = change.map_or(0.0, |rest| rest.change);
             (SAME * (high - low)).max(tolerances[channel]).max(change)

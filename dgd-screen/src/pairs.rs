@@ -1,4 +1,4 @@
-//! What channels that measure the same say of each other.
+//! Compares channels that measure the same quantity.
 
 use crate::cleaned::Cleaned;
 use crate::clock::shift;
@@ -8,23 +8,23 @@ use crate::redundant::{Compared, Comparison, Kinship, OPPOSED, compare, odd_one,
 use crate::screen::{RARE, Request};
 use crate::statistics::estimate::Estimate;
 
-/// Offsets up to this many standard deviations of one reading do no harm.
+/// Offsets up to this many standard deviations of one reading are harmless.
 const HARMLESS: f64 = 0.25;
-/// Ratio of noises of sensors of one quantity.
+/// Noise ratio of two sensors of one quantity above which one is noisier.
 const NOISIER: f64 = 2.0;
 
-/// Two channels with alike names, and what the record says of them.
+/// Two channels with similar names, and their comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kin {
     /// Their positions.
     pub channels: [usize; 2],
     /// Whether their names differ in a letter.
     pub by_letter: bool,
-    /// What they are.
+    /// The result of the comparison.
     pub compared: Compared,
 }
 
-/// Compares all channels of one unit with alike names, without what single ones have wrong.
+/// Compares all channels of one unit with similar names, without the faults of single channels.
 pub(crate) fn compared(cleaned: &Cleaned, record: &Record<'_>, request: &Request) -> Vec<Kin> {
     let n = record.channels.len();
     let mut all = Vec::new();
@@ -40,7 +40,7 @@ pub(crate) fn compared(cleaned: &Cleaned, record: &Record<'_>, request: &Request
             let values = [cleaned.values[i].as_slice(), cleaned.values[j].as_slice()];
             let is_known = is_same || by_letter;
             let compared = match compare(record.times, values, [i, j], is_known) {
-                // Half a period late, or with the other sign: the latter is more often the case.
+                // Either half a period late, or with opposite sign, which is more common.
                 Compared::Different { correlation } if is_known && correlation > OPPOSED => {
                     late_twin(record.times, values, [i, j])
                         .unwrap_or(Compared::Different { correlation })
@@ -53,7 +53,7 @@ pub(crate) fn compared(cleaned: &Cleaned, record: &Record<'_>, request: &Request
     all
 }
 
-/// Compares two channels that move apart after putting their clocks together; `None` where they still do.
+/// Compares two channels that disagree after aligning their clocks; `None` if they still disagree.
 fn late_twin(times: &[f64], values: [&[f64]; 2], channels: [usize; 2]) -> Option<Compared> {
     let [a, b] = values;
     let (late, spacing) = (shift(times, a, b)?, usual_spacing(times)?);
@@ -72,7 +72,7 @@ fn late_twin(times: &[f64], values: [&[f64]; 2], channels: [usize; 2]) -> Option
     (!matches!(compared, Compared::Different { .. })).then_some(compared)
 }
 
-/// What pairs of channels say of each other.
+/// Findings from pairs of channels.
 pub(crate) fn pair_findings(
     times: &[f64],
     cleaned: &Cleaned,
@@ -93,7 +93,7 @@ pub(crate) fn pair_findings(
         let [a, b] = pair.noise.map(|noise| noise.map_or(0.0, |noise| noise.std));
         let harmless = HARMLESS * a.max(b);
         let step = pair.noise.iter().flatten().filter_map(|n| n.quantisation).fold(0.0, f64::max);
-        // Rounding of channels that hardly move may put them a step apart.
+        // Rounding may put channels that hardly change a step apart.
         let rounding = if a.min(b) < 0.5 * step { step } else { 0.0 };
         let p = pair.offset.p_value_beyond(harmless.max(rounding));
         if p < RARE {
@@ -123,7 +123,7 @@ pub(crate) fn pair_findings(
         if pair.kinship == Kinship::Moving {
             let [first, second] = pair.channels;
             let late = shift(times, &cleaned.values[first], &cleaned.values[second]);
-            // A tenth of a sample does not make a clock.
+            // A tenth of a sample is not a clock error.
             let spacing = usual_spacing(times).unwrap_or(0.0);
             if let Some(late) = late {
                 let p = late.p_value_beyond(0.1 * spacing);
@@ -136,7 +136,7 @@ pub(crate) fn pair_findings(
     findings
 }
 
-/// The second channel's slope over the first, less one, from that of b − a over (a + b)/2, g:
+/// The slope of the second channel against the first, minus one, from the slope g of b − a against (a + b)/2:
 ///
 /// ```text
 ///   b/a = (2 + g)/(2 − g),   d(b/a)/dg = 4/(2 − g)²
@@ -150,7 +150,7 @@ fn over_first(gain: Estimate) -> Estimate {
     }
 }
 
-/// Which of three and more channels is the odd one.
+/// Findings about the odd one of three or more channels.
 pub(crate) fn odd_findings(pairs: &[Comparison]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for group in groups(pairs) {
@@ -167,7 +167,7 @@ pub(crate) fn odd_findings(pairs: &[Comparison]) -> Vec<Finding> {
         };
         let offsets: Vec<f64> = group.iter().map(|i| offset(*i)).collect();
         let Some(odd) = odd_one(&offsets).map(|at| group[at]) else { continue };
-        // Against the other one that is nearest to the middle of the others.
+        // Compared with the channel closest to the median of the others.
         let mut others: Vec<usize> = group.iter().copied().filter(|i| *i != odd).collect();
         others.sort_by(|i, j| offset(*i).total_cmp(&offset(*j)));
         let middle = others[others.len() / 2];
@@ -188,7 +188,7 @@ pub(crate) fn odd_findings(pairs: &[Comparison]) -> Vec<Finding> {
     findings
 }
 
-/// Channels that are joined by comparisons, in order.
+/// Groups of channels that are connected by comparisons, in order.
 fn groups(pairs: &[Comparison]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for pair in pairs {

@@ -1,6 +1,6 @@
-//! What is screened: channels over common times.
+//! The record to screen: channels over common times.
 
-/// A recording as it stands in its file: columns over common times.
+/// A recording as in its file: columns over common times.
 #[derive(Debug, Clone)]
 pub struct Record<'a> {
     /// Times, s, ascending; two equal ones are the sides of a jump.
@@ -14,13 +14,13 @@ pub struct Record<'a> {
 pub struct Channel<'a> {
     /// Its name.
     pub name: &'a str,
-    /// Its unit, as a text: columns are compared where it is the same.
+    /// Its unit, as text: only columns with equal units are compared.
     pub unit: &'a str,
     /// Values in that unit; NaN where there is none.
     pub values: &'a [f64],
 }
 
-/// A stretch of time, both ends in it, s.
+/// A time interval that includes both ends, s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stretch {
     /// Its first sample.
@@ -30,7 +30,7 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// Samples `first..=last` of these times.
+    /// The interval of the samples `first..=last`.
     pub(crate) fn of(times: &[f64], first: usize, last: usize) -> Stretch {
         Stretch { from: times[first], until: times[last] }
     }
@@ -48,7 +48,7 @@ pub(crate) fn runs(n: usize, marked: impl Fn(usize) -> bool) -> Vec<(usize, usiz
     runs
 }
 
-/// The usual distance of neighbouring times, s; `None` where there are fewer than two.
+/// The median interval between neighbouring times, s; `None` with fewer than two.
 pub fn usual_spacing(times: &[f64]) -> Option<f64> {
     let mut spacings: Vec<f64> =
         times.windows(2).map(|pair| pair[1] - pair[0]).filter(|h| *h > 0.0).collect();
@@ -59,7 +59,7 @@ pub fn usual_spacing(times: &[f64]) -> Option<f64> {
     Some(*spacings.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// Smallest and largest of the values that are numbers.
+/// Smallest and largest of the values that are not NaN.
 pub(crate) fn extremes(values: &[f64]) -> Option<(f64, f64)> {
     let valid = values.iter().copied().filter(|value| value.is_finite());
     valid.fold(None, |range, value| match range {

@@ -1,29 +1,28 @@
-//! Channels that measure the same, and how they differ.
+//! Compares redundant channels.
 //!
-//! Names propose pairs: those that differ in one letter or figure that ends a word, `p_in_A` and
-//! `p_in_B`. Where the recording moves, the readings decide: with means over blocks, s = (a + b)/2
-//! and d = b − a,
+//! Names suggest pairs: those that differ in one letter or digit at the end of a word, `p_in_A` and `p_in_B`. If the
+//! recording changes, the readings decide: with block means s = (a + b)/2 and d = b − a,
 //!
 //! ```text
 //!   d = offset + gain (s − s̄) + rate (t − t̄) + e
 //! ```
 //!
-//! and they measure the same where e is small beside the motion of s. s and not a, whose noise is
-//! part of d, is the regressor, so that equal noises do not bias the gain. At rest names are all
-//! there is to go by, and only letters are believed: figures also number things of one kind. s also rests
-//! where a and b move in opposite directions; at rest they drift apart at most, along a line.
+//! and they measure the same if e is small relative to the variation of s. The regressor is s rather than a, whose
+//! noise is part of d, so that equal noise levels do not bias the gain. At rest there are only the names, and only
+//! letters are trusted: digits also number items of one kind. s is also constant if a and b move in opposite
+//! directions; at rest they at most drift apart linearly.
 //!
 //! Source: Haukanes 2015, §3.3.1, for the comparison.
 
 use crate::statistics::estimate::{Estimate, mean, regression};
 use crate::statistics::noise::{SensorNoise, white_noise};
 
-/// How sure it is that two channels measure the same.
+/// How it is known that two channels measure the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kinship {
     /// They move together.
     Moving,
-    /// Nothing moves; their names say so.
+    /// They are constant, but their names suggest it.
     Named,
 }
 
@@ -36,7 +35,7 @@ pub struct Comparison {
     pub kinship: Kinship,
     /// Mean of second − first.
     pub offset: Estimate,
-    /// Slope of second − first over their mean, where they move.
+    /// Slope of second − first against their mean, if they move.
     pub gain: Option<Estimate>,
     /// Slope of second − first over time, per second.
     pub rate: Option<Estimate>,
@@ -44,39 +43,39 @@ pub struct Comparison {
     pub noise: [Option<SensorNoise>; 2],
 }
 
-/// What two channels with alike names turn out to be.
+/// Result of the comparison of two channels with similar names.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Compared {
     /// They measure the same.
     Same(Box<Comparison>),
-    /// They move, and not together.
+    /// They move, but not together.
     Different {
-        /// Correlation of their means over blocks.
+        /// Correlation of their block means.
         correlation: f64,
     },
-    /// The recording does not tell.
+    /// The recording does not show it.
     Unknown,
 }
 
-/// Most blocks for which means are compared.
+/// Maximum number of blocks.
 const BLOCKS: usize = 256;
-/// Fewest samples of a block.
+/// Minimum number of samples of a block.
 const SHORTEST: usize = 4;
-/// Variance of the motion over that of the noise in means of blocks.
+/// Minimum ratio of the variance of the motion to that of the noise in block means.
 const MOTION: f64 = 25.0;
-/// Variance that is left of a difference over that of the motion.
+/// Maximum ratio of the residual variance of a difference to that of the motion.
 const LEFT: f64 = 0.05;
-/// Largest difference of gains of sensors of one quantity.
+/// Maximum difference in gain of sensors of one quantity.
 const GAIN: f64 = 0.3;
-/// Neighbouring blocks whose errors may be correlated.
+/// Number of neighbouring blocks whose errors may be correlated.
 const LAGS: usize = 4;
-/// At rest, largest difference as a share of the readings.
+/// At rest, maximum difference as a fraction of the readings.
 const AT_REST: f64 = 0.1;
 /// Channels with a correlation below this move in opposite directions.
 pub(crate) const OPPOSED: f64 = -0.9;
 
-/// The stem of two names that differ in one letter or figure at the end of a word, and whether it
-/// is a letter: `p_in_A` and `p_in_B` have `p_in`.
+/// The stem of two names that differ in one letter or digit at the end of a word, and whether it is a letter: `p_in`
+/// for `p_in_A` and `p_in_B`.
 pub fn stem(one: &str, other: &str) -> Option<(String, bool)> {
     let (a, b): (Vec<char>, Vec<char>) = (one.chars().collect(), other.chars().collect());
     if a.len() != b.len() {
@@ -87,7 +86,7 @@ pub fn stem(one: &str, other: &str) -> Option<(String, bool)> {
     let ends_word = a.get(at + 1).is_none_or(|c| !c.is_alphanumeric());
     let figures = a[at].is_ascii_digit() && b[at].is_ascii_digit();
     let before = at.checked_sub(1).map(|k| a[k]);
-    // The x of `p_x` may be a letter of its own, that of `flux` not.
+    // The x of `p_x` may be such a letter, that of `flux` not.
     let stands_alone = before.is_none_or(|c| !c.is_alphabetic());
     let capitals = a[at].is_ascii_uppercase() && b[at].is_ascii_uppercase();
     let lower = a[at].is_ascii_lowercase() && b[at].is_ascii_lowercase();
@@ -105,13 +104,13 @@ fn char_is_figure(c: char) -> bool {
     c.is_ascii_digit() || c == '.'
 }
 
-/// Whether and how two channels differ that may measure the same.
+/// Compares two channels that may measure the same.
 ///
-/// `is_known` says that they do: by the user, or because their names differ in a letter.
+/// `is_known`: they do, according to the user or because their names differ in a letter.
 ///
 /// # Panics
 ///
-/// When the slices differ in length.
+/// If the slices differ in length.
 pub fn compare(
     times: &[f64],
     values: [&[f64]; 2],
@@ -135,7 +134,7 @@ pub fn compare(
     let (t, a, b) = (centred(blocks(&t)), blocks(&a), blocks(&b));
     let common = centred(a.iter().zip(&b).map(|(a, b)| f64::midpoint(*a, *b)).collect());
     let d = centred(a.iter().zip(&b).map(|(a, b)| b - a).collect());
-    // A frozen or dead channel has no noise and no motion of its own: that of the livelier counts.
+    // A frozen or dead channel has neither noise nor motion of its own, so the larger of the two counts.
     let of_noise = noise.iter().flatten().map(|noise| noise.std.powi(2)).fold(0.0, f64::max);
     let motion = variance(&common);
     let [motion_of_a, motion_of_b] = [variance(&a), variance(&b)];
@@ -190,9 +189,8 @@ fn extent(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |extent, value| value.abs().max(extent))
 }
 
-/// The odd one of three and more channels that measure the same, by the medians of their
-/// differences from the others: its offset from the median of all is more than `CLEAR` times the
-/// next largest. `offsets` are the channels' means less any common value.
+/// The odd one of three or more channels that measure the same: its offset from the median of all is more than `CLEAR`
+/// times the next largest. `offsets` are the channels' means minus any common value.
 pub fn odd_one(offsets: &[f64]) -> Option<usize> {
     const CLEAR: f64 = 5.0;
     if offsets.len() < 3 {

@@ -1,21 +1,21 @@
-//! How a recording was sampled.
+//! Spacing of a recording's samples.
 
 use crate::record::{Stretch, usual_spacing};
 
 /// The spacing of samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sampling {
-    /// The median spacing, s; `None` for fewer than two times.
+    /// The median spacing, s; `None` with fewer than two times.
     pub usual: Option<f64>,
-    /// Spacings of more than three times the usual one: the samples at both ends.
+    /// Gaps of more than three times the median spacing, between the samples at their ends.
     pub gaps: Vec<Stretch>,
-    /// Share of the other spacings that differ from the usual one by more than a tenth.
+    /// Fraction of the other spacings that differ from the median by more than a tenth.
     pub uneven: f64,
 }
 
 /// Spacings above this many times the median are gaps.
 const GAP: f64 = 3.0;
-/// Spacings further than this from the median, as a share of it, are uneven.
+/// Relative deviation from the median above which spacings are uneven.
 const UNEVEN: f64 = 0.1;
 
 /// Gaps and uneven spacings of these times, s, ascending.

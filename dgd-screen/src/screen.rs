@@ -1,4 +1,4 @@
-//! All tests on one record.
+//! Runs all tests on a record.
 
 use crate::cleaned::Cleaned;
 use crate::finding::{Fault, Finding, Weight};
@@ -10,66 +10,65 @@ use crate::sampling::{Sampling, sampling};
 use crate::statistics::noise::SensorNoise;
 use crate::steady::{Motion, motion};
 
-/// A claim is made where chance makes it less often than this.
+/// Probability by chance below which a finding is reported.
 pub const RARE: f64 = 1e-6;
 
-/// What is known besides the samples.
+/// Information besides the samples.
 #[derive(Debug, Clone, Default)]
 pub struct Request {
-    /// Channels that are said to measure the same, in one unit; it is a finding where they do not.
+    /// Channels declared to measure the same, in one unit; if they do not, that is a finding.
     pub same: Vec<[usize; 2]>,
     /// Channels that measured the same in another record.
     pub alike: Vec<[usize; 2]>,
-    /// Channels that are not compared although their names are alike.
+    /// Channels that are not compared although their names are similar.
     pub different: Vec<[usize; 2]>,
-    /// Window for slopes, s; [`slope_window`] without it.
+    /// Window for slopes, s; [`slope_window`] if `None`.
     pub window: Option<f64>,
     /// Largest slopes of channels at rest, per second.
     pub limits: Vec<(usize, f64)>,
 }
 
-/// What was found in a record.
+/// The results for a record.
 #[derive(Debug, Clone)]
 pub struct Screening {
-    /// What is wrong or notable, in the order of channels.
+    /// Findings, in the order of channels.
     pub findings: Vec<Finding>,
-    /// Each channel in numbers.
+    /// Summary of each channel.
     pub channels: Vec<Summary>,
     /// The spacing of the samples.
     pub sampling: Sampling,
     /// Channels that measure the same, in pairs.
     pub comparisons: Vec<Comparison>,
-    /// Steady stretches and transients.
+    /// Steady periods and transients.
     pub motion: Motion,
-    /// Steady stretches, grouped.
+    /// Steady periods, grouped.
     pub points: Vec<OperatingPoint>,
 }
 
-/// A channel in numbers.
+/// Summary of a channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
-    /// Values that are numbers.
+    /// Number of values that are not NaN.
     pub samples: usize,
-    /// Smallest and largest of them.
+    /// Their minimum and maximum.
     pub range: Option<(f64, f64)>,
     /// Their mean.
     pub mean: f64,
-    /// White noise, of what is not frozen, saturated or a spike.
+    /// White noise, without frozen or saturated readings and spikes.
     pub noise: Option<SensorNoise>,
 }
 
-/// Share of uneven spacings that is worth a remark.
+/// Fraction of uneven spacings that is worth a remark.
 const UNEVEN: f64 = 0.05;
-/// Windows for slopes are so many usual spacings of the samples long.
+/// Length of windows for slopes, in median sample spacings.
 const WINDOW: f64 = 30.0;
 
-/// The window for slopes where nobody asks for one, s: 30 usual spacings of the samples. `None` where there are
-/// fewer than two samples.
+/// The default window for slopes, s: 30 median sample spacings. `None` with fewer than two samples.
 pub fn slope_window(times: &[f64]) -> Option<f64> {
     usual_spacing(times).map(|usual| WINDOW * usual)
 }
 
-/// Compares all channels of one unit with alike names.
+/// Compares all channels of one unit with similar names.
 pub fn kin(record: &Record<'_>, request: &Request) -> Vec<Kin> {
     compared(&Cleaned::of(record), record, request)
 }

@@ -1,13 +1,12 @@
-//! Readings that stand alone.
+//! Detects spikes: isolated outliers.
 //!
-//! A spike is a run of at most three readings that lies outside what its ten neighbours read, their
-//! highest and lowest left out, by more than five standard deviations of the noise and by more than
-//! twice what they differ among themselves. Steps, ramps and peaks that are resolved by the samples
-//! are none: there the neighbours on one side reach as far.
+//! A spike is a run of at most three readings outside the range of its ten neighbours, without their highest and
+//! lowest, by more than five standard deviations of the noise and by more than twice that range. Resolved steps, ramps
+//! and peaks do not count: there the neighbours on one side reach as far.
 //!
-//! Source: the comparison with neighbours is Hampel's identifier (Davies, Gather, The
-//! identification of multiple outliers, J. Am. Stat. Assoc. 88 (1993) 782–792), with the range in
-//! place of the median deviation, which is zero in rounded readings.
+//! Source: the comparison with neighbours is Hampel's identifier (Davies, Gather, The identification of multiple
+//! outliers, J. Am. Stat. Assoc. 88 (1993) 782–792), with the range instead of the median deviation, which is zero for
+//! rounded readings.
 
 use crate::statistics::noise::SensorNoise;
 
@@ -16,20 +15,20 @@ use crate::statistics::noise::SensorNoise;
 pub struct Spike {
     /// First and last sample.
     pub samples: (usize, usize),
-    /// How far it lies outside its neighbours, with its sign.
+    /// Its distance outside the neighbours' range, with sign.
     pub height: f64,
 }
 
-/// Most readings of a spike.
+/// Maximum number of readings of a spike.
 const LONGEST: usize = 3;
-/// Neighbours on either side.
+/// Number of neighbours on either side.
 const NEIGHBOURS: usize = 5;
-/// Times the neighbours' range outside of it.
+/// Minimum distance, in multiples of the neighbours' range.
 const DISTANCE: f64 = 2.0;
-/// Standard deviations outside of the neighbours.
+/// Minimum distance, in standard deviations.
 const CLEAR: f64 = 5.0;
 
-/// Spikes of a channel with this noise; without any, of a channel that otherwise stands still.
+/// Spikes of a channel with this noise; without noise, of an otherwise constant channel.
 pub fn spikes(values: &[f64], noise: Option<&SensorNoise>) -> Vec<Spike> {
     let valid: Vec<usize> = (0..values.len()).filter(|k| values[*k].is_finite()).collect();
     let floor =
@@ -37,7 +36,7 @@ pub fn spikes(values: &[f64], noise: Option<&SensorNoise>) -> Vec<Spike> {
     let mut found = Vec::new();
     let mut at = NEIGHBOURS;
     while at + NEIGHBOURS < valid.len() {
-        // Without noise a short pulse may be meant: only a single reading is one too many.
+        // Without noise a short pulse may be intended: only a single reading counts.
         let longest = if noise.is_some() { LONGEST } else { 1 };
         let length = (1..=longest).find_map(|length| {
             spike(values, &valid, at, length, floor).map(|height| (length, height))
@@ -56,7 +55,7 @@ pub fn spikes(values: &[f64], noise: Option<&SensorNoise>) -> Vec<Spike> {
 /// The height of a spike of this length that begins at the valid sample `at`.
 fn spike(values: &[f64], valid: &[usize], at: usize, length: usize, floor: f64) -> Option<f64> {
     let value = |k: usize| values[valid[k]];
-    // Most readings are near the one before: two comparisons settle them.
+    // Most readings are close to the previous one: two comparisons suffice for them.
     let end = at + length;
     if end + NEIGHBOURS > valid.len() || (value(at) - value(at - 1)).abs() <= floor {
         return None;
@@ -67,7 +66,7 @@ fn spike(values: &[f64], valid: &[usize], at: usize, length: usize, floor: f64) 
         *place = value(k);
     }
     neighbours.sort_unstable_by(f64::total_cmp);
-    // Another spike may be among them.
+    // Another spike may be among the neighbours.
     let (low, high) = (neighbours[1], neighbours[2 * NEIGHBOURS - 2]);
     let clear = floor.max(DISTANCE * (high - low));
     let all = |height: &dyn Fn(f64) -> f64| {

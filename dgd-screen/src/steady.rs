@@ -1,4 +1,4 @@
-//! When nothing changes, and when something does.
+//! Finds steady periods and transients.
 //!
 //! The slope of each channel is that of a line through its samples within a window of time w. A
 //! channel rests where the change over a window, w times the slope, is at most
@@ -7,9 +7,9 @@
 //!   ε = max(4 σ √(12/n), r/200)
 //! ```
 //!
-//! with σ its noise, n the samples of a window and r its range: four standard deviations of what
-//! noise makes of a slope, or half a per cent of all that it does. The recording rests where all
-//! channels rest. It moves where a channel changes by more than 4ε in a window.
+//! with σ its noise, n the samples of a window and r its range: four standard deviations of a slope caused by noise, or
+//! half a per cent of its range. The recording is at rest where all channels are. It moves where a channel changes by
+//! more than 4ε in a window.
 //!
 //! Source: Haukanes 2015, §3.4, |dq/dt| ≤ ε, and Fig. 3.20 for transients. Noise of a slope over n
 //! equally spaced samples: Var(slope) w² = 12 σ²/n.
@@ -17,7 +17,7 @@
 use crate::record::{Record, Stretch, extremes, runs};
 use crate::statistics::estimate::{Estimate, mean};
 
-/// When a channel is at rest.
+/// The criterion for a channel at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rest {
     /// Position of the channel in the record.
@@ -26,10 +26,10 @@ pub struct Rest {
     pub change: f64,
 }
 
-/// A stretch of time in which all channels rest.
+/// A period in which all channels are at rest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Steady {
-    /// When.
+    /// The period.
     pub stretch: Stretch,
     /// First and last sample.
     pub samples: (usize, usize),
@@ -37,40 +37,41 @@ pub struct Steady {
     pub means: Vec<Option<Estimate>>,
 }
 
-/// A stretch of time in which something changes.
+/// A period in which something changes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transient {
-    /// When.
+    /// The period.
     pub stretch: Stretch,
     /// The channels that change: position, value before and after.
     pub changes: Vec<(usize, f64, f64)>,
 }
 
-/// What rests and what moves in a record.
+/// Steady periods and transients of a record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     /// Length of the windows, s.
     pub window: f64,
-    /// The channels that move at all, with when they rest.
+    /// The channels that move at all, with their criteria for rest.
     pub rests: Vec<Rest>,
-    /// When all rest.
+    /// Steady periods.
     pub steady: Vec<Steady>,
-    /// When something moves.
+    /// Transients.
     pub transients: Vec<Transient>,
 }
 
-/// Share of the range below which a change is none.
+/// Fraction of the range below which a change is negligible.
 const SMALL: f64 = 1.0 / 200.0;
-/// Standard deviations of what noise makes of a slope.
+/// Number of standard deviations of a slope caused by noise.
 const CLEAR: f64 = 4.0;
-/// Times ε above which something moves.
+/// Multiple of ε above which something moves.
 const MOVING: f64 = 4.0;
 
-/// Finds the stretches. `noise` has the standard deviation of each channel; `limits` sets the largest slope of a channel at rest, per second.
+/// Finds steady periods and transients. `noise` has the standard deviation of each channel; `limits` sets the largest
+/// slope of a channel at rest, per second.
 ///
 /// # Panics
 ///
-/// When `noise` has another length than the channels.
+/// If the length of `noise` differs from the number of channels.
 pub fn motion(
     record: &Record<'_>,
     noise: &[Option<f64>],
@@ -99,7 +100,7 @@ pub fn motion(
         }
         rests.push(Rest { channel, change });
     }
-    // A channel without a value for a while tells nothing, and one with a short interruption rests.
+    // A channel without values for a while does not count, and one with a short interruption is at rest.
     let steady = joined(times, runs(n, |k| at_rest[k]), 0.25 * window)
         .into_iter()
         .filter(|(first, last)| times[*last] - times[*first] >= window)
@@ -143,7 +144,7 @@ fn joined(times: &[f64], runs: Vec<(usize, usize)>, gap: f64) -> Vec<(usize, usi
     joined
 }
 
-/// Mean of the values within `reach` before or behind a sample.
+/// Mean of the values within `reach` before or after a sample.
 fn near(times: &[f64], values: &[f64], k: usize, reach: f64, forwards: bool) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0.0);
     let mut at = k;
@@ -160,12 +161,11 @@ fn near(times: &[f64], values: &[f64], k: usize, reach: f64, forwards: bool) -> 
     (count > 0.0).then(|| sum / count)
 }
 
-/// For each sample the change over a window around it, by the slope of a line, and the samples
-/// that it is from.
+/// For each sample, the change over a window around it from the slope of a line, and the number of samples used.
 fn changes(times: &[f64], values: &[f64], window: f64) -> Vec<(f64, usize)> {
     let n = times.len();
     let mut changes = vec![(0.0, 0); n];
-    // Sums over the window, with times and values from where they are now, so that little cancels.
+    // Sums over the window, with times and values relative to the current ones, to reduce cancellation.
     let (mut first, mut end) = (0, 0);
     let origin = values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
     let mut sums = Sums::default();
@@ -187,7 +187,7 @@ fn changes(times: &[f64], values: &[f64], window: f64) -> Vec<(f64, usize)> {
     changes
 }
 
-/// Sums of a regression on time.
+/// Sums for a regression on time.
 #[derive(Default)]
 struct Sums {
     base: f64,

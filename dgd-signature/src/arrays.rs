@@ -1,10 +1,10 @@
-//! The description of a model with arrays, from one that does not grow with them.
+//! Expands the description of a model with arrays from one whose size does not depend on them.
 
 use crate::unknowns::element_name;
 pub use crate::unknowns::{Labels, Unknowns};
 use crate::{List, Output, Signature, Text, Unit};
 
-/// An array of unknowns; in y its elements follow what is in front of it.
+/// An array of unknowns; in y its elements follow the preceding unknowns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array {
     /// Its name.
@@ -19,7 +19,7 @@ pub struct Array {
     pub nominal: Option<f64>,
 }
 
-/// Outputs for each element of an array; in w they follow what is in front of them.
+/// Outputs for each element of an array; in w they follow the preceding outputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutputArray {
     /// Their common name.
@@ -43,7 +43,7 @@ pub struct Family {
     pub differential: bool,
     /// Label of the equation.
     pub equation: Text,
-    /// First index of the equation's loop; none for an equation of its own.
+    /// First index of the equation's loop; `None` for a single equation.
     pub lower: Option<i64>,
 }
 
@@ -74,9 +74,9 @@ pub struct Arrays {
     pub runs: [List<Run>; 7],
 }
 
-/// The description of a whole model, given that of its single unknowns and what arrays add.
+/// The description of a whole model, from that of its single unknowns and the additions by arrays.
 ///
-/// It does not grow with the arrays, outputs for each element aside.
+/// Its size does not depend on the arrays, except for outputs of each element.
 pub fn with_arrays(mut signature: Signature, added: &Arrays) -> Signature {
     signature.unknowns.arrays.clone_from(&added.arrays);
     signature.unknowns.families.clone_from(&added.families);

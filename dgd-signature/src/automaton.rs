@@ -1,4 +1,4 @@
-//! What changes at events only: automata with their modes and transitions, and conditions on time.
+//! Discrete state that changes only at events: automata with their modes and transitions, and conditions on time.
 
 use crate::{List, Pattern, Text};
 
@@ -9,7 +9,7 @@ pub struct Discrete {
     pub automata: List<Automaton>,
     /// Number of conditions on time n_c, which follow in z.
     pub n_time_conditions: usize,
-    /// Clocks, each of which takes the place of two conditions on time.
+    /// Clocks, each of which occupies two conditions on time.
     pub clocks: List<Clock>,
     /// Where ∂e/∂y is not zero: n_e × n.
     pub event_jacobian: Pattern,
@@ -17,23 +17,22 @@ pub struct Discrete {
     pub reset_jacobian: Pattern,
 }
 
-/// What ticks at the times t₀ + k T.
+/// A clock that ticks at the times t₀ + k T.
 ///
-/// Of two conditions on time that follow one another it has the places: the time of the first is t₀ and that of the
-/// second T, which may be below zero. The discrete number of the first is ⌊(t − t₀)/T⌋, so that it goes up at each
-/// tick, or down; what the first is afterwards is this number without what moves, for where T is infinite. That of
-/// the second is zero.
+/// It occupies two consecutive conditions on time: the time of the first is t₀ and that of the second T, which may be
+/// negative. The discrete number of the first is ⌊(t − t₀)/T⌋, which rises or falls at each tick; its `after` value is
+/// this number for infinite T. The discrete number of the second is zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Clock {
     /// The first of the two among the conditions on time.
     pub condition: usize,
-    /// The automaton whose transition is made at each tick, of those of the kind [`AutomatonKind::Every`].
+    /// The automaton, of kind [`AutomatonKind::Every`], whose transition is made at each tick, if any.
     pub automaton: Option<usize>,
 }
 
-/// What an automaton stands for.
+/// The kind of an automaton.
 ///
-/// Passes ask for what a kind does, by these predicates, and seldom for the kind itself:
+/// Passes use these predicates on what a kind does, and rarely the kind itself:
 ///
 /// | | `Modes` | `When` | `Every` | `Saturation` | `States` | `Switch` | `Corner` | `Step` | `Knots` | `Limit` |
 /// |---|---|---|---|---|---|---|---|---|---|---|
@@ -60,23 +59,23 @@ pub enum AutomatonKind {
     Every,
     /// An unknown with bounds: free, or at one of them.
     Saturation,
-    /// Which unknowns are states, of those that constraints tie together. The solution is the same
-    /// in all of its modes, and each is left for the one in which the constraints determine the
-    /// others best.
+    /// Selects which of the unknowns tied by constraints are states. The solution is the same in all modes; the mode
+    /// changes to the one in which the constraints determine the other unknowns best.
     States,
     /// A switch whose value jumps: below its surface (0), above it (1), or sliding along it (2). Its
     /// first transition leads from below to above.
     Switch,
     /// A switch whose slope jumps: steps end at its surface, and nothing else happens there.
     Corner,
-    /// ⌊x⌋ of a number x that moves: its discrete number is ⌊x⌋. The event function of its first transition
-    /// is x − ⌊x⌋ − 1, that of its second x − ⌊x⌋.
+    /// ⌊x⌋ of a varying number x: its discrete number is ⌊x⌋. The event function of its first transition is x − ⌊x⌋ −
+    /// 1, that of its second x − ⌊x⌋.
     Step,
-    /// The knots of a table at which its slope jumps: steps end at them, and nothing else happens there. Its
-    /// discrete number is how many have been passed, less one; event functions are those of a
-    /// [`Step`](Self::Step), of a number that is whole at each knot.
+    /// The knots of a table at which its slope jumps: steps end at them, and nothing else happens there. Its discrete
+    /// number is the number of knots passed, minus one; event functions are those of a [`Step`](Self::Step) of a number
+    /// that is an integer at each knot.
     Knots,
-    /// The end of a table beyond which nothing is known: the run ends there. Its name says what has left what.
+    /// The end of a table beyond which it is undefined: the run ends there with an error. Its name says which argument
+    /// left which table.
     Limit,
 }
 
@@ -86,7 +85,7 @@ impl AutomatonKind {
         matches!(self, Self::Modes | Self::When | Self::Every)
     }
 
-    /// Whether its mode cannot be told from the values at one time.
+    /// Whether its mode does not follow from the values at one time.
     pub fn is_remembered(self) -> bool {
         matches!(self, Self::Modes | Self::When | Self::Every | Self::Saturation)
     }
@@ -101,7 +100,7 @@ impl AutomatonKind {
         matches!(self, Self::Modes | Self::States)
     }
 
-    /// Whether a reader is told in which mode it is.
+    /// Whether its mode is shown to users.
     pub fn shows_modes(self) -> bool {
         !matches!(
             self,
@@ -124,17 +123,17 @@ impl AutomatonKind {
         self == Self::Switch
     }
 
-    /// Whether a run begins on the side of it that the start values are on.
+    /// Whether a run begins on its side according to the start values.
     pub fn chooses_side(self) -> bool {
         matches!(self, Self::Switch | Self::Saturation | Self::Step | Self::Knots)
     }
 
-    /// Whether its discrete number is a count, and not the position of a mode.
+    /// Whether its discrete number is a count rather than the position of a mode.
     pub fn counts(self) -> bool {
         matches!(self, Self::Step | Self::Knots)
     }
 
-    /// Whether steps end where it switches and nothing else happens there.
+    /// Whether it only ends steps where it switches.
     pub fn only_ends_steps(self) -> bool {
         matches!(self, Self::Corner | Self::Knots)
     }
@@ -153,49 +152,49 @@ impl AutomatonKind {
 /// When a transition acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trigger {
-    /// Once its condition becomes true: not while it has been true since the mode was entered.
+    /// When its condition becomes true, but not if it has been true since the mode was entered.
     Edge,
     /// Whenever its condition is true.
     Level,
-    /// If its condition is true at once in the mode that the solution enters at a surface.
+    /// If its condition is true immediately in the mode that the solution enters at a surface.
     Entry,
-    /// If its condition is true at the start of a run: the first such is the mode to start in.
+    /// If its condition is true at the start of a run: the first such transition gives the starting mode.
     Start,
     /// At the ticks of a [`Clock`], whatever its event function is.
     Clock,
 }
 
-/// A `modes` block of the model, or what else changes at events.
+/// A `modes` block of the model, or another source of events.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Automaton {
-    /// What it stands for.
+    /// Its kind.
     pub kind: AutomatonKind,
     /// Its name.
     pub name: Text,
     /// Names of its modes.
     pub modes: List<Text>,
-    /// The mode it starts in where no transition at the start says another.
+    /// The mode in which it starts, unless a transition at the start chooses another.
     pub start: usize,
-    /// Which mode follows which.
+    /// Its transitions.
     pub transitions: List<Transition>,
 }
 
-/// A transition between modes, when its event function passes zero.
+/// A transition between modes, due when its event function passes zero.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Transition {
-    /// Position of the mode that it leaves; the number of modes where it leaves none, at the start.
+    /// Position of the mode that it leaves; the number of modes for transitions at the start, which leave none.
     pub from: usize,
     /// Position of the mode that it enters.
     pub to: usize,
-    /// In which direction its event function passes zero.
+    /// The direction in which its event function passes zero.
     pub crossing: Crossing,
-    /// When it acts.
+    /// Its trigger.
     pub trigger: Trigger,
     /// Positions of the unknowns that it resets.
     pub resets: List<usize>,
 }
 
-/// In which direction an event function passes zero.
+/// The direction in which an event function passes zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Crossing {
     /// From below.
@@ -205,7 +204,7 @@ pub enum Crossing {
 }
 
 impl Crossing {
-    /// As models write it.
+    /// Its notation in models.
     pub fn words(self) -> &'static str {
         match self {
             Crossing::Rises => "rises above",

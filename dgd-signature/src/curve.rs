@@ -19,7 +19,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// The value at x; NaN where x is.
+    /// The value at x; NaN if x is NaN.
     #[must_use]
     #[inline(never)]
     pub fn value(&self, x: f64) -> f64 {
@@ -29,7 +29,7 @@ impl Curve {
         c0 + d * (c1 + d * (c2 + d * c3))
     }
 
-    /// The derivative, which jumps where the slope of the curve does.
+    /// The derivative, which jumps where the slope of the curve jumps.
     #[must_use]
     pub fn derivative(&self) -> Self {
         let derived = |[_, c1, c2, c3]: &[f64; 4]| [*c1, 2.0 * c2, 3.0 * c3, 0.0];

@@ -1,19 +1,19 @@
-//! What a compiled model says of itself: the contract between the compiler and the solvers.
+//! The description of a compiled model: the contract between the compiler and the solvers.
 //!
 //! The compiler makes a [`Signature`] and the functions that it describes; a solver reads it. All numbers
 //! are in SI units. Generated models borrow their lists, loaded ones own them ([`List`], [`Text`]).
 //!
 //! | file | holds |
 //! |---|---|
-//! | `signature` | [`Signature`], and what sensitivities are taken to |
+//! | `signature` | [`Signature`], and the directions of sensitivities |
 //! | `quantity` | unknowns, parameters, inputs and outputs |
 //! | `unknowns` | names and units of all unknowns and equations, elements of arrays included |
-//! | `arrays` | what arrays add to a description |
-//! | `pattern` | where matrices are not zero |
-//! | `automaton` | what changes at events |
+//! | `arrays` | additions to a description by arrays |
+//! | `pattern` | sparsity patterns of matrices |
+//! | `automaton` | discrete state that changes at events |
 //! | `curve` | piecewise polynomials of tables |
-//! | `past` | what is read late |
-//! | `features` | what models of a type may have |
+//! | `past` | delayed inputs and unknowns |
+//! | `features` | features that models of a type may have |
 //! | `unit` | a declared unit |
 //! | `number` | numbers in sentences |
 //! | `special` | functions that the standard library lacks |

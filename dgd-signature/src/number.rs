@@ -1,10 +1,10 @@
 //! Numbers in sentences, in one style: `935`, `0.012`, `9.4·10⁷`.
 //!
-//! In tables, which are copied from, numbers stand as a model can have them: `9.4e7`.
+//! In tables, from which users copy, numbers are in the notation of models: `9.4e7`.
 
 use std::fmt;
 
-/// Powers of ten beside which a number is written out.
+/// Powers of ten for which a number is written out.
 const WRITTEN_OUT: std::ops::Range<i32> = -3..6;
 
 /// A number and its unit, `9.81 m/s^2`; a quantity without one is the number alone.
@@ -12,7 +12,7 @@ pub fn with_unit(number: impl fmt::Display, unit: &str) -> String {
     if matches!(unit, "" | "1") { number.to_string() } else { format!("{number} {unit}") }
 }
 
-/// A number with so many digits; whole numbers keep all of theirs.
+/// A number with this many significant digits; integers keep all of theirs.
 pub fn rounded(value: f64, digits: i32) -> String {
     if !value.is_finite() {
         return "–".to_owned();
@@ -26,7 +26,7 @@ pub fn rounded(value: f64, digits: i32) -> String {
     }
 }
 
-/// A number with so many digits at the most, and no zeros behind them: `0.05`, `10⁻⁹`.
+/// A number with at most this many significant digits, without trailing zeros: `0.05`, `10⁻⁹`.
 pub fn short(value: f64, digits: i32) -> String {
     let text = rounded(value, digits);
     let (mantissa, power) = without_zeros(&text, '·');
@@ -37,7 +37,7 @@ pub fn short(value: f64, digits: i32) -> String {
     }
 }
 
-/// A written number without zeros behind its decimal point, and its power of ten, which begins with `mark`.
+/// A formatted number without trailing zeros after the decimal point, and its power of ten, which begins with `mark`.
 pub fn without_zeros(text: &str, mark: char) -> (&str, &str) {
     let (mantissa, power) = text.split_at(text.find(mark).unwrap_or(text.len()));
     if mantissa.contains('.') {
@@ -47,7 +47,7 @@ pub fn without_zeros(text: &str, mark: char) -> (&str, &str) {
     }
 }
 
-/// With so many decimals; with fewer than none, rounded to tens, hundreds and so on.
+/// A number with this many decimals; a negative count rounds to tens, hundreds and so on.
 pub fn fixed(value: f64, decimals: i32) -> String {
     let text = if decimals >= 0 {
         format!("{value:.*}", decimals.cast_unsigned() as usize)
@@ -56,19 +56,19 @@ pub fn fixed(value: f64, decimals: i32) -> String {
         format!("{:.0}", (value / unit).round() * unit)
     };
     match text.strip_prefix('-') {
-        // Nobody writes −0.00.
+        // Avoids −0.00.
         Some(digits) if digits.bytes().all(|b| matches!(b, b'0' | b'.')) => digits.to_owned(),
         Some(digits) => format!("−{digits}"),
         None => text,
     }
 }
 
-/// The power of ten of the first digit, 0 for zero.
+/// The power of ten of the leading digit, 0 for zero.
 pub fn decade(x: f64) -> i32 {
     if x > 0.0 { x.log10().floor() as i32 } else { 0 }
 }
 
-/// `·10⁸`; nothing for the power 0.
+/// `·10⁸`; empty for the power 0.
 pub fn times_ten_to(power: i32) -> String {
     const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     if power == 0 {
@@ -79,7 +79,7 @@ pub fn times_ten_to(power: i32) -> String {
     format!("·10{exponent}")
 }
 
-/// Whether a number is written out, and not beside a power of ten.
+/// Whether a number is written out, without a power of ten.
 pub fn is_written_out(size: i32) -> bool {
     WRITTEN_OUT.contains(&size)
 }

@@ -1,12 +1,12 @@
-//! Where the matrices of a model are not zero.
+//! Sparsity patterns of a model's matrices.
 
 use crate::List;
 use crate::arrays::Run;
 
-/// Where a matrix is not zero, each place once.
+/// The non-zeros of a matrix, each once.
 ///
-/// Those of single rows stand first, columns ascending, rows ascending within a column; then those
-/// of arrays, run by run.
+/// Those of single rows come first, columns ascending, rows ascending within a column; then those of arrays, run by
+/// run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pattern {
     /// Row of each single non-zero.
@@ -63,7 +63,7 @@ impl Pattern {
     ///
     /// # Panics
     ///
-    /// If there are not so many.
+    /// If there are fewer.
     pub fn position(&self, k: usize) -> (usize, usize) {
         let Some(mut rest) = k.checked_sub(self.rows.len()) else {
             return (self.rows[k], self.columns[k]);
@@ -79,7 +79,7 @@ impl Pattern {
     }
 
     /// Visits rows, columns and values of the non-zeros.
-    // Lengths are constants in generated models, and only once inlined there.
+    // Lengths are constants in generated models, but only after inlining.
     #[allow(clippy::inline_always)]
     #[inline(always)]
     pub fn for_each(&self, values: &[f64], mut visit: impl FnMut(usize, usize, f64)) {
@@ -102,8 +102,8 @@ impl Pattern {
         }
     }
 
-    /// The same for values that can be changed.
-    // Lengths are constants in generated models, and only once inlined there.
+    /// The same with mutable values.
+    // Lengths are constants in generated models, but only after inlining.
     #[allow(clippy::inline_always)]
     #[inline(always)]
     pub fn for_each_mut(&self, values: &mut [f64], mut visit: impl FnMut(usize, usize, &mut f64)) {

@@ -9,9 +9,9 @@ pub struct Unknown {
     pub name: Text,
     /// Declared unit.
     pub unit: Unit,
-    /// Size for tolerances, SI; `None`: the size of its start value.
+    /// Size for tolerances, SI; `None`: the magnitude of its start value.
     pub nominal: Option<f64>,
-    /// Whether row i is ẏᵢ = fᵢ in the modes that the model starts in; otherwise 0 = fᵢ.
+    /// Whether row i is ẏᵢ = fᵢ in the starting modes; otherwise 0 = fᵢ.
     pub differential: bool,
 }
 
@@ -28,15 +28,15 @@ pub struct Parameter {
     pub lower: f64,
     /// Upper bound, SI; infinity without one.
     pub upper: f64,
-    /// Size for scaling, SI; `None`: its value, or 1 in the declared unit where that is zero.
+    /// Size for scaling, SI; `None`: its value, or 1 in the declared unit if that is zero.
     pub nominal: Option<f64>,
     /// Whether its logarithm is estimated.
     pub log: bool,
-    /// Whether it is left alone by estimators unless asked for.
+    /// Whether estimators leave it unchanged unless it is requested.
     pub fixed: bool,
 }
 
-/// How an input goes on between two samples.
+/// Interpolation of an input between two samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interpolation {
     /// The sample holds until the next.
@@ -52,7 +52,7 @@ pub struct Input {
     pub name: Text,
     /// Declared unit.
     pub unit: Unit,
-    /// Between samples.
+    /// Interpolation between samples.
     pub interpolation: Interpolation,
 }
 
@@ -65,6 +65,6 @@ pub struct Output {
     pub unit: Unit,
     /// Standard deviation of the sensor's white error, SI.
     pub noise: Option<f64>,
-    /// Which delay it is read late by: w(t) is what the model's function of outputs gives at t − τ.
+    /// Its delay, by position: w(t) is the value of the model's output function at t − τ.
     pub delay: Option<usize>,
 }

@@ -1,4 +1,4 @@
-//! All that a solver knows of a model but its functions.
+//! Everything that a solver knows about a model except its functions.
 
 use crate::{
     DelayedInput, DelayedUnknown, Discrete, Input, Labels, List, Output, Parameter, PastLayout,
@@ -12,7 +12,7 @@ use crate::{
 pub struct Signature {
     /// The model's name.
     pub name: Text,
-    /// Unknowns y, n of them.
+    /// The n unknowns y.
     pub unknowns: Unknowns,
     /// Label of the equation behind row i of f.
     pub equations: Labels,
@@ -22,34 +22,33 @@ pub struct Signature {
     pub inputs: List<Input>,
     /// Distinct delays τ, as formulas write them.
     pub delays: List<Text>,
-    /// Distinct delays that vary, as formulas write them: of time, inputs and differential unknowns.
+    /// Distinct variable delays, as formulas write them: functions of time, inputs and differential unknowns.
     pub varying_delays: List<Text>,
-    /// Inputs that the equations read late: u has them, and then their slopes, behind `inputs`.
+    /// Delayed inputs: in u they follow `inputs`, and are followed by their slopes.
     pub delayed_inputs: List<DelayedInput>,
-    /// Unknowns that the equations read late: u has what is known of them ([`PastLayout`]) behind the
-    /// inputs.
+    /// Delayed unknowns: in u their past ([`PastLayout`]) follows the inputs.
     pub delayed_unknowns: List<DelayedUnknown>,
-    /// Inputs that equations are differentiated through to bring the index to 1.
+    /// Inputs through which equations were differentiated to reduce the index to 1.
     pub differentiated_inputs: List<DifferentiatedInput>,
     /// Outputs w.
     pub outputs: List<Output>,
     /// Chosen directions θ.
     pub directions: List<Direction>,
-    /// Where ∂f/∂y is not zero: n × n.
+    /// Pattern of ∂f/∂y: n × n.
     pub jacobian: Pattern,
-    /// Where ∂g/∂y is not zero: (n · n_s) × n.
+    /// Pattern of ∂g/∂y: (n · n_s) × n.
     pub sensitivity_jacobian: Pattern,
-    /// Where ∂f/∂p is not zero: n × n_p.
+    /// Pattern of ∂f/∂p: n × n_p.
     pub parameter_jacobian: Pattern,
-    /// Where ∂f/∂u is not zero: n × n_u.
+    /// Pattern of ∂f/∂u: n × n_u.
     pub input_jacobian: Pattern,
-    /// Where ∂w/∂y, ∂w/∂u and ∂w/∂p are not zero.
+    /// Patterns of ∂w/∂y, ∂w/∂u and ∂w/∂p.
     pub output_jacobians: [Pattern; 3],
     /// Modes, transitions and conditions on time.
     pub discrete: Discrete,
 }
 
-/// Something that sensitivities are taken to.
+/// A direction of sensitivities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// The parameter at this position.
@@ -58,7 +57,7 @@ pub enum Direction {
     Start(usize),
 }
 
-/// An input that an equation is differentiated through: where it jumps, states would have to.
+/// An input through which an equation was differentiated: if it jumped, states would have to jump.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DifferentiatedInput {
     /// Position of the input.
@@ -74,7 +73,7 @@ impl Signature {
         past.first + past.len()
     }
 
-    /// Where u has what is known of delayed unknowns.
+    /// Layout in u of the past of delayed unknowns.
     pub fn past(&self) -> PastLayout {
         PastLayout {
             first: self.inputs.len() + 2 * self.delayed_inputs.len(),
@@ -83,16 +82,16 @@ impl Signature {
         }
     }
 
-    /// The diagonal of M in the modes that the model starts in.
+    /// Writes the diagonal of M in the starting modes.
     ///
     /// # Panics
     ///
-    /// If there are not as many numbers as unknowns.
+    /// If the length differs from the number of unknowns.
     pub fn write_mass(&self, mass: &mut [f64]) {
         self.unknowns.write_mass(mass);
     }
 
-    /// What the j-th direction is called: a parameter by its name, a start value as `x(0)`.
+    /// Name of the j-th direction: a parameter's name, or `x(0)` for a start value.
     ///
     /// # Panics
     ///

@@ -1,5 +1,5 @@
-//! Functions that the standard library lacks. Compiler and runtime call the same code, so that a constant that is
-//! folded and a number that is computed have the same bits.
+//! Functions that the standard library lacks. Compiler and runtime call the same code, so that folded constants and
+//! computed numbers have the same bits.
 
 /// The error function, (2/√π) ∫₀ˣ exp(−t²) dt.
 #[must_use]
@@ -19,7 +19,7 @@ pub fn lgamma(x: f64) -> f64 {
     if x > 0.0 { libm::lgamma(x) } else { f64::NAN }
 }
 
-/// From here on the asymptotic series has all digits.
+/// Argument from which on the asymptotic series is accurate to all digits.
 const FAR: f64 = 20.0;
 
 /// Bernoulli numbers B₂, B₄, … B₁₆.
@@ -36,7 +36,7 @@ const BERNOULLI: [f64; 8] = [
 
 /// ψ⁽ⁿ⁾(x), the derivative of order n + 1 of ln Γ(x), for x > 0 and n = 0, 1, 2, …; NaN elsewhere.
 ///
-/// By the recurrence to large x, and there by the asymptotic series:
+/// Uses the recurrence up to large x, and there the asymptotic series:
 ///
 /// ```text
 ///   ψ⁽ⁿ⁾(x) = ψ⁽ⁿ⁾(x + 1) − (−1)ⁿ n! x⁻ⁿ⁻¹
@@ -81,14 +81,14 @@ pub fn polygamma(n: f64, x: f64) -> f64 {
     recurrence - sign * sum
 }
 
-/// xⁿ, by multiplication: the same bits whatever an optimiser does.
+/// xⁿ by multiplication, so that results do not depend on the optimiser.
 fn power(x: f64, n: u32) -> f64 {
     (0..n).fold(1.0, |product, _| product * x)
 }
 
 #[cfg(test)]
 mod tests {
-    // As they were printed.
+    // Kept as printed.
     #![allow(clippy::unreadable_literal)]
 
     use super::*;

@@ -5,16 +5,16 @@ use crate::Text;
 /// A unit as the model declares it: SI = value · factor + offset.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unit {
-    /// As written.
+    /// Its symbol, as written.
     pub symbol: Text,
-    /// SI units in one of it.
+    /// Number of SI units in one of it.
     pub factor: f64,
-    /// SI value at its zero.
+    /// SI value of its zero.
     pub offset: f64,
 }
 
 impl Unit {
-    /// The value in this unit of one in SI.
+    /// Converts a value from SI to this unit.
     pub fn from_si(&self, si: f64) -> f64 {
         (si - self.offset) / self.factor
     }

@@ -1,12 +1,12 @@
-//! Names of a model's unknowns and equations; those of array elements are made on demand.
+//! Names of a model's unknowns and equations; those of array elements are created on demand.
 
 use crate::arrays::{Array, Family};
 use crate::{List, Text, Unit, Unknown};
 
-/// The unknowns y: single ones, then the elements of arrays, whose descriptions are made on demand.
+/// The unknowns y: single ones, then the elements of arrays, whose descriptions are created on demand.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unknowns {
-    /// The scalar ones, which come first: those that are not elements of arrays.
+    /// Single unknowns, which are not elements of arrays; they come first.
     pub single: List<Unknown>,
     /// Arrays, whose elements follow.
     pub arrays: List<Array>,
@@ -38,7 +38,7 @@ impl Unknowns {
     ///
     /// # Panics
     ///
-    /// If there are not so many.
+    /// If there are fewer.
     pub fn at(&self, i: usize) -> Unknown {
         let Some(element) = i.checked_sub(self.single.len()) else {
             return self.single[i].clone();
@@ -73,7 +73,7 @@ impl Unknowns {
     ///
     /// # Panics
     ///
-    /// As [`Unknowns::at`].
+    /// Like [`Unknowns::at`].
     pub fn name(&self, i: usize) -> Text {
         match i.checked_sub(self.single.len()) {
             None => self.single[i].name.clone(),
@@ -88,7 +88,7 @@ impl Unknowns {
     ///
     /// # Panics
     ///
-    /// As [`Unknowns::at`].
+    /// Like [`Unknowns::at`].
     pub fn unit(&self, i: usize) -> &Unit {
         match i.checked_sub(self.single.len()) {
             None => &self.single[i].unit,
@@ -100,7 +100,7 @@ impl Unknowns {
     ///
     /// # Panics
     ///
-    /// As [`Unknowns::at`].
+    /// Like [`Unknowns::at`].
     pub fn nominal(&self, i: usize) -> Option<f64> {
         match i.checked_sub(self.single.len()) {
             None => self.single[i].nominal,
@@ -108,11 +108,11 @@ impl Unknowns {
         }
     }
 
-    /// Whether row i is ẏᵢ = fᵢ in the modes that the model starts in.
+    /// Whether row i is ẏᵢ = fᵢ in the starting modes.
     ///
     /// # Panics
     ///
-    /// As [`Unknowns::at`].
+    /// Like [`Unknowns::at`].
     pub fn is_differential(&self, i: usize) -> bool {
         match i.checked_sub(self.single.len()) {
             None => self.single[i].differential,
@@ -120,14 +120,14 @@ impl Unknowns {
         }
     }
 
-    /// How many rows are 0 = fᵢ in the modes that the model starts in.
+    /// Number of rows 0 = fᵢ in the starting modes.
     pub fn n_algebraic(&self) -> usize {
         let single = self.single.iter().filter(|unknown| !unknown.differential).count();
         let families = self.families.iter().filter(|family| !family.differential);
         single + families.map(|family| family.count).sum::<usize>()
     }
 
-    /// Nominal values and units of consecutive unknowns that have them in common.
+    /// Groups of consecutive unknowns with the same nominal value and unit.
     pub fn groups(&self) -> impl Iterator<Item = (usize, Option<f64>, &Unit)> {
         let single = self.single.iter().map(|unknown| (1, unknown.nominal, &unknown.unit));
         single.chain(self.arrays.iter().map(|array| (array.count, array.nominal, &array.unit)))
@@ -166,10 +166,10 @@ impl FromIterator<Unknown> for Unknowns {
     }
 }
 
-/// Labels of the equations behind the rows of f, those of families made on demand.
+/// Labels of the equations behind the rows of f, those of families created on demand.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Labels {
-    /// Of rows that do not belong to elements; they come first.
+    /// Labels of rows that do not belong to elements; they come first.
     pub single: List<Text>,
     /// Rows of elements, which follow.
     pub families: List<Family>,
@@ -185,7 +185,7 @@ impl Labels {
     ///
     /// # Panics
     ///
-    /// If there are not so many.
+    /// If there are fewer.
     pub fn at(&self, row: usize) -> Text {
         let Some(row) = row.checked_sub(self.single.len()) else {
             return self.single[row].clone();
@@ -194,7 +194,7 @@ impl Labels {
         family.label(k)
     }
 
-    /// All of them, row by row.
+    /// All labels, row by row.
     pub fn iter(&self) -> impl Iterator<Item = Text> + '_ {
         let of_families = |family: &'_ Family| {
             let family = family.clone();
@@ -220,7 +220,7 @@ impl Family {
     }
 }
 
-/// The family of a row, counted over all families, and which of its rows it is.
+/// The family of a row, counted over all families, and the row's position in it.
 fn row_of(families: &[Family], mut row: usize) -> (&Family, usize) {
     for family in families {
         if row < family.count {

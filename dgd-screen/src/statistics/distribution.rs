@@ -7,19 +7,19 @@
 //! The series of DLMF 8.7.1 below x = a + 1, the continued fraction of DLMF 8.9.2 by Lentz's method
 //! above, as in Press et al., Numerical Recipes, 3rd ed. (2007), §6.2.
 
-/// P(χ² > `value`) with `dof` degrees of freedom; 0 where it is smaller than a number can be.
+/// P(χ² > `value`) with `dof` degrees of freedom; 0 if it underflows.
 pub fn chi_square_tail(value: f64, dof: f64) -> f64 {
     if value <= 0.0 { 1.0 } else { upper_gamma(0.5 * dof, 0.5 * value) }
 }
 
-/// P(|z| > `value`) of a standard normal z.
+/// P(|z| > `value`) for a standard normal z.
 pub fn normal_two_sided(value: f64) -> f64 {
     chi_square_tail(value * value, 1.0)
 }
 
 /// The value that a standard normal |z| exceeds with this probability.
 pub fn normal_threshold(probability: f64) -> f64 {
-    // Beyond 38 standard deviations no probability is a number above zero.
+    // Beyond 38 standard deviations the probability underflows.
     let (mut low, mut high) = (0.0, 38.0);
     while high - low > 1e-9 {
         let middle = f64::midpoint(low, high);
@@ -28,12 +28,12 @@ pub fn normal_threshold(probability: f64) -> f64 {
     high
 }
 
-/// What stands for zero in a continued fraction's denominators.
+/// Replacement for zero in a continued fraction's denominators.
 const TINY: f64 = 1e-300;
 
 /// Q(a, x) for a > 0, x > 0.
 fn upper_gamma(a: f64, x: f64) -> f64 {
-    // Both expansions converge within a few √a terms where x is near a, sooner elsewhere.
+    // Both expansions converge within a few √a terms if x is near a, sooner elsewhere.
     let most_terms = 200 + (20.0 * a.sqrt()) as usize;
     let scale = (a * x.ln() - x - ln_gamma(a)).exp();
     if x < a + 1.0 {

@@ -1,13 +1,13 @@
-//! Means of samples that are not independent, and how sure they are.
+//! Means of correlated samples, with standard errors.
 //!
-//! With blocks of m neighbouring samples, B of them, the block means x̄ⱼ give
+//! With B blocks of m neighbouring samples, the block means x̄ⱼ give
 //!
 //! ```text
 //!   s² = Σ (x̄ⱼ − x̄)²/(B (B − 1))
 //! ```
 //!
-//! for the variance of x̄. It grows with m until blocks are longer than the correlation. The largest
-//! s² of m = 1, 2, 4, … down to B ≥ 16 is taken: a sensor that wanders is as unsure as it is.
+//! for the variance of x̄. It grows with m until blocks are longer than the correlation time. The largest s² for m = 1,
+//! 2, 4, … with B ≥ 16 is used, so that a drifting sensor gets a realistic error.
 //!
 //! Source: Flyvbjerg, Petersen, Error estimates on averages of correlated data, J. Chem. Phys. 91
 //! (1989) 461–466.
@@ -25,13 +25,13 @@ pub struct Estimate {
     pub dof: f64,
 }
 
-/// Fewest blocks from which a variance is told.
+/// Minimum number of blocks for a variance.
 const FEWEST_BLOCKS: usize = 16;
 
 impl Estimate {
     /// Half the width of the 95 % interval.
     pub fn half_width(&self) -> f64 {
-        // Student's t, to 1 % from 10 degrees of freedom on: Cornish and Fisher's first terms.
+        // Student's t, to 1 % from 10 degrees of freedom on: the first terms of the Cornish–Fisher expansion.
         let z: f64 = 1.959_964;
         let t = z
             + (z.powi(3) + z) / (4.0 * self.dof)
@@ -44,7 +44,7 @@ impl Estimate {
         self.p_value_beyond(0.0)
     }
 
-    /// The same where the truth may be up to `tolerance` from zero.
+    /// The same if the true value may be up to `tolerance` from zero.
     pub fn p_value_beyond(&self, tolerance: f64) -> f64 {
         let excess = (self.value.abs() - tolerance).max(0.0);
         if excess == 0.0 {
@@ -60,7 +60,7 @@ impl Estimate {
     }
 }
 
-/// The mean of the values that are numbers, which may be correlated; `None` for fewer than 16.
+/// The mean of the values that are not NaN, which may be correlated; `None` with fewer than 16.
 pub fn mean(values: &[f64]) -> Option<Estimate> {
     let mut blocks: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     if blocks.len() < FEWEST_BLOCKS {
@@ -76,7 +76,7 @@ pub fn mean(values: &[f64]) -> Option<Estimate> {
         if here > variance {
             (variance, dof) = (here, n - 1.0);
         }
-        // An odd one at the end is left out.
+        // A remaining single block at the end is left out.
         blocks = blocks.chunks_exact(2).map(|pair| f64::midpoint(pair[0], pair[1])).collect();
     }
     Some(Estimate { value, std_error: variance.sqrt(), dof })
@@ -85,15 +85,14 @@ pub fn mean(values: &[f64]) -> Option<Estimate> {
 /// Coefficients of a linear regression without an intercept, with standard errors that allow for
 /// errors correlated over up to `lags` neighbours.
 ///
-/// `columns` are the regressors. `None` where they are not independent, or fewer than four samples
-/// for each.
+/// `columns` are the regressors. `None` if they are not independent, or with fewer than four samples for each.
 ///
 /// Source: Newey, West, A simple, positive semi-definite, heteroskedasticity and autocorrelation
 /// consistent covariance matrix, Econometrica 55 (1987) 703–708.
 ///
 /// # Panics
 ///
-/// When a column differs in length from `y`.
+/// If a column differs in length from `y`.
 pub fn regression(columns: &[Vec<f64>], y: &[f64], lags: usize) -> Option<Regression> {
     let (n, k) = (y.len(), columns.len());
     assert!(columns.iter().all(|column| column.len() == n), "a regressor for each sample");
@@ -139,17 +138,16 @@ pub fn regression(columns: &[Vec<f64>], y: &[f64], lags: usize) -> Option<Regres
     Some(Regression { coefficients, residuals })
 }
 
-/// What a regression found.
+/// The result of a regression.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regression {
-    /// For each regressor.
+    /// Coefficient of each regressor.
     pub coefficients: Vec<Estimate>,
-    /// What is left of y.
+    /// Residuals of y.
     pub residuals: Vec<f64>,
 }
 
-/// The inverse of a matrix with a unit diagonal, by Gauss and Jordan; `None` where a pivot is
-/// rounding.
+/// The inverse of a matrix with a unit diagonal, by Gauss–Jordan elimination; `None` if a pivot is only rounding.
 fn inverse(mut a: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
     let k = a.len();
     let mut b: Vec<Vec<f64>> =

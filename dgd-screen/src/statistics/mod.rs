@@ -1,5 +1,4 @@
-//! Statistics of samples that follow each other: their noise, means and regressions of correlated ones, and
-//! whether residuals have anything left to say.
+//! Statistics of time series: noise, means and regressions of correlated samples, and tests of residuals.
 
 pub mod distribution;
 pub(crate) mod estimate;

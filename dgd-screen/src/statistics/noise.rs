@@ -1,4 +1,4 @@
-//! How noisy a sensor is, from its own record.
+//! Estimates a sensor's noise from its own record.
 //!
 //! For three neighbouring samples of r = s + v, with s smooth and v white of variance σ²,
 //!
@@ -6,12 +6,11 @@
 //!   e = (r₁ − a r₀ − b r₂)/√(1 + a² + b²),   a = (t₂ − t₁)/(t₂ − t₀),   b = (t₁ − t₀)/(t₂ − t₀)
 //! ```
 //!
-//! has variance σ²: what is linear over three samples drops out, and s adds s̈²h⁴/6 at a spacing of
-//! h. With equal spacing e² = Δ²/6 of second differences Δ. Steps, spikes and the curvature of a few
-//! samples are cut off: σ² is the mean of e² over |e| ≤ 3σ, divided by what a normal distribution
-//! has left there, starting from the median of |e|. Where that is zero, most of the record stands
-//! still: if it changes by the sensor's step at times, e of about that size count, and otherwise
-//! values are set, which have no noise.
+//! has variance σ²: linear trends over three samples cancel, and s adds s̈²h⁴/6 at a spacing of h. With equal spacing
+//! e² = Δ²/6 for second differences Δ. Steps, spikes and the curvature of a few samples are cut off: σ² is the mean of
+//! e² over |e| ≤ 3σ, divided by its value for a normal distribution, starting from the median of |e|. If that is zero,
+//! most of the record is constant: if it changes by the sensor's step at times, e of about that size count; otherwise
+//! values are set and have no noise.
 //!
 //! Source: Gasser, Sroka, Jennen-Steinmetz, Residual variance and residual pattern in nonlinear
 //! regression, Biometrika 73 (1986) 625–633, for e; the trimming is Huber's proposal of a truncated
@@ -22,26 +21,26 @@
 pub struct Colour {
     /// Its standard deviation, in the unit of the samples.
     pub std: f64,
-    /// The time after which its correlation is 1/e, s.
+    /// The time after which its autocorrelation is 1/e, s.
     pub memory: f64,
 }
 
 /// Noise of one sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorNoise {
-    /// Standard deviation σ of its white part, in the unit of the samples; at least that of rounding
-    /// to the sensor's steps, where it has such.
+    /// Standard deviation σ of its white part, in the unit of the samples; at least that of rounding to the sensor's
+    /// steps, if it has any.
     pub std: f64,
-    /// Standard deviation of the estimate over σ.
+    /// Standard error of the estimate relative to σ.
     pub relative_error: f64,
-    /// The step to whose multiples the sensor rounds, if it does.
+    /// The step to multiples of which the sensor rounds, if it does.
     pub quantisation: Option<f64>,
     /// Its correlated part, if it has one.
     pub colour: Option<Colour>,
 }
 
 impl SensorNoise {
-    /// Noise that is known.
+    /// Known noise.
     pub fn known(std: f64) -> Self {
         SensorNoise { std, relative_error: 0.0, quantisation: None, colour: None }
     }
@@ -52,26 +51,26 @@ impl SensorNoise {
     }
 }
 
-/// Where squares are cut off, in standard deviations.
+/// Cut-off of the squares, in standard deviations.
 const CUT: f64 = 3.0;
 /// Mean square of a standard normal number within ±3: 1 − 2·3·φ(3)/(2Φ(3) − 1).
 const LEFT_WITHIN_CUT: f64 = 0.973_336_924_606_624_6;
-/// Median of a standard normal number's size.
+/// Median magnitude of a standard normal number.
 const MEDIAN_SIZE: f64 = 0.674_489_750_196_081_7;
-/// The fewest triples from which a noise level is told, and steps from which a step is.
+/// Minimum number of triples for a noise level, and of steps for a step size.
 const FEWEST: usize = 8;
-/// Conversions of units leave the last bits of a reading undetermined.
+/// Unit conversions change the last bits of a reading.
 const ROUNDING: f64 = 1e-12;
 
 /// White noise of a sensor from its residuals (measured − simulated) and its readings.
 ///
-/// Where there is no model yet, the readings do as residuals. Samples that are not finite are
-/// skipped, and so are triples that span more than three times the usual spacing. `None` where too
-/// little is left, nothing ever changes, or values are set and held.
+/// Without a model, the readings serve as residuals. Samples that are not finite are skipped, as are triples that span
+/// more than three times the median spacing. `None` if too little is left, nothing ever changes, or values are set and
+/// held.
 ///
 /// # Panics
 ///
-/// When the slices differ in length.
+/// If the slices differ in length.
 pub fn white_noise(times: &[f64], residuals: &[f64], measured: &[f64]) -> Option<SensorNoise> {
     assert_eq!(times.len(), residuals.len(), "a residual for each time");
     assert_eq!(times.len(), measured.len(), "a reading for each time");
@@ -91,7 +90,7 @@ pub fn white_noise(times: &[f64], residuals: &[f64], measured: &[f64]) -> Option
         let step = quantisation.or_else(|| flicker(measured))?;
         mean_square(&errors, step).sqrt()
     };
-    // What jumps by several steps at a time, and never by one, is set.
+    // A value that jumps by several steps at a time, never by one, is set.
     if std == 0.0 {
         return None;
     }
@@ -133,7 +132,7 @@ fn mean_square(errors: &[f64], bound: f64) -> f64 {
     sum / count.max(1) as f64
 }
 
-/// σ with σ² = mean(e² where |e| ≤ 3σ)/(what is left of a normal distribution), from a first guess.
+/// σ with σ² = mean(e² where |e| ≤ 3σ)/(the same for a unit normal distribution), from an initial guess.
 fn trimmed_root_mean_square(errors: &[f64], guess: f64) -> f64 {
     let mut std = guess;
     // A fixed point: the set of errors within the bound stops changing after a few rounds.
@@ -147,8 +146,8 @@ fn trimmed_root_mean_square(errors: &[f64], guess: f64) -> f64 {
     std
 }
 
-/// The step by which a reading of few levels flickers that mostly stands still; `None` where most
-/// changes are by more than the smallest, or there are few: then it is set and held.
+/// The step of a mostly constant reading that flickers between a few levels; `None` if most changes exceed the
+/// smallest, or there are few: then the value is set and held.
 fn flicker(measured: &[f64]) -> Option<f64> {
     let valid: Vec<f64> = measured.iter().copied().filter(|value| value.is_finite()).collect();
     let size = valid.iter().fold(0.0, |size: f64, value| size.max(value.abs()));
@@ -162,12 +161,12 @@ fn flicker(measured: &[f64]) -> Option<f64> {
     (single >= FEWEST && 2 * single > changes.len()).then_some(step)
 }
 
-/// The step to whose multiples, up to an offset, all readings are rounded; `None` where they are
-/// not, or where fewer than eight different distances tell.
+/// The step to multiples of which, up to an offset, all readings are rounded; `None` if they are not, or with fewer
+/// than eight different distances.
 ///
-/// The smallest distance between two different readings is taken for the step and improved by
-/// every larger one that is a multiple of it; each must be so within a tenth of the step. Eight
-/// distances that are not multiples pass by accident once in 0.2⁸ ≈ 3·10⁻⁶.
+/// The smallest distance between two different readings is the initial step, refined by every larger one; each must be
+/// a multiple of it within a tenth of the step. Eight distances that are not multiples pass by accident with a
+/// probability of 0.2⁸ ≈ 3·10⁻⁶.
 pub fn quantisation_step(measured: &[f64]) -> Option<f64> {
     let mut levels: Vec<f64> = measured.iter().copied().filter(|value| value.is_finite()).collect();
     levels.sort_unstable_by(f64::total_cmp);
@@ -197,7 +196,7 @@ pub fn quantisation_step(measured: &[f64]) -> Option<f64> {
     Some(step)
 }
 
-/// The middle of the values, which are put in order; `None` without values.
+/// The median of the values, which are sorted; `None` without values.
 pub fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     let upper = *values.get(values.len() / 2)?;

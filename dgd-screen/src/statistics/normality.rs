@@ -1,4 +1,4 @@
-//! How close residuals are to a normal distribution, as pictures of it: quantiles and a histogram.
+//! Quantiles and a histogram of residuals, to compare with a normal distribution.
 //!
 //! ```text
 //!   QQ         z = Φ⁻¹((i − 3/8)/(n + 1/4))  against the i-th smallest of n
@@ -10,17 +10,17 @@
 
 use super::distribution::normal_threshold;
 
-/// Bins of a histogram, at most.
+/// Maximum number of bins of a histogram.
 const MOST_BINS: usize = 80;
 
-/// The value that a standard normal number is below with this probability.
+/// The quantile of the standard normal distribution.
 pub fn normal_quantile(probability: f64) -> f64 {
     let size = normal_threshold(2.0 * probability.min(1.0 - probability));
     if probability < 0.5 { -size } else { size }
 }
 
-/// Pairs of a standard normal quantile and the value that stands there: all values, or so many of them, evenly over
-/// their order with the least and the largest.
+/// Pairs of a standard normal quantile and the value of that rank: all values, or at most `most` of them, evenly spaced
+/// in rank and including the smallest and the largest.
 pub fn normal_quantiles(values: &[f64], most: usize) -> Vec<(f64, f64)> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -36,16 +36,16 @@ pub fn normal_quantiles(values: &[f64], most: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// How often values fall where.
+/// The distribution of values over bins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Histogram {
     /// Edges of the bins, ascending, one more than there are bins.
     pub edges: Vec<f64>,
-    /// For each bin the part of all values in it, over its width.
+    /// For each bin, the fraction of all values in it, divided by its width.
     pub density: Vec<f64>,
 }
 
-/// The histogram of what is finite; `None` where all is equal, or nothing is there.
+/// The histogram of the finite values; `None` if all are equal, or there are none.
 pub fn histogram(values: &[f64]) -> Option<Histogram> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn a_histogram_has_all_values_and_the_density_of_their_law() {
-        // Evenly over 0 … 2: the density is 1/2 wherever a bin is.
+        // Uniform over 0 … 2: the density is 1/2 in every bin.
         let values: Vec<f64> = (0..8000).map(|i| f64::from(i) / 4000.0).collect();
         let found = histogram(&values).expect("values differ");
         let widths = found.edges.windows(2).map(|edges| edges[1] - edges[0]);

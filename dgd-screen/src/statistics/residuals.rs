@@ -1,6 +1,6 @@
-//! What residuals of a model still have in common with themselves and with its inputs.
+//! Autocorrelation of a model's residuals, and their correlation with its inputs.
 //!
-//! With N residuals e about zero, their autocorrelations ρ_l, and u an input less its mean:
+//! With N residuals e about zero, their autocorrelations ρ_l, and u an input minus its mean:
 //!
 //! ```text
 //!   whiteness      Q   = N (N + 2) Σ_{l ≤ L} ρ_l²/n_l                   χ²_L    n_l: pairs l apart
@@ -8,28 +8,28 @@
 //!                  var r_τ = Σ_l ρ_e(l) ρ_u(l) / N                      normal
 //! ```
 //!
-//! Residuals come in runs, one for each recording, with NaN where there is none: nothing is
-//! correlated across runs, and lags are counted in samples. A fit makes residuals orthogonal to its
-//! sensitivities, which lowers both statistics: the tests are milder for it, never stricter.
+//! Residuals come in runs, one for each recording, with NaN where there is none: nothing is correlated across runs, and
+//! lags are counted in samples. A fit makes residuals orthogonal to its sensitivities, which lowers both statistics and
+//! makes the tests milder, never stricter.
 //!
 //! Sources: Ljung & Box, On a measure of lack of fit in time series models, Biometrika 65 (1978)
 //! 297–303; Ljung, System Identification, 2nd ed. (1999), §16.6, where var r_τ is P/N.
 
 use crate::statistics::distribution::{chi_square_tail, normal_threshold, normal_two_sided};
 
-/// Residuals that a verdict needs, at least.
+/// Minimum number of residuals for a verdict.
 const FEWEST: usize = 32;
-/// Lags are no more than this part of the residuals.
+/// Lags are at most one in this many residuals.
 const LONGEST: usize = 4;
-/// Products that the autocorrelations of one variance may take.
+/// Maximum number of products for the autocorrelations of one variance.
 const MOST_PRODUCTS: usize = 200_000_000;
 
-/// Ljung's and Box's test.
+/// The Ljung–Box test.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Portmanteau {
     /// ρ_1, ρ_2, ….
     pub autocorrelation: Vec<f64>,
-    /// What |ρ_l| of white noise exceeds in one of twenty cases.
+    /// Limit that |ρ_l| of white noise exceeds in one of twenty cases.
     pub limit: f64,
     /// Q.
     pub statistic: f64,
@@ -37,10 +37,10 @@ pub struct Portmanteau {
     pub p_value: f64,
 }
 
-/// Whether residuals are white, by their autocorrelations up to a lag.
+/// Tests whether residuals are white, by their autocorrelations up to a lag.
 ///
-/// `None` with fewer than 32 residuals, or where all are zero. The number of lags is at most a
-/// quarter of that of the residuals.
+/// `None` with fewer than 32 residuals, or if all are zero. The number of lags is at most a quarter of that of the
+/// residuals.
 pub fn portmanteau(runs: &[&[f64]], lags: usize) -> Option<Portmanteau> {
     let (squares, n) = lagged(runs, 0);
     if n < FEWEST || squares == 0.0 {
@@ -54,14 +54,14 @@ pub fn portmanteau(runs: &[&[f64]], lags: usize) -> Option<Portmanteau> {
     Some(Portmanteau { autocorrelation, limit, statistic, p_value })
 }
 
-/// An autocorrelation and the statistic of all up to it.
+/// An autocorrelation, and the statistic of all up to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lag {
     /// ρ_l.
     pub rho: f64,
     /// Q of the lags up to this one.
     pub statistic: f64,
-    /// How many of them have pairs: the degrees of freedom of Q.
+    /// Number of these with pairs: the degrees of freedom of Q.
     pub tested: usize,
 }
 
@@ -82,28 +82,28 @@ pub fn ljung_box(runs: &[&[f64]], lags: usize) -> Vec<Lag> {
     (1..=lags).map(lag).collect()
 }
 
-/// How residuals are correlated with an input.
+/// Correlation of residuals with an input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CrossCorrelation {
-    /// r_0, r_1, …: residuals with the input as many samples before.
+    /// r_0, r_1, …: residuals with the input that many samples earlier.
     pub correlation: Vec<f64>,
-    /// What the |r_τ| of one lag exceeds in one of twenty cases where they do not depend on the input.
+    /// Limit that |r_τ| of one lag exceeds in one of twenty cases if residuals do not depend on the input.
     pub limit: f64,
     /// The lag of the largest |r_τ|, in samples.
     pub lag: usize,
-    /// Probability that the largest is as large by chance, at most: Bonferroni's over the lags.
+    /// Upper bound on the probability that the largest is as large by chance: Bonferroni's over the lags.
     pub p_value: f64,
 }
 
-/// Whether residuals are correlated with an input up to so many samples before.
+/// Tests whether residuals are correlated with an input up to `lags` samples earlier.
 ///
-/// Each run has residuals and the input at the same samples. The residuals may be coloured. Where
-/// their colour would make the limit narrower than that of white ones, the latter is taken. `None`
-/// as for [`portmanteau`], or where the input does not change.
+/// Each run has residuals and the input at the same samples. The residuals may be coloured. If their colour would make
+/// the limit narrower than for white ones, the latter is used. `None` as for [`portmanteau`], or if the input does not
+/// change.
 ///
 /// # Panics
 ///
-/// When a run's residuals and inputs differ in number.
+/// If a run's residuals and inputs differ in number.
 pub fn cross_correlation(runs: &[(&[f64], &[f64])], lags: usize) -> Option<CrossCorrelation> {
     let residuals: Vec<&[f64]> = runs.iter().map(|(e, _)| *e).collect();
     let (squares, n) = lagged(&residuals, 0);
@@ -135,12 +135,12 @@ pub fn cross_correlation(runs: &[(&[f64], &[f64])], lags: usize) -> Option<Cross
     Some(CrossCorrelation { correlation, limit: normal_threshold(0.05) * std, lag, p_value })
 }
 
-/// The input less its mean over the samples that have a residual; NaN at the others.
+/// The input minus its mean over the samples that have a residual; NaN at the others.
 fn centred(e: &[f64], u: &[f64]) -> Vec<f64> {
     assert_eq!(e.len(), u.len(), "an input for each residual");
     let counted = || e.iter().zip(u).filter(|(e, u)| e.is_finite() && u.is_finite());
     let mean = counted().map(|(_, u)| u).sum::<f64>() / counted().count().max(1) as f64;
-    // An input that does not change is no more than rounding away from its mean.
+    // A constant input differs from its mean only by rounding.
     let changes = counted().any(|(_, u)| (u - mean).abs() > 1e-9 * mean.abs());
     let value = |(e, u): (&f64, &f64)| {
         if !e.is_finite() {
@@ -177,7 +177,7 @@ fn lagged(runs: &[&[f64]], lag: usize) -> (f64, usize) {
     runs.iter().map(of).fold((0.0, 0), |sum, one| (sum.0 + one.0, sum.1 + one.1))
 }
 
-/// Σ eₖ eₖ₊ₗ of one sequence, what is not finite left out.
+/// Σ eₖ eₖ₊ₗ of one sequence, without values that are not finite.
 pub fn lagged_product(e: &[f64], lag: usize) -> f64 {
     lagged(&[e], lag).0
 }

@@ -1,8 +1,7 @@
-//! Faults planted in records at several sizes: how many are found, and how many are claimed where there
-//! is none.
+//! Detection and false-alarm rates for faults planted in records at several sizes.
 //!
-//! Every rate is over fixed seeds, so that it is the same number in every run; bounds are what the tests
-//! claim, the numbers measured stand beside them.
+//! Every rate is over fixed seeds, and so is the same in every run; the tests assert bounds, with the measured numbers
+//! beside them.
 
 use dgd_screen::noise::white_noise;
 use dgd_screen::{
@@ -14,8 +13,7 @@ use crate::support::{Normal, seconds};
 
 const N: usize = 3600;
 
-/// A pressure that moves as controlled ones do, in bar, rounded to 0.001: two steps, a slow wave and
-/// noise of 0.01.
+/// A pressure that moves like a controlled one, in bar, rounded to 0.001: two steps, a slow wave and noise of 0.01.
 fn motion(k: usize) -> f64 {
     let t = k as f64;
     let step = |at: f64| if t < at { 0.0 } else { 1.0 - (-(t - at) / 40.0).exp() };
@@ -42,14 +40,14 @@ fn faults(screening: &Screening) -> Vec<&Fault> {
     screening.findings.iter().filter(is_fault).map(|finding| &finding.fault).collect()
 }
 
-/// Whether the truth is within the interval.
+/// Whether the true value is within the interval.
 fn covers(estimate: &Estimate, truth: f64) -> bool {
     (estimate.value - truth).abs() <= estimate.half_width()
 }
 
 #[test]
 fn nothing_is_claimed_of_sound_records() {
-    // 300 records of three redundant sensors and one of another kind: 0 claims.
+    // 300 records of three redundant sensors and one of another kind: no false alarms.
     for seed in 0..300 {
         let mut normal = Normal::new(seed);
         let mut one = || sensor(&mut normal, 0.01, |_| 0.0);
@@ -82,14 +80,14 @@ fn offsets_are_found_within_their_intervals() {
         assert!(found >= least, "{size}: {found}");
     }
     println!("95 % intervals cover {covered} of {all}");
-    // The largest of several variances makes intervals a little wide. Binomial: 380 ± 4.4.
+    // Using the largest of several variances makes intervals slightly too wide. Binomial: 380 ± 4.4.
     assert!(covered * 100 >= 93 * all, "{covered} of {all}");
 }
 
 #[test]
 fn intervals_of_correlated_differences_are_wide_enough() {
-    // An offset that wanders with a correlation time of 60 s: as independent samples, the interval
-    // would be ten times too narrow.
+    // An offset that drifts with a correlation time of 60 s: treated as independent samples, the interval would be ten
+    // times too narrow.
     let mut covered = 0;
     for seed in 0..200 {
         let mut normal = Normal::new(5000 + seed);
@@ -143,7 +141,7 @@ fn gains_drifts_and_noise_of_a_pair_are_told_apart() {
     }
 }
 
-/// What a pair says that is said to measure the same, at rest but for what is added.
+/// Faults of a pair declared to measure the same, at rest except for what is added.
 fn of_same(seed: u64, added: [&dyn Fn(f64) -> f64; 2]) -> Vec<Fault> {
     let mut normal = Normal::new(seed);
     let read = |added: &dyn Fn(f64) -> f64| -> Vec<f64> {
@@ -172,7 +170,7 @@ fn opposite_directions_are_no_drift_and_drifts_no_opposite_directions() {
         let late = |k: f64| moved((k - 40.0).max(0.0));
         let found = of_same(3600 + seed, [&moved, &late]);
         assert!(matches!(found[..], [Fault::Late(_)]), "{seed} {found:?}");
-        // Of sensors at rest one drifts, or both do.
+        // One or both of two sensors at rest drift.
         let drift = |k: f64| 1e-4 * (k - 1800.0);
         for other in [&(|_| 0.0) as &dyn Fn(f64) -> f64, &|k| -drift(k)] {
             let found = of_same(3700 + seed, [&drift, other]);
@@ -183,7 +181,7 @@ fn opposite_directions_are_no_drift_and_drifts_no_opposite_directions() {
 
 #[test]
 fn a_gain_is_that_of_the_second_over_the_first() {
-    // The regressor is the mean of both, whose slope is not the first one's: 0.182 would be said of 1.2.
+    // The regressor is the mean of both rather than the first: uncorrected, 0.182 would be reported for 1.2.
     for ratio in [0.8, 1.02, 1.2] {
         let mut covered = 0;
         for seed in 0..50 {
@@ -212,7 +210,7 @@ fn tanks_of_one_kind_are_not_taken_for_one_sensor() {
     let b: Vec<f64> =
         (0..N).map(|k| 20.0 + (k as f64 / 170.0).cos() + 0.01 * normal.next()).collect();
     assert!(screened(&[("p_1", &a), ("p_2", &b)]).comparisons.is_empty());
-    // At rest figures in names say nothing.
+    // At rest, digits in names mean nothing.
     let rest = |mean: f64, normal: &mut Normal| -> Vec<f64> {
         (0..N).map(|_| mean + 0.01 * normal.next()).collect()
     };
@@ -257,7 +255,7 @@ fn a_held_value_is_a_fault_only_where_another_sensor_shows_it() {
 #[test]
 fn limits_that_cut_readings_off_are_found() {
     let times = seconds(N);
-    // Far below the highest reading the limit is reached once, and that may be a value that is held.
+    // A limit far below the highest reading is reached in a single run, which may be a held value.
     for (limit, least) in [(21.72, 0), (21.6, 100), (21.0, 60)] {
         let (mut found, mut held) = (0, 0);
         for seed in 0..100 {
@@ -294,7 +292,7 @@ fn spikes_are_found_by_their_height() {
         assert!((least..=most).contains(&found), "{height}: {found}");
         assert_eq!(wrong, 0);
     }
-    // Steps and ramps are none, with noise and without.
+    // Steps and ramps are not spikes, with noise and without.
     for noise in [0.0, 0.01] {
         let mut normal = Normal::new(9);
         let values: Vec<f64> = (0..N)
@@ -327,7 +325,7 @@ fn pulses_of_several_channels_are_events() {
 fn a_spike_is_one_where_no_other_channel_has_values_around_it() {
     let mut normal = Normal::new(14);
     let mut a = sensor(&mut normal, 0.01, |_| 0.0);
-    // Every tenth row has a value, and its neighbours none.
+    // Every tenth row has a value, its neighbours have none.
     let sparse: Vec<f64> = sensor(&mut normal, 0.01, |_| 3.0)
         .into_iter()
         .enumerate()
@@ -378,7 +376,7 @@ fn clocks_are_compared_to_a_fraction_of_a_sample() {
     assert!(covered >= 215, "{covered}");
 }
 
-/// [`motion`] at any time, with ramps that last.
+/// [`motion`] at any time, with longer ramps.
 fn motion_at(t: f64) -> f64 {
     let wave = |period: f64| (2.0 * std::f64::consts::PI * t / period).sin();
     20.0 + 0.5 * wave(400.0) + 0.3 * wave(170.0)

@@ -1,4 +1,4 @@
-//! Planted faults, and none.
+//! Records with planted faults, and without.
 
 #[path = "../support/mod.rs"]
 mod support;

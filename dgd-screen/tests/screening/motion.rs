@@ -1,11 +1,11 @@
-//! Steady stretches, transients, operating points, and balances, of records that are known.
+//! Steady periods, transients, operating points and balances of known records.
 
 use dgd_screen::balance::{Balance, Cause, imbalance};
 use dgd_screen::{Channel, Record, Request, Screening, sampling, screen};
 
 use crate::support::{Normal, seconds};
 
-/// A flow that rests at 1000, 2000 and 1000 again, with ramps of 60 s between.
+/// A flow that stays at 1000, 2000 and 1000 again, with ramps of 60 s in between.
 fn flow(k: usize) -> f64 {
     let ramp = |at: f64| ((k as f64 - at) / 60.0).clamp(0.0, 1.0);
     1000.0 + 1000.0 * (ramp(1200.0) - ramp(2400.0))
@@ -28,7 +28,7 @@ fn rest_and_motion_are_told_apart() {
         assert_eq!(motion.transients.len(), 2, "seed {seed}: {:?}", motion.transients);
         for (steady, truth) in motion.steady.iter().zip([1000.0, 2000.0, 1000.0]) {
             let mean = steady.means[0].expect("many samples");
-            // Five standard errors, and what is left of a ramp at the ends.
+            // Five standard errors, plus the remainder of a ramp at the ends.
             assert!((mean.value - truth).abs() < 5.0 * mean.std_error + 1.0, "{mean:?}");
         }
         for (transient, from) in motion.transients.iter().zip([1200.0, 2400.0]) {
@@ -55,7 +55,7 @@ fn rest_and_motion_are_the_same_at_any_rate() {
         steady.map(|one| [one.stretch.from / spacing, one.stretch.until / spacing]).collect()
     };
     let plain = steady(1.0);
-    // Powers of two, so that times are the same numbers but for their exponents.
+    // Powers of two, so that times differ only in their exponents.
     for spacing in [1.0 / 128.0, 512.0] {
         assert_eq!(steady(spacing), plain, "a reading in {spacing} s");
     }
@@ -72,11 +72,11 @@ fn gaps_and_uneven_spacing_are_counted() {
     assert_eq!((found.gaps[0].from, found.gaps[0].until), (499.0, 560.0));
     assert_eq!((found.usual, found.uneven), (Some(1.0), 0.0));
     let uneven: Vec<f64> = (0..1000).map(|k| f64::from(k) + 0.3 * f64::from(k % 2)).collect();
-    // The usual distance is one of the two.
+    // The median spacing is one of the two.
     assert!(sampling(&uneven).uneven > 0.4);
 }
 
-/// A level that two flows fill and empty, A ẋ = q_in − q_out, as it is read.
+/// The measured level of a tank with two flows, A ẋ = q_in − q_out.
 struct Tank {
     level: Vec<f64>,
     rate: Vec<f64>,
@@ -85,7 +85,7 @@ struct Tank {
 
 const AREA: f64 = 200.0;
 
-/// `gain` is what the reading of the outflow is multiplied by, `late` its lag, s.
+/// `gain` multiplies the reading of the outflow, `late` is its lag, s.
 fn tank(seed: u64, gain: f64, late: f64) -> Tank {
     let n: usize = 3600;
     let mut normal = Normal::new(seed);
@@ -125,7 +125,7 @@ fn a_balance_tells_a_gain_from_a_delay_and_claims_nothing_where_nothing_is_wrong
         let sound = of(&tank(seed, 1.0, 0.0));
         false_claims += usize::from(sound.drift.p_value() < dgd_screen::RARE);
 
-        // The truth is 1/gain of the reading: the share should be multiplied by 1 + size = 1/1.05.
+        // The true value is the reading divided by `gain`: the share should be multiplied by 1 + size = 1/1.05.
         let gain = of(&tank(seed, 1.05, 0.0));
         assert!(gain.drift.p_value() < dgd_screen::RARE, "seed {seed}");
         let best = &gain.explanations[0];

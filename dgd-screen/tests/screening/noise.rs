@@ -1,10 +1,10 @@
-//! The noise of a sensor, from records that are more than noise.
+//! Noise estimates from records that contain more than noise.
 
 use dgd_screen::noise::{quantisation_step, white_noise};
 
 use crate::support::{Normal, seconds};
 
-/// Within four standard deviations of the estimate by its own account: 1 in 16 000 by chance.
+/// Within four of the estimate's own standard errors: exceeded by chance once in 16 000.
 fn assert_noise(times: &[f64], r: &[f64], std: f64) {
     let noise = white_noise(times, r, r).expect("enough samples");
     let error = noise.std / std - 1.0;
@@ -71,7 +71,7 @@ fn a_quantised_sensor_tells_its_step() {
     let expected = (0.025f64.powi(2) + 0.05f64.powi(2) / 12.0).sqrt();
     assert!((noise.std / expected - 1.0).abs() < 5.0 * noise.relative_error, "{}", noise.std);
 
-    // A sensor that hardly moves has at least the noise of rounding.
+    // A sensor that hardly changes has at least the noise of rounding.
     let still: Vec<f64> = times.iter().map(|t| reading(2e-3 * t)).collect();
     let noise = white_noise(&times, &still, &still).expect("enough samples");
     assert!(noise.std >= 0.05 / 12f64.sqrt() * (1.0 - 1e-9));
@@ -88,20 +88,20 @@ fn a_value_that_is_set_and_held_has_no_noise() {
     for levels in [
         &[0.0, 1000.0, 2000.0, 500.0, 1500.0, 0.0][..],
         &[0.0, 50.0],
-        // More levels than it takes to tell a step, all multiples of 50.
+        // More levels than needed to detect a step, all multiples of 50.
         &[0.0, 500.0, 50.0, 600.0, 200.0, 800.0, 350.0, 1000.0, 150.0, 700.0, 450.0, 900.0],
     ] {
         let set = held(levels);
         assert_eq!(white_noise(&times, &set, &set), None, "{levels:?}");
     }
 
-    // A reading of few levels that flickers from one to the next has that of its flicker: with a
-    // rare change by q, e² is q²·(4 + 1 + 1)/6 on three triples.
+    // A reading that flickers between a few levels has the noise of its flicker: with a rare change by q, e² is q²·(4 +
+    // 1 + 1)/6 on three triples.
     let q = 0.1;
     let flicker: Vec<f64> = (0..3600).map(|k| if k % 20 == 10 { 20.0 + q } else { 20.0 }).collect();
     let noise = white_noise(&times, &flicker, &flicker).expect("it flickers");
     assert!((noise.std / (q / 20f64.sqrt()) - 1.0).abs() < 0.01, "{noise:?}");
-    // Two steps on top of it add nothing.
+    // Two additional steps do not change it.
     let stepped: Vec<f64> = flicker
         .iter()
         .enumerate()
@@ -113,7 +113,7 @@ fn a_value_that_is_set_and_held_has_no_noise() {
 
 #[test]
 fn a_calculated_value_that_is_rounded_has_the_noise_of_rounding() {
-    // It rests most of the time, moves by many steps a sample in between, and its last figure turns.
+    // It is mostly constant, moves by many steps per sample in between, and its last digit flickers.
     let value = |k: usize| {
         let ramp = (k as f64 - 2000.0).clamp(0.0, 300.0);
         let turn = if k % 500 == 250 { 0.1 } else { 0.0 };

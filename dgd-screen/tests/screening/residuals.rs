@@ -1,4 +1,4 @@
-//! Tests of residuals: how often they cry wolf, and what they see.
+//! False-alarm and detection rates of the tests of residuals.
 
 use dgd_screen::residuals::{cross_correlation, portmanteau};
 
@@ -6,7 +6,7 @@ use crate::support::Normal;
 
 const SEEDS: u64 = 300;
 
-/// Of `SEEDS` p-values below 0.05, five standard deviations of the binomial distribution.
+/// Allows five standard deviations of the binomial distribution for the number of p-values below 0.05.
 #[track_caller]
 fn about_one_in_twenty(count: usize) {
     let n = SEEDS as f64;
@@ -67,7 +67,7 @@ fn an_input_that_changes_seldom_does_not_go_with_coloured_residuals() {
             per_lag += usize::from(found.correlation[0].abs() > found.limit);
         }
         about_one_in_twenty(per_lag);
-        // Bonferroni's bound is one side only.
+        // Bonferroni's bound is one-sided.
         assert!(false_alarms as f64 <= 0.05 * SEEDS as f64 + 5.0 * 3.8, "{a}: {false_alarms}");
     }
 }

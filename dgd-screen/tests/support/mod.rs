@@ -1,4 +1,4 @@
-//! What the tests share: noise that is the same in every run, and readings as files have them.
+//! Shared by the tests: reproducible noise, and readings as in files.
 
 #![allow(dead_code, reason = "no test binary uses all of it")]
 
