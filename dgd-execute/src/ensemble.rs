@@ -1,4 +1,4 @@
-//! Many runs of a loaded model, compiled here once.
+//! Ensemble runs of a loaded model, compiled once in this crate.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -8,7 +8,7 @@ use dgd_runtime::{Failure, Options};
 use crate::loaded::Loaded;
 
 impl Loaded {
-    /// [`ensemble::reduce`], with unknowns and outputs.
+    /// Like [`ensemble::reduce`], with unknowns and outputs.
     pub fn reduce_members<T: Send>(
         &self,
         members: &[Member<'_>],
@@ -29,7 +29,7 @@ impl Loaded {
         results.into_iter().map(taken).collect()
     }
 
-    /// Hands each member on as it is done, from any of the threads.
+    /// Passes on each member as it finishes, from any of the threads.
     fn run_members(
         &self,
         members: &[Member<'_>],

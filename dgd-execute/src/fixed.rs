@@ -1,9 +1,8 @@
-//! Loaded models of a few unknowns with their number as a constant.
+//! Solvers for loaded models of a few unknowns, with their number as a constant.
 //!
-//! The steps of a small model are a few dozen operations on vectors of n numbers. With n known when the
-//! solver is compiled they need no loops, no bounds and no memory but the stack, which is most of what
-//! a loaded model would otherwise take longer than a generated one. The solver is compiled here once
-//! for each n of the table in [`run`], and not where models are loaded.
+//! The steps of a small model are a few dozen operations on vectors of n numbers. With n known at compile time they
+//! need no loops, bounds checks or heap memory, which removes most of the overhead of a loaded model over a generated
+//! one. The solver is compiled here once for each n of the table in [`run`], not where models are loaded.
 
 use dgd_compiler::program::{FunctionKind, Program};
 use dgd_runtime::integrate::integrate;
@@ -14,7 +13,7 @@ use crate::interpret::{Interpreted, Interpreter};
 use crate::loaded::{Loaded, OnDemand};
 use crate::system::{Executed, Perform};
 
-/// Whether there are these solvers; otherwise that for any n serves all, with the same bits.
+/// Whether these solvers are built; otherwise the one for any n serves all, with the same bits.
 const SIZED: bool = cfg!(feature = "sized");
 
 /// A loaded model of N unknowns.
@@ -65,8 +64,8 @@ pub(crate) fn run(
     }
 }
 
-/// Integrates an interpreted model as a loaded one without machine code, so that nobody who interprets a model
-/// compiles a solver for it.
+/// Integrates an interpreted model as a loaded one without native code, so that users of the interpreter need not
+/// compile a solver.
 pub(crate) fn run_interpreted(
     problem: &Problem<'_, Interpreted>,
     times: &[f64],

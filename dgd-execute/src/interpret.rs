@@ -1,4 +1,4 @@
-//! The interpreter: performs a program's operations one after another.
+//! The interpreter: executes a program's operations one after another.
 
 use std::cell::RefCell;
 #[cfg(feature = "native")]
@@ -14,19 +14,19 @@ use crate::fixed;
 use crate::system::{Executed, Perform};
 use crate::taylor::{Expansion, expand};
 
-/// A program as a system, run operation by operation.
+/// A program as a system, executed operation by operation.
 ///
-/// The same bits as the generated Rust. Cloning shares the program; each clone has work space of
-/// its own, so that one clone serves one thread.
+/// Results equal those of the generated Rust bit for bit. Cloning shares the program; each clone has its own work space
+/// and serves one thread.
 pub type Interpreted = Executed<Interpreter>;
 
-/// Performs a program's operations one after another.
+/// Executes a program's operations one after another.
 #[derive(Debug, Clone)]
 pub struct Interpreter {
     program: Arc<Program>,
     /// Values of the function being evaluated.
     registers: RefCell<Vec<f64>>,
-    /// Coefficients of one order of the series being computed.
+    /// Coefficients of one order of the current series.
     coefficients: RefCell<Vec<f64>>,
 }
 
@@ -146,7 +146,7 @@ impl Perform for Interpreter {
     }
 }
 
-/// What operations read.
+/// The data that operations read.
 struct Read<'a> {
     at: Point<'a>,
     udot: &'a [f64],
@@ -166,7 +166,7 @@ impl Read<'_> {
     }
 }
 
-/// Performs operations whose values begin at `begin`, in the k-th passage of their loop.
+/// Executes operations whose values begin at `begin`, in the k-th iteration of their loop.
 fn evaluate(body: &[Operation], begin: usize, k: usize, read: &Read<'_>, registers: &mut [f64]) {
     let truth = |condition: bool| f64::from(u8::from(condition));
     for (i, operation) in body.iter().enumerate() {

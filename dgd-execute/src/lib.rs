@@ -1,8 +1,8 @@
-//! Runs a compiled model without rustc: a [`Program`](dgd_compiler::program::Program) becomes a
-//! [`System`](dgd_runtime::System) here and now.
+//! Runs a compiled model without rustc: turns a [`Program`](dgd_compiler::program::Program) into a
+//! [`System`](dgd_runtime::System) at run time.
 //!
-//! [`Loaded`] is machine code made at run time where that can be had and pays, [`Interpreted`] performs
-//! the program's operations one after another. Both give the bits of generated Rust.
+//! [`Loaded`] uses native code where it is available and worthwhile, [`Interpreted`] executes the program's operations
+//! one after another. Both equal generated Rust bit for bit.
 
 mod ensemble;
 mod fixed;

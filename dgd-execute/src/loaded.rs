@@ -1,4 +1,4 @@
-//! A program as a system, as fast as it can be had without rustc.
+//! A program as a system, as fast as possible without rustc.
 
 use std::fmt;
 #[cfg(feature = "native")]
@@ -17,8 +17,8 @@ use crate::interpret::Interpreter;
 use crate::native::Native;
 use crate::system::{Executed, Perform};
 
-/// How long it takes to compile a function of no operations, and each operation more, and to interpret
-/// an operation, all in ns. Only when functions are compiled depends on it.
+/// Time to compile an empty function, for each additional operation, and to interpret an operation, all in ns. They
+/// affect only when functions are compiled.
 #[cfg(feature = "native")]
 const COMPILING: usize = 100_000;
 #[cfg(feature = "native")]
@@ -26,8 +26,8 @@ const COMPILING_OPERATION: usize = 3000;
 #[cfg(feature = "native")]
 const INTERPRETING_OPERATION: usize = 2;
 
-/// How often a function is interpreted before it is compiled: until that has taken as long as compiling
-/// it will, so that both together take at most twice as long as the better choice.
+/// Number of times that a function is interpreted before it is compiled: until that has taken as long as compilation
+/// would, so that both together take at most twice as long as the better choice.
 #[cfg(feature = "native")]
 fn calls_before(function: &Function) -> u32 {
     let of_loops = |passages: fn(&Loop) -> usize| {
@@ -39,20 +39,19 @@ fn calls_before(function: &Function) -> u32 {
     (compiling / (INTERPRETING_OPERATION * performed.max(1))) as u32
 }
 
-/// How the functions of a loaded model are performed. The bits do not depend on it.
+/// How the functions of a loaded model are executed. Results do not depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Engine {
-    /// A function that is called often as machine code, where that can be had; others by the
-    /// interpreter.
+    /// Native code for functions that are called often, where available; the interpreter for others.
     #[default]
     Auto,
-    /// As machine code, compiled at the first call, where that can be had.
+    /// Native code, compiled at the first call, where available.
     Native,
-    /// By the interpreter.
+    /// The interpreter.
     Interpreter,
 }
 
-/// Native code cannot be had.
+/// Error: native code is not available.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NoNativeCode {
     reason: String,
@@ -66,13 +65,13 @@ impl fmt::Display for NoNativeCode {
 
 impl std::error::Error for NoNativeCode {}
 
-/// A program as a system, compiled to machine code as it is used.
+/// A program as a system, compiled to native code as it is used.
 ///
-/// The same bits as generated Rust. Cloning shares the program and its code; each clone has work space
-/// of its own, so that one clone serves one thread.
+/// Results equal those of generated Rust bit for bit. Cloning shares the program and its code; each clone has its own
+/// work space and serves one thread.
 pub type Loaded = Executed<OnDemand>;
 
-/// Performs functions by machine code where it is there, by the interpreter otherwise.
+/// Executes functions with native code if it exists, otherwise with the interpreter.
 #[derive(Debug, Clone)]
 pub struct OnDemand {
     interpreter: Interpreter,
@@ -86,7 +85,7 @@ impl Loaded {
         Self::with_engine(program, Engine::default())
     }
 
-    /// The same with an engine of one's choice.
+    /// The same with a given engine.
     pub fn with_engine(program: Program, engine: Engine) -> Self {
         match engine {
             #[cfg(feature = "native")]
@@ -121,19 +120,18 @@ impl Loaded {
         })
     }
 
-    /// The model behind a pointer. What solves it is compiled in this crate; who makes the pointer elsewhere
-    /// compiles it once more.
+    /// The model behind a pointer. Its solvers are compiled in this crate; creating the pointer elsewhere would compile
+    /// them again.
     #[inline(never)]
     pub fn as_model(&self) -> &(dyn Model + 'static) {
         self
     }
 
-    /// Compiles all functions now instead of when they are used.
+    /// Compiles all functions now rather than when they are used.
     ///
     /// # Errors
     ///
-    /// When machine code was not asked for, or the machine, or how this was built, does not allow it: the
-    /// interpreter takes over then.
+    /// If native code was not requested, or the machine or the build does not support it: the interpreter is then used.
     pub fn compile(&self) -> Result<(), NoNativeCode> {
         #[cfg(feature = "native")]
         if let Some(native) = &self.0.native {

@@ -1,4 +1,4 @@
-//! A program as a system, however its functions are performed.
+//! A program as a system, independent of how its functions are executed.
 
 use dgd_compiler::program::{self, FunctionKind, Program, Taylor};
 use dgd_runtime::integrate::integrate;
@@ -11,7 +11,7 @@ use dgd_runtime::{
 use crate::interpret::Interpreter;
 use crate::taylor::Expansion;
 
-/// How the functions of a program are performed.
+/// Executes the functions of a program.
 pub trait Perform {
     /// n numbers.
     type Vector: Storage;
@@ -23,20 +23,20 @@ pub trait Perform {
     type Jacobian: Storage;
     /// Non-zeros of ∂g/∂y.
     type SensitivityJacobian: Storage;
-    /// How W = M c − ∂f/∂y is factorised.
+    /// The factorisation of W = M c − ∂f/∂y.
     type Factorisation: Factorisation;
 
-    /// What is performed.
+    /// The program.
     fn program(&self) -> &Program;
 
-    /// What performs Taylor series: their operations are few for the numbers they combine.
+    /// The interpreter for Taylor series, which have few operations for the amount of data.
     fn interpreter(&self) -> &Interpreter;
 
-    /// Performs one function.
+    /// Executes one function.
     ///
     /// # Panics
     ///
-    /// When an array is shorter than what is read of it, or a result has another length.
+    /// If an array is shorter than the part that is read, or a result has the wrong length.
     fn perform(
         &self,
         kind: FunctionKind,
@@ -46,11 +46,11 @@ pub trait Perform {
         results: &mut [&mut [f64]],
     );
 
-    /// Integrates a program that is performed so.
+    /// Integrates the program with this kind of execution.
     ///
     /// # Errors
     ///
-    /// As [`Solved::integrate`].
+    /// Like [`Solved::integrate`].
     fn integrate(
         problem: &Problem<'_, Executed<Self>>,
         times: &[f64],

@@ -3,7 +3,7 @@
 use dgd_compiler::program::{Entry, Factor, Program, Recurrence, Series, ValueId};
 use dgd_runtime::taylor::{self, MOST_ORDER, Terms};
 
-/// What series are made for, and where they go.
+/// Inputs of the computation of series, and their destinations.
 pub(crate) struct Expansion<'a> {
     /// Inputs' slopes.
     pub(crate) udot: &'a [f64],
@@ -11,12 +11,11 @@ pub(crate) struct Expansion<'a> {
     pub(crate) order: usize,
     pub(crate) kept: &'a mut [Terms],
     pub(crate) y: &'a mut [f64],
-    /// Series of the sensitivities, with those of order 0 given; nothing without.
+    /// Series of the sensitivities, with order 0 given; empty without sensitivities.
     pub(crate) s: &'a mut [f64],
 }
 
-/// Continues series from their values at the beginning, `fixed`; `now` is work space for the coefficients
-/// of one order.
+/// Extends series from their initial values, `fixed`; `now` is work space for the coefficients of one order.
 pub(crate) fn expand(
     program: &Program,
     series: &Series,
@@ -86,7 +85,7 @@ fn keep(series: &Series, now: &[f64], k: usize, kept: &mut [Terms]) {
     }
 }
 
-/// Values of one order, and where series of them are kept.
+/// Values of one order, and the storage of their series.
 #[derive(Clone, Copy)]
 struct Values<'a> {
     series: &'a Series,

@@ -1,4 +1,4 @@
-//! What the compiler says of a document: mistakes, the model, dimensions of expressions.
+//! The compiler's analysis of a document: errors, the model, dimensions of expressions.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,26 +16,26 @@ use dgd_compiler::units::Dimension;
 
 use crate::files::Files;
 
-/// A document with the first choice of each variant, as far as it can be understood.
+/// A document with the first choice of each variant, as far as it can be analysed.
 pub(crate) struct Analysis {
-    /// The document itself first.
+    /// Sources, with the document itself first.
     pub(crate) sources: Sources,
     pub(crate) asts: Vec<Ast>,
     pub(crate) model: Option<Model>,
-    /// Of expressions, by place.
+    /// Dimensions of expressions, by span.
     pub(crate) dimensions: BTreeMap<Span, Dimension>,
     pub(crate) diagnostics: Vec<Diagnostic>,
-    /// What is wrong with choices that are not the first, once these have been looked at.
+    /// Errors in choices other than the first, once these are analysed.
     pub(crate) others: Vec<Diagnostic>,
 }
 
-/// What choices that are not the first have shown.
+/// Results for choices other than the first.
 pub(crate) struct Others {
     diagnostics: Vec<Diagnostic>,
     dimensions: BTreeMap<Span, Dimension>,
 }
 
-/// Looks at the file of a path.
+/// Analyses the file at a path.
 pub(crate) fn analyse(path: &str, files: &Files) -> Analysis {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     let main = Source { name: path.to_owned(), text: files.read(path).unwrap_or_default() };
@@ -75,7 +75,7 @@ fn take(from: &Diagnostics, to: &mut Diagnostics) {
     }
 }
 
-/// Checks a library by itself: its functions, constants and `let`s, as a model that has nothing else would read them.
+/// Checks a library by itself: its functions, constants and `let`s, as in a model without other items.
 fn library(
     asts: &[Ast],
     sources: &mut Sources,
@@ -88,7 +88,7 @@ fn library(
     let all: Vec<Ast> = std::iter::once(main).chain(asts.iter().cloned()).collect();
     let _: Result<_, Reported> =
         resolve_noting(&all, &ModelOptions::default(), Some(dimensions), &mut own);
-    // What a model would have to have besides is nothing that the library lacks.
+    // A library does not need the other items that a model must have.
     let is_own =
         |one: &&&Diagnostic| one.labels.first().is_some_and(|l| l.span.source == asts[0].source);
     for diagnostic in own.sorted().iter().filter(is_own) {
@@ -96,7 +96,7 @@ fn library(
     }
 }
 
-/// Checks an effect, and with the model that it is for where that lies above its folder.
+/// Checks an effect, together with its model if that is in the folder above.
 fn effect(
     path: &str,
     ast: &Ast,
@@ -113,7 +113,7 @@ fn effect(
     let main = Source { name: model.clone(), text: files.read(&model).unwrap_or_default() };
     let (mut read, mut own) = (|path: &str| files.read(path), Diagnostics::default());
     let Loaded { asts, .. } = imports::load(vec![main], &mut read, sources, &mut own);
-    // What is wrong with the model is told in its own file.
+    // Errors of the model are reported in its own file.
     if own.check().is_err() || resolve(&asts, &ModelOptions::default(), &mut own).is_err() {
         return;
     }
@@ -128,8 +128,8 @@ fn effect(
 }
 
 impl Analysis {
-    /// What is wrong with choices that are not the first, one at a time, and dimensions in them; `None` where
-    /// `goes_on` says that something newer waits.
+    /// Errors in choices other than the first, one at a time, and dimensions in them; `None` if `goes_on` reports newer
+    /// work.
     pub(crate) fn other_variants(&self, goes_on: &mut dyn FnMut() -> bool) -> Option<Others> {
         let (mut own, mut dimensions) = (Diagnostics::default(), BTreeMap::new());
         for variant in self.model.iter().flat_map(|model| &model.variants) {
@@ -150,7 +150,7 @@ impl Analysis {
         Some(Others { diagnostics: own.sorted().into_iter().cloned().collect(), dimensions })
     }
 
-    /// Remembers what other choices have shown.
+    /// Adds the results of other choices.
     pub(crate) fn add(&mut self, Others { diagnostics, dimensions }: Others) {
         self.others = diagnostics;
         for (span, dimension) in dimensions {

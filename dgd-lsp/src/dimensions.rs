@@ -1,4 +1,4 @@
-//! Dimensions of all expressions of a document: those that the compiler notes, and those that follow from them.
+//! Dimensions of all expressions of a document: those that the compiler records, and those derived from them.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use crate::analysis::Analysis;
 /// The dimension of a second.
 const SECOND: Dimension = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
 
-/// Calls this with every expression that stands by itself in a file.
+/// Calls `visit` with every top-level expression of a file.
 pub(crate) fn expressions(ast: &Ast, visit: &mut dyn FnMut(&Expr)) {
     for item in &ast.items {
         parts_mut(&mut item.clone(), &mut |part| {
@@ -32,7 +32,7 @@ pub(crate) fn expressions(ast: &Ast, visit: &mut dyn FnMut(&Expr)) {
     }
 }
 
-/// Of the document's expressions, by place.
+/// Dimensions of the document's expressions, by span.
 pub(crate) fn all(analysis: &Analysis) -> BTreeMap<Span, Dimension> {
     let mut known = analysis.dimensions.clone();
     let model = analysis.model.iter();
@@ -41,8 +41,8 @@ pub(crate) fn all(analysis: &Analysis) -> BTreeMap<Span, Dimension> {
     known
 }
 
-/// Notes what follows from known dimensions. The compiler notes none for the expressions of an effect, which become part
-/// of others when it is applied, nor for the argument of `der` and indices.
+/// Records dimensions that follow from known ones. The compiler records none for the expressions of an effect, which
+/// become part of others when it is applied, nor for the argument of `der` and indices.
 fn infer(expr: &Expr, sizes: &[&str], known: &mut BTreeMap<Span, Dimension>) {
     for operand in operands(expr) {
         infer(operand, sizes, known);
@@ -69,7 +69,7 @@ fn infer(expr: &Expr, sizes: &[&str], known: &mut BTreeMap<Span, Dimension>) {
     }
 }
 
-/// What the operands say of an expression.
+/// The dimension of an expression from its operands.
 fn of_operands(expr: &Expr, known: &BTreeMap<Span, Dimension>) -> Option<Dimension> {
     let of = |expr: &Expr| known.get(&expr.span).copied();
     match &expr.kind {

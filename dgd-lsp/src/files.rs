@@ -1,4 +1,4 @@
-//! The files that an editor works on: those that are open, as they are there, and the others as they lie on disk.
+//! The files of an editor's project: open ones with the editor's text, others as on disk.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,11 +11,11 @@ use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::imports;
 use flate2::read::MultiGzDecoder;
 
-/// A project has no more files than this, and no deeper folders: a home folder is not searched to its end.
+/// Maximum number of files of a project, and depth of folders, so that a home folder is not searched completely.
 const MOST_FILES: usize = 2000;
 const DEEPEST: usize = 8;
 
-/// Open documents by path, and the folders that the editor has opened.
+/// Open documents by path, and the folders opened in the editor.
 #[derive(Debug, Default)]
 pub(crate) struct Files {
     pub(crate) open: BTreeMap<String, String>,
@@ -42,7 +42,7 @@ impl Files {
         self.open.contains_key(path) || Path::new(path).is_file()
     }
 
-    /// The names in all files of the project, and what is imported from elsewhere. The file of a path comes first.
+    /// The names in all files of the project, and in files imported from elsewhere. The file `first` comes first.
     pub(crate) fn names(&self, first: &str) -> (Names, Sources) {
         let mut paths = vec![first.to_owned()];
         let mut add = |path: String| {
@@ -56,7 +56,7 @@ impl Files {
             [] => beside.into_iter().collect(),
             folders => folders.iter().map(PathBuf::from).collect(),
         };
-        // An effect is for a model above its folder, which may be all that the editor has opened.
+        // An effect belongs to a model above its folder, which may be the only folder opened in the editor.
         let effects = Path::new(first).ancestors().find(|folder| folder.ends_with("effects"));
         folders.extend(effects.and_then(Path::parent).map(Path::to_path_buf));
         for folder in folders {

@@ -1,4 +1,4 @@
-//! From spans to the protocol's lines and columns and back, and from paths to its addresses and back.
+//! Converts spans to the protocol's lines and columns and back, and paths to URIs and back.
 
 use std::fmt::Write as _;
 use std::str::FromStr;
@@ -6,7 +6,7 @@ use std::str::FromStr;
 use dgd_compiler::source::{Columns, Lines, Sources, Span};
 use lsp_types::{Location, Position, Range, Uri};
 
-/// The place of some bytes of a text.
+/// The range of some bytes of a text.
 pub(crate) fn range(text: &str, bytes: std::ops::Range<usize>, columns: Columns) -> Range {
     let lines = Lines::of(text);
     let position = |byte| {
@@ -16,12 +16,12 @@ pub(crate) fn range(text: &str, bytes: std::ops::Range<usize>, columns: Columns)
     Range::new(position(bytes.start), position(bytes.end))
 }
 
-/// The place of a span in its text.
+/// The range of a span in its text.
 pub(crate) fn range_of(span: Span, sources: &Sources, columns: Columns) -> Range {
     range(&sources.get(span.source).text, span.start as usize..span.end as usize, columns)
 }
 
-/// The place of a span, with its file; nothing where that has no address.
+/// The location of a span, with its file; `None` if that has no URI.
 pub(crate) fn location(span: Span, sources: &Sources, columns: Columns) -> Option<Location> {
     let uri = uri_of(&sources.get(span.source).name)?;
     Some(Location::new(uri, range_of(span, sources, columns)))
@@ -32,7 +32,7 @@ pub(crate) fn byte(text: &str, at: Position, columns: Columns) -> usize {
     Lines::of(text).byte(text, at.line as usize, at.character as usize, columns)
 }
 
-/// The path of a file's address, without what is written as `%20`; other addresses are their own paths.
+/// The path of a file URI, with escapes such as `%20` decoded; other URIs are used as paths.
 pub(crate) fn path_of(uri: &Uri) -> String {
     let text = uri.as_str();
     let Some(path) = text.strip_prefix("file://") else { return text.to_owned() };
@@ -47,7 +47,7 @@ pub(crate) fn path_of(uri: &Uri) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// The address of a path.
+/// The URI of a path.
 pub(crate) fn uri_of(path: &str) -> Option<Uri> {
     if path.contains("://") {
         return Uri::from_str(path).ok();

@@ -22,7 +22,7 @@ use crate::answer::{self, Context};
 use crate::files::Files;
 use crate::places;
 
-/// How long nothing is typed before other variants are looked at.
+/// Pause in typing after which other variants are analysed.
 const PAUSE: Duration = Duration::from_millis(300);
 
 type Failure = Box<dyn Error + Send + Sync>;
@@ -31,11 +31,11 @@ struct Server<'a> {
     connection: &'a Connection,
     files: Files,
     columns: Columns,
-    /// Documents that have changed since they were looked at, and since their other variants were.
+    /// Documents changed since they were analysed, and since their other variants were.
     changed: BTreeSet<String>,
     unfinished: BTreeSet<String>,
     analyses: BTreeMap<String, Analysis>,
-    /// The editor's number of each open text, by which it knows which one diagnostics are about.
+    /// The editor's version of each open text, with which it matches diagnostics.
     versions: BTreeMap<String, i32>,
 }
 
@@ -58,7 +58,7 @@ pub(crate) fn run(connection: &Connection) -> Result<(), Failure> {
     Server { connection, files, columns, changed, unfinished, analyses, versions }.serve()
 }
 
-/// UTF-8 where the editor can, else UTF-16, which every editor can.
+/// UTF-8 if the editor supports it, else UTF-16, which every editor supports.
 fn columns(params: &InitializeParams) -> Columns {
     let general = params.capabilities.general.as_ref();
     let encodings = general.and_then(|general| general.position_encodings.as_ref());
@@ -107,7 +107,7 @@ impl Server<'_> {
                     if let Some(path) = answer::document(&request.params)
                         && self.changed.remove(&path)
                     {
-                        // An answer is about the text as it is now.
+                        // An answer refers to the current text.
                         self.look_at(&path)?;
                     }
                     let response = self.answer(request);
@@ -119,7 +119,7 @@ impl Server<'_> {
         }
     }
 
-    /// Answers a request; one that crashes gets an error.
+    /// Answers a request; a crash gives an error.
     fn answer(&mut self, Request { id, method, params }: Request) -> Response {
         let answered = catch_unwind(AssertUnwindSafe(|| {
             let path = answer::document(&params);
@@ -149,8 +149,7 @@ impl Server<'_> {
         }
     }
 
-    /// Takes in what the editor tells. What cannot be read or taken in changes nothing: a document that has been
-    /// opened stays open.
+    /// Handles a notification. Invalid notifications change nothing: an opened document stays open.
     fn take(&mut self, Notification { method, params }: Notification) -> Result<(), Failure> {
         let taken = catch_unwind(AssertUnwindSafe(|| self.understand(&method, params)));
         match taken {
@@ -161,7 +160,7 @@ impl Server<'_> {
         }
     }
 
-    /// Changes the documents as the editor tells; the path of one that has been closed.
+    /// Applies a notification to the documents; returns the path of a closed one.
     fn understand(
         &mut self,
         method: &str,
@@ -209,7 +208,7 @@ impl Server<'_> {
         Ok(None)
     }
 
-    /// A line for the editor's log.
+    /// Sends a line to the editor's log.
     fn log(&self, text: &str) -> Result<(), Failure> {
         let params = json!({ "type": MessageType::WARNING, "message": text });
         let method = LogMessage::METHOD.to_owned();
@@ -217,17 +216,17 @@ impl Server<'_> {
         Ok(())
     }
 
-    /// A document has changed: it, and open ones that may read it, are looked at when nothing waits.
+    /// Marks a changed document, and open ones that may read it, for analysis when no message is waiting.
     fn touch(&mut self, path: &str) {
         self.changed.extend(self.files.open.keys().cloned());
         self.unfinished.remove(path);
     }
 
-    /// Looks at the first choice of each variant of a document.
+    /// Analyses a document with the first choice of each variant.
     fn look_at(&mut self, path: &str) -> Result<(), Failure> {
         let looked = catch_unwind(AssertUnwindSafe(|| analyse(path, &self.files)));
         let Ok(analysis) = looked else {
-            // What was known is about an older text.
+            // The earlier analysis belongs to an older text.
             self.analyses.remove(path);
             return self.publish(path, vec![answer::crashed()]);
         };
@@ -237,7 +236,7 @@ impl Server<'_> {
         self.publish(path, found)
     }
 
-    /// Looks at the other variants of a document, unless something newer comes.
+    /// Analyses the other variants of a document, unless a newer message arrives.
     fn finish(&mut self) -> Result<(), Failure> {
         let Some(path) = self.unfinished.pop_first() else { return Ok(()) };
         let Some(analysis) = self.analyses.get_mut(&path) else { return Ok(()) };

@@ -1,4 +1,4 @@
-//! From the macro's arguments to the generated module, or to one compile error.
+//! Turns the macro's arguments into the generated module, or one compile error.
 
 use std::io::Read as _;
 use std::path::Path;
@@ -73,7 +73,7 @@ pub(crate) fn expand(input: &Input, folder: &Path) -> TokenStream {
     quote!(#module #tracked)
 }
 
-/// An argument of the macro as a name with a place of its own.
+/// An argument of the macro as a name with its own span.
 fn argument(name: &str, sources: &mut Sources) -> Name {
     let text = name.to_owned();
     let end = u32::try_from(text.len()).unwrap_or(u32::MAX);
@@ -82,7 +82,7 @@ fn argument(name: &str, sources: &mut Sources) -> Name {
     Name { text, span: Span { source, start: 0, end } }
 }
 
-/// A size with the number that the macro gives it; anything else is in the diagnostics.
+/// A size with the number given in the macro; errors go to the diagnostics.
 fn size(
     name: &str,
     number: &str,
@@ -95,8 +95,7 @@ fn size(
     Some(Setting { name, value })
 }
 
-/// Reads a file that a model imports, of which the compiler has checked the name: a regular one, and not what
-/// blocks or never ends.
+/// Reads an imported file, whose name the compiler has checked. Only regular files: others may block or never end.
 fn read(folder: &Path, path: &str) -> Result<String, String> {
     let path = folder.join(path);
     let target = path.canonicalize().map_err(|error| error.to_string())?;
@@ -110,7 +109,7 @@ fn read(folder: &Path, path: &str) -> Result<String, String> {
     std::fs::read_to_string(target).map_err(|error| error.to_string())
 }
 
-/// One error that shows the rendered diagnostics, and a stub so that no other follows from it.
+/// One error with the rendered diagnostics, and a stub so that no further errors follow.
 fn failure(
     input: &Input,
     folder: &Path,

@@ -1,4 +1,4 @@
-//! A stand-in for a model with mistakes: its names without its physics.
+//! A stub for a model with errors: its names without its physics.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -19,11 +19,10 @@ use proc_macro2::TokenStream;
 
 use crate::input::Input;
 
-/// A module with the names that a user reads, so that rustc reports the model's own mistake and not
-/// that something is missing.
+/// A module with the names that user code reads, so that rustc reports the model's own error rather than missing names.
 ///
-/// It is generated from a sound model of the same names, whose unknowns stand still, and so has
-/// every type and function of the real one.
+/// It is generated from a valid model with the same names, whose unknowns are constant, and so has every type and
+/// function of the real one.
 pub(crate) fn stub(input: &Input, text: &str, read: &mut Read<'_>) -> TokenStream {
     let mut sources = Sources::default();
     let main = Source { name: input.path.value(), text: text.to_owned() };
@@ -36,16 +35,16 @@ pub(crate) fn stub(input: &Input, text: &str, read: &mut Read<'_>) -> TokenStrea
         (None, Some(header)) => header.name.text.clone(),
         (None, None) => stem(&input.path.value()),
     };
-    // Where a size or a range is the mistake, the stub has no arrays.
+    // If a size or a range is the error, the stub has no arrays.
     let with_arrays = generated(&still(&ast, true), &module, &sources);
     match with_arrays.or_else(|_| generated(&still(&ast, false), &module, &sources)) {
         Ok(tokens) => tokens,
-        // There is an error already.
+        // An error is already reported.
         Err(_) => TokenStream::new(),
     }
 }
 
-/// The model with what its parts hold, where the files can be read.
+/// The model with the contents of its parts, if the files can be read.
 fn with_parts(main: Source, read: &mut Read<'_>, sources: &mut Sources) -> Option<Ast> {
     let mut diagnostics = Diagnostics::default();
     let asts = load(main, read, sources, &mut diagnostics).ok()?;
@@ -53,7 +52,7 @@ fn with_parts(main: Source, read: &mut Read<'_>, sources: &mut Sources) -> Optio
     expanded.asts.first().cloned()
 }
 
-/// What the model of a file without a `model` line was probably called.
+/// The probable name of a model whose file lacks a `model` line.
 fn stem(path: &str) -> String {
     let stem = Path::new(path).file_stem().map(|stem| stem.to_string_lossy());
     match stem {
@@ -70,7 +69,7 @@ fn generated(ast: &Ast, module: &str, sources: &Sources) -> Result<TokenStream, 
     Ok(codegen::generate(&lower(&dae, &directions), module, sources))
 }
 
-/// The model with the same names in which all numbers are zero and nothing moves.
+/// A model with the same names in which all numbers are zero and nothing changes.
 fn still(ast: &Ast, with_arrays: bool) -> Ast {
     let mut still = Still {
         names: BTreeSet::from(["time", "pi"]),
@@ -132,7 +131,7 @@ impl<'a> Still<'a> {
                         self.take(&choice.items);
                     }
                 }
-                // Of a name declared twice the first counts.
+                // The first declaration of a name counts.
                 ItemKind::Parameter { .. }
                 | ItemKind::Input { .. }
                 | ItemKind::Unknown { .. }
@@ -182,7 +181,7 @@ impl<'a> Still<'a> {
 
     /// `state x[1..N] = 0` and `for i in 1..N { equation x[i]: der(x[i]) = 0 }`
     fn array(&mut self, array: &Name, range: &Range) {
-        // No name of a model begins like that.
+        // Names of models cannot begin with an underscore.
         let index = name("_i");
         let of = Box::new(expr(ExprKind::Name(array.text.clone())));
         let at = Box::new(expr(ExprKind::Name(index.text.clone())));

@@ -1,4 +1,4 @@
-//! What stands between the parentheses of `dgd::model!`.
+//! Parses the arguments of `dgd::model!`.
 
 use syn::ext::IdentExt;
 use syn::parse::{Parse, ParseStream};
@@ -12,7 +12,7 @@ pub(crate) struct Input {
     pub(crate) variants: Vec<(String, String)>,
     /// `SIZE = number`.
     pub(crate) sizes: Vec<(String, String)>,
-    /// `sensitivities = [a, b]`; all parameters without it.
+    /// `sensitivities = [a, b]`; `None` means all parameters.
     pub(crate) sensitivities: Option<Vec<String>>,
     /// `as name`.
     pub(crate) module: Option<Ident>,
@@ -55,7 +55,7 @@ impl Parse for Input {
     }
 }
 
-/// A name of the model, with points where it is a part's: `pump.flow`.
+/// A name of the model, with dots for a part's: `pump.flow`.
 fn dotted(input: ParseStream<'_>) -> syn::Result<String> {
     let mut name = Ident::parse_any(input)?.unraw().to_string();
     while input.parse::<Option<Token![.]>>()?.is_some() {

@@ -15,14 +15,14 @@ use std::path::{Path, PathBuf};
 /// dgd::model!("models/transmission_line.dgd", N = 1000);
 /// ```
 ///
-/// The path is relative to the crate's `Cargo.toml`; one that begins with `./` or `../` is relative
-/// to the Rust file. Behind it, in any order:
+/// The path is relative to the crate's `Cargo.toml`; one that begins with `./` or `../` is relative to the Rust file.
+/// It is followed, in any order, by:
 ///
 /// - `VARIANT = CHOICE` picks a variant,
-/// - `SIZE = NUMBER` gives a `size` another value,
-/// - `sensitivities = [NAMES]` says to which parameters, and to which states' start values,
-///   sensitivities are generated; to all parameters without it,
-/// - `as NAME` names the module; it has the model's name without it.
+/// - `SIZE = NUMBER` sets the value of a `size`,
+/// - `sensitivities = [NAMES]` chooses the parameters and states' start values for which sensitivities are generated;
+///   without it, all parameters,
+/// - `as NAME` names the module; without it, the module has the model's name.
 ///
 /// The module holds `Model`, which implements `dgd::System`, and `Parameters`, `Inputs`,
 /// `Unknowns` and `Outputs` with one named field each, in SI units; `Parameters::default()` has the
@@ -30,9 +30,8 @@ use std::path::{Path, PathBuf};
 ///
 /// # Errors
 ///
-/// Mistakes in the file are one compile error that shows file, line and caret of each. The module is
-/// there all the same, with the fields that could be read and no physics, so that no error about
-/// its uses follows.
+/// Errors in the file give one compile error that shows file, line and caret of each. The module still exists, with the
+/// fields that could be read but without physics, so that no errors about its uses follow.
 #[proc_macro]
 pub fn model(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
     match syn::parse::<input::Input>(input) {
@@ -41,7 +40,7 @@ pub fn model(input: proc_macro::TokenStream) -> proc_macro::TokenStream {
     }
 }
 
-/// What the path is relative to.
+/// The folder to which the path is relative.
 fn folder(input: &input::Input) -> PathBuf {
     let path = input.path.value();
     let beside = path.starts_with("./") || path.starts_with("../");

@@ -1,8 +1,7 @@
-//! Machine code, and the only place from which it is called.
+//! Native code, and the only place from which it is called.
 //!
-//! A call is sound because the code reads and writes within the lengths that its [`Plan`] was made
-//! for, which are compared with those of the slices before each call; it keeps no address; it is freed
-//! when nobody can call it any more.
+//! A call is sound because the code reads and writes only within the lengths of its [`Plan`], which are checked against
+//! those of the slices before each call; it retains no addresses; and it is freed only once it can no longer be called.
 
 #![allow(unsafe_code)]
 
@@ -15,7 +14,7 @@ use dgd_runtime::Point;
 
 use super::plan::{ARGUMENTS, MOST_RESULTS, Plan};
 
-/// Addresses of the arrays that a piece of code works on.
+/// Addresses of the arrays of a piece of code.
 #[repr(C)]
 pub(super) struct Frame {
     arguments: [*const f64; ARGUMENTS.len()],
@@ -24,47 +23,47 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// Where the address of an argument stands, in bytes.
+    /// Offset of the address of an argument, in bytes.
     pub(super) fn argument(position: usize) -> i32 {
         distance(offset_of!(Frame, arguments), position)
     }
 
-    /// Where the address of a result stands.
+    /// Offset of the address of a result.
     pub(super) fn result(position: usize) -> i32 {
         distance(offset_of!(Frame, results), position)
     }
 
-    /// Where the address of the scratch memory stands.
+    /// Offset of the address of the scratch memory.
     pub(super) fn scratch() -> i32 {
         distance(offset_of!(Frame, scratch), 0)
     }
 }
 
-/// Bytes from the begin of a frame to one of its addresses.
+/// Bytes from the start of a frame to one of its addresses.
 fn distance(first: usize, position: usize) -> i32 {
     let bytes = first + position * size_of::<*const f64>();
     i32::try_from(bytes).unwrap_or_else(|_| unreachable!("a frame has a few addresses"))
 }
 
-/// A piece of machine code: t and a frame whose arrays have the lengths of the code's plan.
+/// A piece of native code, called with t and a frame whose arrays have the lengths of the code's plan.
 type Entry = unsafe extern "C" fn(f64, *const Frame);
 
-/// Machine code of a function.
+/// Native code of a function.
 pub(crate) struct Code {
-    /// To be called one after the other.
+    /// Entry points, called one after the other.
     entries: Vec<Entry>,
-    /// How many numbers are read of each argument.
+    /// Number of values read from each argument.
     reads: [usize; ARGUMENTS.len()],
     /// Length of each result.
     lengths: Vec<usize>,
-    /// Numbers of memory that the pieces share.
+    /// Length of the scratch memory shared by the pieces.
     scratch: usize,
-    /// What owns the memory that the code is in; none once that is freed.
+    /// Owner of the code's memory; `None` once that is freed.
     memory: Mutex<Option<JITModule>>,
 }
 
 impl Code {
-    /// Code that was compiled from all pieces of a plan, at these addresses in the module's memory.
+    /// Code compiled from all pieces of a plan, at these addresses in the module's memory.
     pub(super) fn new(plan: &Plan<'_>, addresses: &[*const u8], memory: JITModule) -> Self {
         // SAFETY: `translate` gave each piece the signature of an `Entry` in the convention of C.
         let entry = |address: &*const u8| unsafe { transmute::<*const u8, Entry>(*address) };
@@ -77,16 +76,16 @@ impl Code {
         }
     }
 
-    /// Numbers of scratch memory that a call needs.
+    /// Length of the scratch memory that a call needs.
     pub(crate) fn scratch(&self) -> usize {
         self.scratch
     }
 
-    /// Performs the function.
+    /// Executes the function.
     ///
     /// # Panics
     ///
-    /// When an array is shorter than what is read of it, or a result has another length.
+    /// If an array is shorter than the part that is read, or a result has the wrong length.
     #[inline]
     pub(crate) fn call(
         &self,
@@ -133,7 +132,7 @@ impl Drop for Code {
     }
 }
 
-/// What machine code calls for a function of one argument.
+/// Called by native code for a function of one argument.
 ///
 /// # Safety
 ///
@@ -144,7 +143,7 @@ pub(super) unsafe extern "C" fn call_one(x: f64, value: *const ()) -> f64 {
     value(x)
 }
 
-/// What machine code calls for the curve of a table.
+/// Called by native code for the curve of a table.
 ///
 /// # Safety
 ///
@@ -155,7 +154,7 @@ pub(super) unsafe extern "C" fn call_curve(x: f64, curve: *const ()) -> f64 {
     curve.value(x)
 }
 
-/// What machine code calls for a function of two arguments.
+/// Called by native code for a function of two arguments.
 ///
 /// # Safety
 ///

@@ -1,4 +1,4 @@
-//! Machine code at run time, by Cranelift.
+//! Native code at run time, with Cranelift.
 //!
 //! ```text
 //!   Function → Plan     checked, and cut into pieces
@@ -6,8 +6,7 @@
 //!   IR       → Code     in memory, called from one place
 //! ```
 //!
-//! A function is compiled when it is asked for: of the twenty and more that a program has, most tasks
-//! use a few.
+//! Functions are compiled on demand: a program has more than twenty, of which most tasks use a few.
 
 mod code;
 mod plan;
@@ -30,16 +29,16 @@ use dgd_compiler::program::{Function, FunctionKind, Program};
 use code::Code;
 use plan::Plan;
 
-/// Why there is no machine code.
+/// Why there is no native code.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Refused {
-    /// Cranelift does not compile for such machines.
+    /// Cranelift does not support the machine.
     Machine(String),
-    /// The operations are not those of a program.
+    /// The operations do not form a valid program.
     Malformed,
-    /// Its numbers are further apart than instructions reach.
+    /// Its numbers are further apart than instructions can address.
     TooLarge,
-    /// Cranelift failed, or the memory for the code was not given.
+    /// Cranelift failed, or memory for the code could not be allocated.
     Failed(String),
 }
 
@@ -54,9 +53,9 @@ impl fmt::Display for Refused {
     }
 }
 
-/// Machine code of a program's functions, each compiled when it is used.
+/// Native code of a program's functions, each compiled on demand.
 pub(crate) struct Native {
-    /// What code is made for.
+    /// The target machine.
     machine: fn() -> Result<isa::Builder, Refused>,
     isa: OnceLock<Result<OwnedTargetIsa, Refused>>,
     /// One for each function of the program.
@@ -65,9 +64,9 @@ pub(crate) struct Native {
 
 /// A function.
 struct Slot {
-    /// How often it is still interpreted before it is compiled.
+    /// Number of calls left before it is compiled.
     calls_left: AtomicU32,
-    /// Its code, or why there is none.
+    /// Its code, or the reason why there is none.
     code: OnceLock<Result<Code, Refused>>,
 }
 
@@ -80,7 +79,7 @@ impl fmt::Debug for Native {
 }
 
 impl Native {
-    /// For the machine that this runs on; a function is compiled after so many calls.
+    /// Native code for this machine; a function is compiled after `calls_before` calls.
     pub(crate) fn for_host(program: &Program, calls_before: fn(&Function) -> u32) -> Self {
         let host =
             || cranelift_native::builder().map_err(|reason| Refused::Machine(reason.to_owned()));
@@ -100,7 +99,7 @@ impl Native {
         Native { machine, isa: OnceLock::new(), functions }
     }
 
-    /// The code of a function if it is there, or if this is the call at which it is compiled.
+    /// The code of a function if it exists or if this call compiles it.
     #[inline]
     pub(crate) fn called(&self, program: &Program, kind: FunctionKind) -> Option<&Code> {
         match self.functions[kind as usize].code.get() {
@@ -112,7 +111,7 @@ impl Native {
     #[cold]
     fn count(&self, program: &Program, kind: FunctionKind) -> Option<&Code> {
         let left = &self.functions[kind as usize].calls_left;
-        // Threads that count at the same time put the compilation off a little.
+        // Threads that count at the same time delay the compilation slightly.
         match left.load(Ordering::Relaxed).checked_sub(1) {
             None => self.code(program, kind).ok(),
             Some(fewer) => {
@@ -122,7 +121,7 @@ impl Native {
         }
     }
 
-    /// The code of a function, compiled if it is not there yet.
+    /// The code of a function, compiled if necessary.
     pub(crate) fn code(&self, program: &Program, kind: FunctionKind) -> Result<&Code, &Refused> {
         let compile = || self.compile(program.function(kind));
         self.functions[kind as usize].code.get_or_init(compile).as_ref()
@@ -152,12 +151,12 @@ impl Native {
     }
 }
 
-/// How code is made for a machine.
+/// The Cranelift target for a machine.
 fn target(machine: &isa::Builder) -> Result<OwnedTargetIsa, Refused> {
     let flags = [
-        // Tests check the code given to Cranelift; runs do not.
+        // The verifier is enabled only in debug builds.
         ("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" }),
-        // Programs have no common expressions left, and are not to be rearranged.
+        // Common expressions are already eliminated, and operations must not be rearranged.
         ("opt_level", "none"),
         ("enable_probestack", "true"),
         ("probestack_strategy", "inline"),

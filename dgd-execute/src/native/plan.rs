@@ -1,4 +1,4 @@
-//! What is to become of a function as machine code: whether it can be had, and in which pieces.
+//! Plans the native code of a function: checks it and cuts it into pieces.
 
 use std::ops::Range;
 
@@ -7,51 +7,51 @@ use dgd_compiler::program::{Argument, Function, Loop, Operation, ValueId};
 
 use super::Refused;
 
-/// Operations in one piece of machine code. The cost of allocating registers grows faster than
-/// linearly, and the stack that a piece needs grows with it.
+/// Maximum number of operations in one piece of native code. The cost of register allocation grows faster than
+/// linearly, and so does the stack that a piece needs.
 const MOST_OPERATIONS: usize = 1500;
 
-/// Arrays that functions read, in the order in which their addresses are passed.
+/// Arrays that functions read, in the order of their addresses in a frame.
 pub(super) const ARGUMENTS: [Argument; 6] =
     [Argument::Y, Argument::U, Argument::P, Argument::Z, Argument::Udot, Argument::S];
 
-/// Most results that a function has.
+/// Maximum number of results of a function.
 pub(super) const MOST_RESULTS: usize = 6;
 
-/// What a value is.
+/// The kind of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Number,
     Condition,
 }
 
-/// Operations that become one piece of machine code: some of the body, then whole loops.
+/// Operations of one piece of native code: some of the body, then whole loops.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Piece {
     pub(super) body: Range<usize>,
     pub(super) loops: Range<usize>,
 }
 
-/// A function of which everything has been checked that its machine code relies on.
+/// A function that was checked for everything on which its native code relies.
 #[derive(Debug)]
 pub(super) struct Plan<'a> {
     pub(super) function: &'a Function,
-    /// What the values of the body are.
+    /// Kinds of the values of the body.
     pub(super) kinds: Vec<Kind>,
     pub(super) pieces: Vec<Piece>,
-    /// Which values of the body another piece needs: they are kept in memory, each at its own place.
+    /// Which values of the body another piece needs: these are stored in memory, each in its own place.
     pub(super) kept: Vec<bool>,
-    /// For each value of the body, the results and places it goes to.
+    /// For each value of the body, the results and places to which it is stored.
     pub(super) stores: Vec<Vec<(usize, usize)>>,
-    /// How many numbers of each of [`ARGUMENTS`] are read.
+    /// Number of values read from each of [`ARGUMENTS`].
     pub(super) reads: [usize; ARGUMENTS.len()],
 }
 
 impl<'a> Plan<'a> {
     /// Checks a function and cuts it into pieces.
     ///
-    /// From here on all operands are earlier values of the right kind, all places lie within their
-    /// results, and all distances fit the addressing of machines.
+    /// A valid plan guarantees that all operands are earlier values of the right kind, all places lie within their
+    /// results, and all distances can be addressed.
     pub(super) fn new(function: &'a Function) -> Result<Self, Refused> {
         let mut reads = Reads::default();
         let kinds = kinds(&function.body, &[], None, &mut reads)?;
@@ -77,24 +77,23 @@ impl<'a> Plan<'a> {
         Ok(Plan { function, kinds, pieces, kept, stores, reads: reads.0 })
     }
 
-    /// Numbers of memory that pieces leave values in for others.
+    /// Length of the memory in which pieces leave values for others.
     pub(super) fn scratch(&self) -> usize {
         self.kept.iter().rposition(|kept| *kept).map_or(0, |last| last + 1)
     }
 }
 
-/// Where a number stands in memory, from the first of its array; none if no instruction reaches that
-/// far.
+/// Distance of a number from the first of its array, in bytes; `None` if no instruction reaches that far.
 pub(super) fn distance(place: usize) -> Option<i32> {
     i32::try_from(place.checked_mul(size_of::<f64>())?).ok()
 }
 
-/// Whether a value is made where it is used, as cheaply as it would be kept.
+/// Whether a value is recomputed where it is used, because that is as cheap as storing it.
 pub(super) fn is_immediate(operation: Operation) -> bool {
     matches!(operation, Operation::Constant(_) | Operation::Time | Operation::Load(..))
 }
 
-/// How many numbers of each argument are read.
+/// Number of values read from each argument.
 #[derive(Default)]
 struct Reads([usize; ARGUMENTS.len()]);
 
@@ -121,7 +120,7 @@ fn kinds_of_loop(part: &Loop, before: &[Kind], reads: &mut Reads) -> Result<Vec<
     kinds(&part.body, before, Some(part.count), reads)
 }
 
-/// What the values are, those `before` included; operands must have the kinds that operations take.
+/// The kinds of the values, including those `before`; checks that operands have the kinds that operations expect.
 fn kinds(
     body: &[Operation],
     before: &[Kind],
@@ -217,7 +216,7 @@ fn is(kind: Kind, kinds: &[Kind], value: ValueId) -> Result<(), Refused> {
     if kinds.get(value.index()) == Some(&kind) { Ok(()) } else { Err(Refused::Malformed) }
 }
 
-/// For each value of the body, where it goes.
+/// For each value of the body, its destinations.
 fn stores(function: &Function, kinds: &[Kind]) -> Result<Vec<Vec<(usize, usize)>>, Refused> {
     let Function { results, places, lengths, .. } = function;
     let same = results.len() == places.len() && results.len() == lengths.len();
@@ -247,7 +246,7 @@ fn pieces(function: &Function) -> Vec<Piece> {
         .step_by(MOST_OPERATIONS)
         .map(|begin| Piece { body: begin..n.min(begin + MOST_OPERATIONS), loops: 0..0 })
         .collect();
-    // Loops join the last piece while there is room.
+    // Loops are added to the last piece while there is room.
     let mut size = pieces.last().map_or(0, |piece| piece.body.len());
     for (k, part) in function.loops.iter().enumerate() {
         size += part.body.len();

@@ -1,4 +1,4 @@
-//! Machine code against the interpreter, on programs that no model file has.
+//! Compares native code with the interpreter, on programs that no model file contains.
 
 #[path = "../../../tests/support/normal.rs"]
 mod normal;
@@ -22,7 +22,7 @@ use super::{Native, Refused};
 use crate::system::Perform;
 use crate::{Engine, Interpreted, Loaded};
 
-/// Numbers at which functions do something special.
+/// Special values of functions.
 const SPECIAL: [f64; 8] =
     [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, f64::MIN_POSITIVE, 1e-310, -1e300];
 
@@ -39,7 +39,7 @@ fn program(text: &str) -> Program {
     compiled.program
 }
 
-/// An expression of everything the language has.
+/// A random expression of all forms of the language.
 fn expression(noise: &mut Noise, depth: usize) -> String {
     if depth == 0 {
         let leaf = ["x", "v", "a", "b", "u", "time/1 [s]"][noise.below(6)];
@@ -94,7 +94,7 @@ fn expression(noise: &mut Noise, depth: usize) -> String {
     }
 }
 
-/// A model with that in its outputs, and with loops.
+/// A model with such expressions in its outputs, and with loops.
 fn model(noise: &mut Noise, outputs: usize) -> String {
     let mut text = "\
 model random
@@ -118,7 +118,7 @@ output p
     text
 }
 
-/// Where functions are evaluated.
+/// A point at which functions are evaluated.
 struct At {
     t: f64,
     arrays: [Vec<f64>; ARGUMENTS.len()],
@@ -140,7 +140,7 @@ impl At {
         At { t: number(), arrays }
     }
 
-    /// Bits of all results of a function; all NaNs have the same.
+    /// Bits of all results of a function; all NaNs count as equal.
     fn bits(&self, performed: &impl Perform, function: &Function) -> Vec<Vec<u64>> {
         let mut results: Vec<Vec<f64>> =
             function.lengths.iter().map(|length| vec![0.25; *length]).collect();
@@ -152,7 +152,7 @@ impl At {
     }
 }
 
-/// Compares every function at random places and at special numbers.
+/// Compares every function at random points and at special values.
 fn compare(program: &Program, noise: &mut Noise) {
     let interpreted = Interpreted::new(program.clone());
     let native = Loaded::with_engine(program.clone(), Engine::Native);
@@ -265,7 +265,7 @@ fn short_slices_are_refused_before_the_code_runs() {
     at.bits(&loaded.0, program.function(FunctionKind::Rhs));
 }
 
-/// A function of one result of one number.
+/// A function with one result of one number.
 fn function(body: Vec<Operation>, loops: Vec<Loop>) -> Function {
     Function {
         kind: FunctionKind::Rhs,
@@ -285,14 +285,14 @@ fn what_is_no_program_is_refused() {
     let v = ValueId;
     let one = Constant(1.0);
     let bodies = [
-        // An operand that is not there yet.
+        // An operand that is not computed yet.
         vec![one, Add(v(0), v(1))],
-        // A number that is a condition, and a condition that is a number.
+        // A number used as a condition, and a condition used as a number.
         vec![one, Compare(Less, v(0), v(0)), Add(v(0), v(1))],
         vec![one, Not(v(0)), Select(v(1), v(0), v(0))],
         // A result that is a condition.
         vec![one, Compare(Less, v(0), v(0))],
-        // Parts of loops outside.
+        // Parts of loops outside a loop.
         vec![Counter],
         vec![LoadSwept(Argument::Y, 0)],
     ];

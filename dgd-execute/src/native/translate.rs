@@ -1,8 +1,8 @@
-//! A piece of a function as Cranelift's intermediate representation.
+//! Translates a piece of a function to Cranelift's intermediate representation.
 //!
-//! What a piece is given is t and the address of a [`Frame`](super::code::Frame) of addresses.
-//! Conditions are integers, 0 or 1. Nothing is contracted or reordered: each operation is the one
-//! instruction of IEEE 754 that the interpreter performs, or a call of the same function.
+//! A piece receives t and the address of a [`Frame`](super::code::Frame) of addresses. Conditions are integers, 0 or 1.
+//! Nothing is fused or reordered: each operation is the same IEEE 754 instruction that the interpreter executes, or a
+//! call of the same function.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -21,20 +21,20 @@ use dgd_compiler::program::{Argument, Loop, Operation, ValueId};
 use super::code::{Frame, call_curve, call_one, call_two};
 use super::plan::{Kind, Piece, Plan, distance, is_immediate, position};
 
-/// Addresses and distances; the compiler is only made for machines on which they have 64 bits.
+/// Addresses and distances; the compiler supports only machines on which they have 64 bits.
 pub(super) const ADDRESS: Type = types::I64;
 
 /// Bytes from one number of an array to the next.
 const STRIDE: i64 = size_of::<f64>().cast_signed() as i64;
 
-/// What every piece takes and gives.
+/// The signature of every piece.
 pub(super) fn signature(isa: &dyn TargetIsa) -> Signature {
     let mut signature = Signature::new(isa.default_call_conv());
     signature.params.extend([AbiParam::new(types::F64), AbiParam::new(ADDRESS)]);
     signature
 }
 
-/// Writes a piece into `code`, which has its signature and nothing else yet.
+/// Writes a piece into `code`, which has only its signature yet.
 pub(super) fn translate(
     plan: &Plan<'_>,
     piece: &Piece,
@@ -74,7 +74,7 @@ pub(super) fn translate(
     translation.builder.finalize(isa.frontend_config());
 }
 
-/// An array whose address a frame has.
+/// An array whose address is in the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Array {
     Argument(Argument),
@@ -82,10 +82,10 @@ enum Array {
     Scratch,
 }
 
-/// A passage of a loop.
+/// An iteration of a loop.
 #[derive(Debug, Clone, Copy)]
 struct Passage {
-    /// Bytes from the first passage's number of an array to this one's.
+    /// Byte offset of this iteration's number in an array from that of the first.
     offset: Value,
 }
 
@@ -94,16 +94,16 @@ struct Translation<'a, 'b> {
     builder: FunctionBuilder<'b>,
     t: Value,
     frame: Value,
-    /// Of functions of one argument and of two.
+    /// Signatures of functions of one argument and of two.
     calls: [SigRef; 2],
-    /// Addresses of arrays, in blocks that every later one follows.
+    /// Addresses of arrays, loaded in blocks that dominate every later one.
     addresses: HashMap<Array, Value>,
-    /// Values of the body, likewise, and in a loop those of the passage.
+    /// Values of the body, likewise, and in a loop those of the iteration.
     values: HashMap<ValueId, Value>,
 }
 
 impl Translation<'_, '_> {
-    /// Performs operations of the body, and stores what goes to results and to other pieces.
+    /// Emits operations of the body, and stores values for results and for other pieces.
     fn body(&mut self, range: Range<usize>) {
         let plan = self.plan;
         for index in range {
@@ -124,12 +124,12 @@ impl Translation<'_, '_> {
         }
     }
 
-    /// Performs a loop.
+    /// Emits a loop.
     fn repeat(&mut self, part: &Loop) {
         if part.count == 0 {
             return;
         }
-        // What all passages read is there before the first.
+        // Values that all iterations read are computed before the first.
         let first = self.plan.function.body.len();
         let read = part.body.iter().flat_map(|operation| operation.operands());
         for value in read.chain(part.stores.iter().map(|store| store.value)) {
@@ -170,7 +170,7 @@ impl Translation<'_, '_> {
         }
     }
 
-    /// The value of an operation, whose operands are there.
+    /// Emits an operation whose operands are available, and returns its value.
     fn perform(&mut self, operation: Operation, passage: Option<Passage>) -> Value {
         match operation {
             Operation::Constant(number) => self.builder.ins().f64const(number),
@@ -219,13 +219,13 @@ impl Translation<'_, '_> {
             }
             Operation::Curve(curve, a) => {
                 let a = self.operand(a);
-                // Curves are kept for as long as the process lives.
+                // Curves live as long as the process.
                 let curve = (&raw const curve.get().curve).cast();
                 self.call(0, call_curve as *const (), curve, &[a])
             }
             Operation::Compare(comparison, a, b) => {
                 let (a, b) = (self.operand(a), self.operand(b));
-                // False where either is NaN.
+                // False if either is NaN.
                 let holds = match comparison {
                     Comparison::Less => FloatCC::LessThan,
                     Comparison::LessEqual => FloatCC::LessThanOrEqual,
@@ -253,7 +253,7 @@ impl Translation<'_, '_> {
         }
     }
 
-    /// A value that is there, or that is made where it is used.
+    /// A value that is available, or that is recomputed where it is used.
     fn operand(&mut self, id: ValueId) -> Value {
         if let Some(value) = self.values.get(&id) {
             return *value;
@@ -261,7 +261,7 @@ impl Translation<'_, '_> {
         let plan = self.plan;
         let operation = plan.function.body[id.index()];
         let value = match operation {
-            // Processors read it from memory as they use it.
+            // Processors load it from memory as an operand.
             Operation::Constant(number) => return self.builder.ins().f64const(number),
             _ if is_immediate(operation) => self.perform(operation, None),
             _ => {
@@ -303,7 +303,7 @@ impl Translation<'_, '_> {
         self.call(1, call_two as *const (), value as *const (), &[a, b])
     }
 
-    /// Calls a function of the table through one of the two that machine code can call.
+    /// Calls a function of the table through one of the two functions that native code can call.
     fn call(
         &mut self,
         signature: usize,
@@ -332,7 +332,7 @@ impl Translation<'_, '_> {
         self.builder.ins().store(MemFlagsData::trusted(), value, address, distance);
     }
 
-    /// Where a number stands: an address, and how far from it.
+    /// The location of a number: an address and an offset.
     fn place(&mut self, array: Array, place: usize, passage: Option<Passage>) -> (Value, i32) {
         let base = self.address(array);
         let address = match passage {

@@ -1,4 +1,4 @@
-//! What can be written at the cursor.
+//! Completion at the cursor.
 
 use std::path::Path;
 
@@ -41,7 +41,7 @@ const KEYWORDS: [&str; 23] = [
 ];
 /// Words that begin a clause of an effect.
 const CLAUSES: [&str; 5] = ["kind", "form", "null", "replace", "add"];
-/// Words that begin a line within a `modes` block and behind a `when`.
+/// Words that begin a line within a `modes` block and after a `when`.
 const IN_BLOCKS: [&str; 2] = ["start", "reset"];
 const ATTRIBUTES: [&str; 16] = [
     "in",
@@ -62,17 +62,17 @@ const ATTRIBUTES: [&str; 16] = [
     "beyond extend",
 ];
 
-/// What belongs at a place of a line.
+/// What is expected at a position in a line.
 enum Wanted {
     /// Words of the language.
     Words(Vec<&'static str>),
-    /// What is declared as one of these, in sight of the file.
+    /// Names declared as one of these kinds, visible to the file.
     Kinds(&'static [SymbolKind], &'static [&'static str]),
     /// Models of the project.
     Models,
     /// Files that can be imported.
     Files,
-    /// What an expression can read, functions and attributes.
+    /// Names that an expression can read, functions and attributes.
     Expression,
 }
 
@@ -114,7 +114,7 @@ pub(super) fn completion(params: &CompletionParams, context: &Context<'_>) -> Ve
     }
 }
 
-/// What belongs behind the beginning of a line.
+/// What is expected after the beginning of a line.
 fn wanted(line: &str, is_effect: bool) -> Wanted {
     const READ: &[SymbolKind] = &[
         SymbolKind::Constant,
@@ -167,7 +167,7 @@ fn attributes() -> impl Iterator<Item = CompletionItem> {
     ATTRIBUTES.iter().map(|word| item(word, CompletionItemKind::PROPERTY, None))
 }
 
-/// The other files below the folder of a document, as an `import` names them.
+/// The other files below the folder of a document, with their paths for `import`.
 fn files(sources: &Sources, path: &str) -> Vec<CompletionItem> {
     let Some(folder) = Path::new(path).parent() else { return Vec::new() };
     let others = sources.iter().map(|source| Path::new(&source.name));
@@ -176,7 +176,7 @@ fn files(sources: &Sources, path: &str) -> Vec<CompletionItem> {
     below.map(|below| item(&below.display().to_string(), CompletionItemKind::FILE, None)).collect()
 }
 
-/// The units of the language, after those that the document and its libraries declare.
+/// The units that the document and its libraries declare, then those of the language.
 fn units(context: &Context<'_>) -> Vec<CompletionItem> {
     let own = context.analysis.map_or_else(Vec::new, |a| own_units::declared(&a.asts));
     let own = own.iter().map(|unit| {

@@ -1,5 +1,5 @@
-//! What sets units right: a number gets the unit of its neighbour, and an expression of another kind is multiplied
-//! or divided by something that the file declares, such as a flow of volume by a density.
+//! Fixes for unit errors: a number gets the unit of its neighbour, and an expression of another dimension is multiplied
+//! or divided by a declared quantity, such as a volume flow by a density.
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Edit};
 use dgd_compiler::source::{SourceId, Span};
@@ -9,16 +9,16 @@ use dgd_compiler::units::{Dimension, describe, parse_unit_with};
 
 use crate::analysis::Analysis;
 
-/// More proposals than this are none.
+/// Maximum number of proposals; with more, none is made.
 const MOST: usize = 3;
 
-/// Characters of an expression in a title.
+/// Maximum number of characters of an expression in a title.
 const LONGEST: usize = 30;
 
-/// A proposal: what it is called, and what it changes.
+/// A proposal: its title and its edits.
 pub(super) type Proposal = (String, Vec<Edit>);
 
-/// What could be meant where units do not fit.
+/// Proposals for a unit error.
 pub(super) fn conversions(diagnostic: &Diagnostic, analysis: &Analysis) -> Vec<Proposal> {
     let [wrong, others @ ..] = diagnostic.labels.as_slice() else { return Vec::new() };
     let span = wrong.span;
@@ -46,7 +46,7 @@ pub(super) fn conversions(diagnostic: &Diagnostic, analysis: &Analysis) -> Vec<P
     }
 }
 
-/// The dimension of what stands at a place; of a sum that of its first term, which all terms have.
+/// The dimension of the expression at a span; for a sum, that of its first term, which all terms share.
 fn dimension_at(span: Span, analysis: &Analysis) -> Option<Dimension> {
     let first = |(other, _): &(&Span, &Dimension)| {
         other.source == span.source && other.start == span.start && other.end <= span.end
@@ -55,7 +55,7 @@ fn dimension_at(span: Span, analysis: &Analysis) -> Option<Dimension> {
     all.max_by_key(|(other, _)| other.end).map(|(_, dimension)| *dimension)
 }
 
-/// A plain number gets a unit.
+/// Adds a unit to a plain number.
 fn with_unit(span: Span, wanted: Dimension, analysis: &Analysis) -> Option<Proposal> {
     let text = analysis.sources.text(span);
     text.parse::<f64>().ok()?;
@@ -63,13 +63,13 @@ fn with_unit(span: Span, wanted: Dimension, analysis: &Analysis) -> Option<Propo
     Some((format!("Write `{text} [{unit}]`"), vec![Edit::behind(span, format!(" [{unit}]"))]))
 }
 
-/// As the file spells a dimension first, else in base units.
+/// A dimension in the file's first spelling, else in base units.
 fn spelt(wanted: Dimension, analysis: &Analysis) -> String {
     let own = declared(analysis).into_iter().find(|one| one.dimension == wanted && one.is_coherent);
     own.map_or_else(|| describe(wanted), |one| one.unit.to_owned())
 }
 
-/// Products and quotients of an expression and what is declared, that have the wanted dimension.
+/// Products and quotients of an expression and declared quantities that have the wanted dimension.
 fn scaled(span: Span, found: Dimension, wanted: Dimension, analysis: &Analysis) -> Vec<Proposal> {
     if span.source != SourceId(0) {
         return Vec::new();
@@ -95,7 +95,7 @@ fn scaled(span: Span, found: Dimension, wanted: Dimension, analysis: &Analysis) 
     if proposals.len() > MOST { Vec::new() } else { proposals }
 }
 
-/// An expression in a title, without the middle of a long one.
+/// An expression in a title, with the middle of a long one elided.
 fn quoted(text: &str) -> String {
     let all: Vec<char> = text.chars().filter(|c| *c != '\n').collect();
     if all.len() <= LONGEST {
@@ -105,7 +105,7 @@ fn quoted(text: &str) -> String {
     format!("`{}…{}`", end(&all[..LONGEST / 2]), end(&all[all.len() - LONGEST / 2..]))
 }
 
-/// Whether a text can be a factor as it is.
+/// Whether a text can be a factor without parentheses.
 fn is_factor(text: &str) -> bool {
     let (mut depth, mut is_factor) = (0, true);
     for c in text.chars() {
@@ -124,7 +124,7 @@ struct Quantity<'a> {
     name: &'a str,
     unit: &'a str,
     dimension: Dimension,
-    /// Whether a number in it is one in SI units.
+    /// Whether its unit is coherent with SI.
     is_coherent: bool,
 }
 
@@ -152,7 +152,7 @@ fn declared(analysis: &Analysis) -> Vec<Quantity<'_>> {
     all
 }
 
-/// The dimension in which the item around a place is declared.
+/// The declared dimension of the item around a span.
 fn declared_around(place: Span, analysis: &Analysis) -> Option<Dimension> {
     let mut found = None;
     let own = own_units::all(&analysis.asts);

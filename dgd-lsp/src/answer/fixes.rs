@@ -1,4 +1,4 @@
-//! Diagnostics of the compiler as the editor shows them, and quick fixes.
+//! The compiler's diagnostics for the editor, and quick fixes.
 
 use std::collections::HashMap;
 
@@ -14,8 +14,8 @@ use super::conversions::{Proposal, conversions};
 use crate::analysis::Analysis;
 use crate::places;
 
-/// What is wrong with a document, by the first choice of each variant and by others. What is wrong in an imported
-/// file stands at the top of the document, with its place.
+/// The diagnostics of a document, for the first choice of each variant and for others. Those in an imported file are
+/// shown at the top of the document, with their location.
 pub(crate) fn diagnostics(analysis: &Analysis, columns: Columns) -> Vec<lsp_types::Diagnostic> {
     let own = &analysis.diagnostics;
     let more = analysis.others.iter().filter(|other| !own.contains(other));
@@ -53,7 +53,7 @@ fn shown(diagnostic: &Diagnostic, sources: &Sources, columns: Columns) -> lsp_ty
     }
 }
 
-/// What is said of a document on which the compiler crashed.
+/// The diagnostic for a document on which the compiler crashed.
 pub(crate) fn crashed() -> lsp_types::Diagnostic {
     lsp_types::Diagnostic {
         severity: Some(DiagnosticSeverity::WARNING),
@@ -63,12 +63,12 @@ pub(crate) fn crashed() -> lsp_types::Diagnostic {
     }
 }
 
-/// The word that a help proposes in the place of what is marked: "did you mean `x`?".
+/// The word that a help text proposes as a replacement: "did you mean `x`?".
 fn proposed(help: &str) -> Option<&str> {
     help.strip_prefix("did you mean `")?.strip_suffix("`?")
 }
 
-/// Quick fixes of what is wrong in a range, and all safe ones of the document at once.
+/// Quick fixes for the diagnostics in a range, and a combined fix of all safe ones in the document.
 pub(super) fn actions(params: &CodeActionParams, context: &Context<'_>) -> CodeActionResponse {
     let Some(analysis) = context.analysis else { return Vec::new() };
     let wanted = |kind: &CodeActionKind| {
@@ -79,7 +79,7 @@ pub(super) fn actions(params: &CodeActionParams, context: &Context<'_>) -> CodeA
     for diagnostic in analysis.diagnostics.iter().chain(&analysis.others) {
         let span = diagnostic.labels[0].span;
         let range = places::range_of(span, &analysis.sources, context.columns);
-        // The cursor may stand anywhere in the lines.
+        // The cursor may be anywhere in the lines.
         let touches =
             range.start.line <= params.range.end.line && params.range.start.line <= range.end.line;
         if span.source == SourceId(0) && touches && wanted(&CodeActionKind::QUICKFIX) {
@@ -92,7 +92,7 @@ pub(super) fn actions(params: &CodeActionParams, context: &Context<'_>) -> CodeA
     actions.into_iter().map(Into::into).collect()
 }
 
-/// What can be written to set one mistake right; what could mean nothing else comes first.
+/// Fixes of one error, unambiguous ones first.
 fn of_mistake(
     diagnostic: &Diagnostic,
     analysis: &Analysis,
@@ -120,11 +120,11 @@ fn of_mistake(
         .collect()
 }
 
-/// The word that a help proposes, in the place of what is marked.
+/// Replaces the marked word by the proposed one.
 fn word(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
     let word = diagnostic.help.as_deref().and_then(proposed)?;
     let span = diagnostic.labels[0].span;
-    // Of `pump.c`, a help may be about what stands behind the point only.
+    // For `pump.c`, a help text may concern only the part after the dot.
     let new = match analysis.sources.text(span).rsplit_once('.') {
         Some((part, _)) if !word.contains('.') => format!("{part}.{word}"),
         _ => word.to_owned(),
@@ -132,7 +132,7 @@ fn word(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
     Some((format!("Write `{new}`"), vec![Edit::replace(span, new)]))
 }
 
-/// A label for an equation that has none.
+/// Adds a label to an equation without one.
 fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
     let place = diagnostic.labels[0].span;
     let text = &analysis.sources.get(SourceId(0)).text;
@@ -156,7 +156,7 @@ fn label(diagnostic: &Diagnostic, analysis: &Analysis) -> Option<Proposal> {
     Some((format!("Label it `{label}`"), vec![Edit::replace(span, format!("{label}: "))]))
 }
 
-/// All corrections of the document that could mean nothing else.
+/// All unambiguous corrections of the document.
 fn all_safe(analysis: &Analysis, context: &Context<'_>) -> Option<CodeAction> {
     let fixes = analysis.diagnostics.iter().filter_map(|one| one.fix.as_ref());
     let safe: Vec<&Fix> = fixes.filter(|fix| fix.is_safe()).collect();
@@ -171,7 +171,7 @@ fn all_safe(analysis: &Analysis, context: &Context<'_>) -> Option<CodeAction> {
     })
 }
 
-/// Changes of texts as the protocol has them.
+/// Converts edits to the protocol's form.
 #[allow(clippy::mutable_key_type)] // The protocol's own type.
 fn written(edits: &[Edit], analysis: &Analysis, columns: Columns) -> WorkspaceEdit {
     let mut changes: HashMap<Uri, Vec<TextEdit>> = HashMap::new();

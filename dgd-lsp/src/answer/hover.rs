@@ -1,4 +1,4 @@
-//! What is under the cursor: value, unit, doc, equation, dimension, where it is used; and units of `let`s.
+//! Hover text: value, unit, doc, equation, dimension and uses; and inlay hints with units of `let`s.
 
 use std::fmt::Write as _;
 
@@ -58,7 +58,7 @@ pub(super) fn hover(params: &HoverParams, context: &Context<'_>) -> Option<Hover
     })
 }
 
-/// The word at a byte, with its place.
+/// The word at a byte, with its span.
 fn word_at(text: &str, byte: u32) -> Option<(&str, Span)> {
     let byte = byte as usize;
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
@@ -70,7 +70,7 @@ fn word_at(text: &str, byte: u32) -> Option<(&str, Span)> {
     (start < end).then(|| (&text[start..end], span))
 }
 
-/// Its declaration, its doc comment, what it comes to, and where it is used.
+/// The declaration of a symbol, its doc comment, value and uses.
 fn of_symbol(id: SymbolId, names: &Names, sources: &Sources, context: &Context<'_>) -> String {
     let symbol = names.symbol(id);
     let ast = parse_what_is_sound(symbol.declared.source, sources);
@@ -103,7 +103,7 @@ fn of_symbol(id: SymbolId, names: &Names, sources: &Sources, context: &Context<'
         SymbolKind::Equation | SymbolKind::Output | SymbolKind::Model | SymbolKind::Effect
     );
     let _ = match files.as_slice() {
-        // Others than the project's files use them, if anybody does.
+        // If anything uses it, files outside the project do.
         [] if is_read_elsewhere => Ok(()),
         [] => write!(text, "\n\nNot used"),
         files => write!(text, "\n\nUsed {times}, in {}", files.join(", ")),
@@ -111,7 +111,7 @@ fn of_symbol(id: SymbolId, names: &Names, sources: &Sources, context: &Context<'
     text
 }
 
-/// The innermost item around a place.
+/// The innermost item around a span.
 fn item_around(ast: &Ast, place: Span) -> Option<&Item> {
     let mut found = None;
     visit::items(&ast.items, &mut |item| {
@@ -145,7 +145,7 @@ fn value_of(symbol: &Symbol, sources: &Sources, context: &Context<'_>) -> Option
     dimension.map(|dimension| format!("in `{}`", describe(dimension)))
 }
 
-/// The units of `let`s that do not say one.
+/// The units of `let`s without a declared unit.
 pub(super) fn inlay_hints(context: &Context<'_>) -> Vec<InlayHint> {
     let Some(analysis) = context.analysis else { return Vec::new() };
     let mut hints = Vec::new();

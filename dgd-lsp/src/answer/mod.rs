@@ -30,9 +30,9 @@ use crate::places;
 
 pub(crate) use fixes::{crashed, diagnostics};
 
-/// What answers are made from.
+/// The data for answers.
 pub(crate) struct Context<'a> {
-    /// The document asked about.
+    /// The document of the request.
     pub(crate) path: String,
     pub(crate) files: &'a Files,
     pub(crate) columns: Columns,
@@ -95,16 +95,16 @@ pub(crate) fn capabilities(encoding: PositionEncodingKind) -> ServerCapabilities
     }
 }
 
-/// The path of the document that a request is about.
+/// The path of the document of a request.
 pub(crate) fn document(params: &Value) -> Option<String> {
     let uri = params.get("textDocument")?.get("uri")?;
     Some(places::path_of(&serde_json::from_value::<Uri>(uri.clone()).ok()?))
 }
 
-/// An answer as JSON, or why there is none.
+/// An answer as JSON, or an error.
 type Answer = Result<Value, String>;
 
-/// The answer to a request; nothing to one that is not known.
+/// The answer to a request; `None` for an unknown method.
 pub(crate) fn answer(method: &str, params: Value, context: &Context<'_>) -> Option<Answer> {
     Some(match method {
         HoverRequest::METHOD => with(params, |params| Ok(hover::hover(&params, context))),

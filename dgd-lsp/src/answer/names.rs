@@ -1,4 +1,4 @@
-//! Where a name is declared and used, and another name for it, in all files of the project.
+//! Finds declarations and uses of a name, and renames it, in all files of the project.
 
 use std::collections::HashMap;
 
@@ -69,7 +69,7 @@ pub(super) fn rename(
     Ok(Some(WorkspaceEdit::new(changes)))
 }
 
-/// Whether a symbol can have this name: one of the language, that nothing has where the symbol is named.
+/// Checks that a symbol can have this name: it is valid, and free wherever the symbol is named.
 fn verify(new: &str, one: &Use, names: &Names, sources: &Sources) -> Result<(), String> {
     let is_taken =
         matches!(new, "time" | "pi" | "der" | "delay") || IntrinsicId::find(new).is_some();
@@ -89,7 +89,7 @@ fn verify(new: &str, one: &Use, names: &Names, sources: &Sources) -> Result<(), 
     Ok(())
 }
 
-/// Whether a text is a name of the language, without points.
+/// Whether a text is a valid name, without dots.
 fn is_name(text: &str) -> bool {
     let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
     let line = format!("let {text} = 1");

@@ -9,7 +9,7 @@ use lsp_types::{
 
 use super::Context;
 
-/// The function whose parentheses are open at the cursor, and which argument is being written.
+/// The function whose parentheses are open at the cursor, and the current argument.
 pub(super) fn signature(
     params: &SignatureHelpParams,
     context: &Context<'_>,
@@ -53,7 +53,7 @@ pub(super) fn signature(
     })
 }
 
-/// The arguments of a function, with their units, and what it is.
+/// The arguments of a function, with their units, and its documentation.
 fn arguments_of(name: &str, context: &Context<'_>) -> Option<(Vec<String>, String)> {
     let analysis = context.analysis?;
     let mut found = None;

@@ -1,4 +1,4 @@
-//! The document as a text: its outline, what can be folded, its layout, and what each word is.
+//! Features of the document's text: outline, folding, formatting, semantic tokens and lenses.
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::names::SymbolKind;
@@ -13,7 +13,7 @@ use lsp_types::{
 use super::Context;
 use crate::places;
 
-/// What words can be, in the order of the numbers that stand for them.
+/// The token types, in the order of their numbers in the protocol.
 pub(super) const TOKEN_TYPES: &[SemanticTokenType] = &[
     SemanticTokenType::COMMENT,
     SemanticTokenType::STRING,
@@ -70,7 +70,7 @@ fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<Docu
         };
         let range = places::range_of(item.span, sources, context.columns);
         let own = places::range_of(name.span, sources, context.columns);
-        // What stands in for an item that cannot be read may hold its own name only.
+        // The placeholder of an unreadable item may cover only its name.
         let range = lsp_types::Range::new(range.start.min(own.start), range.end.max(own.end));
         #[allow(deprecated)] // The field has no default.
         all.push(DocumentSymbol {
@@ -87,7 +87,7 @@ fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<Docu
     all
 }
 
-/// What can be run with a model, above its first line: the editor runs `dgd COMMAND PATH`.
+/// Commands to run with a model, above its first line: the editor runs `dgd COMMAND PATH`.
 pub(super) fn lenses(context: &Context<'_>) -> Vec<CodeLens> {
     let Some(analysis) = context.analysis else { return Vec::new() };
     let Some(header) = &analysis.asts[0].model else { return Vec::new() };
@@ -104,20 +104,20 @@ pub(super) fn lenses(context: &Context<'_>) -> Vec<CodeLens> {
     RUNS.iter().map(lens).collect()
 }
 
-/// Lenses, with the commands that editors are to know.
+/// Lenses, with the commands that editors must implement.
 const RUNS: [(&str, &str); 3] = [
     ("Simulate", "dgd.simulate"),
     ("Sensitivity", "dgd.sensitivity"),
     ("Discover", "dgd.discover"),
 ];
 
-/// The tokens of the document, with what could not be read.
+/// The tokens of the document, including unreadable ones.
 fn own_tokens(context: &Context<'_>) -> Vec<Token> {
     let Some(analysis) = context.analysis else { return Vec::new() };
     tokens(SourceId(0), &analysis.sources, &mut Diagnostics::default())
 }
 
-/// Blocks between braces, and remarks of several lines.
+/// Folds blocks between braces, and comments of several lines.
 pub(super) fn folding(context: &Context<'_>) -> Vec<FoldingRange> {
     let text = context.text();
     let line = |byte: u32| {
@@ -160,7 +160,7 @@ pub(super) fn folding(context: &Context<'_>) -> Vec<FoldingRange> {
     all
 }
 
-/// The canonical layout; nothing where the text cannot be read.
+/// The canonical layout; `None` if the text cannot be parsed.
 pub(super) fn formatting(context: &Context<'_>) -> Option<Vec<TextEdit>> {
     let analysis = context.analysis?;
     let mut diagnostics = Diagnostics::default();
@@ -173,7 +173,7 @@ pub(super) fn formatting(context: &Context<'_>) -> Option<Vec<TextEdit>> {
     Some(vec![TextEdit::new(places::range(text, 0..text.len(), context.columns), new)])
 }
 
-/// What each word is, by the compiler and not by its looks.
+/// The type of each word, from the compiler rather than from its spelling.
 pub(super) fn semantic_tokens(context: &Context<'_>) -> SemanticTokens {
     let text = context.text();
     let (names, _) = context.files.names(&context.path);

@@ -1,4 +1,4 @@
-//! What must hold at every place of every model of the repository.
+//! Properties that must hold at every position of every model in the repository.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -15,7 +15,7 @@ use crate::dimensions;
 use crate::files::Files;
 use crate::places::path_of;
 
-/// A file as the server knows it after a pause.
+/// A file's analysis after a pause.
 fn looked_at(path: &Path, files: &Files) -> Analysis {
     let mut analysis = analyse(&path.display().to_string(), files);
     let others = analysis.other_variants(&mut || true).expect("nothing interrupts");
@@ -32,8 +32,8 @@ fn is_condition(expr: &Expr) -> bool {
     }
 }
 
-/// The expressions that have a dimension: conditions have none, nor has an array without its index; names, numbers and
-/// indices say theirs themselves.
+/// The expressions with a derived dimension: not conditions or arrays without an index; names, numbers and indices have
+/// their own.
 fn with_dimensions(expr: &Expr, spans: &mut Vec<Span>) {
     if matches!(&expr.kind, ExprKind::Number { .. } | ExprKind::Name(_)) {
         return;
@@ -54,7 +54,7 @@ fn the_dimension_of_every_expression_is_told() {
     let (mut n, mut missing) = (0, Vec::new());
     for path in files() {
         let analysis = looked_at(&path, &project);
-        // What a template's arguments are is known where it is applied.
+        // The arguments of a template are known only where it is applied.
         let effect = analysis.asts[0].effect.as_ref();
         if effect.is_some_and(|effect| matches!(effect.target, Target::Template(_))) {
             continue;
@@ -73,11 +73,11 @@ fn the_dimension_of_every_expression_is_told() {
     assert!(missing.is_empty(), "{} of {n}:\n{}", missing.len(), missing.join("\n"));
 }
 
-/// Edits of documents by address.
+/// Edits of documents by URI.
 type Edits = BTreeMap<String, Vec<Value>>;
 
-/// Asks for another name of every `nth` symbol of every file: edits that do not touch each other, in rounds, and how many
-/// names they change.
+/// Renames every `nth` symbol of every file: returns rounds of edits that do not overlap, and the number of renamed
+/// symbols.
 fn renamed(nth: usize) -> (Vec<Edits>, usize) {
     let mut editor = Editor::new(&models(), "utf-16");
     let own = Files { folders: vec![models().display().to_string()], ..Files::default() };
@@ -107,7 +107,8 @@ fn renamed(nth: usize) -> (Vec<Edits>, usize) {
                 let all = of_file.as_array().expect("edits").iter();
                 edits.extend(all.map(|edit| (uri.clone(), edit.clone())));
             }
-            // A place that two symbols share, as an output and the state that it reads, is changed in two rounds.
+            // A position that two symbols share, such as an output and the state that it reads, is changed in two
+            // rounds.
             let place = |(uri, edit): &(String, Value)| format!("{uri} {}", edit["range"]);
             let is_free =
                 |taken: &BTreeSet<String>| !edits.iter().any(|one| taken.contains(&place(one)));
@@ -138,7 +139,7 @@ fn changed(edits: &Edits) -> Files {
     changed
 }
 
-/// What is wrong with any file.
+/// Errors in any file.
 fn mistakes(project: &Files) -> Vec<String> {
     let mut all = Vec::new();
     for path in files() {
@@ -202,7 +203,7 @@ fn a_character_of_two_units_is_counted_as_two() {
             assert_eq!(one["range"], range, "{encoding}");
             changes.push(json!({ "range": range, "text": "τ" }));
         }
-        // From the last to the first, so that none moves another.
+        // From the last to the first, so that none shifts another.
         changes.reverse();
         editor.change(&address(&path), 2, &json!(changes));
         assert_eq!(editor.wait_for(&address(&path)), json!([]));
@@ -221,7 +222,7 @@ fn a_newer_keystroke_ends_the_look_at_other_choices() {
     };
     assert!(analysis.other_variants(&mut first_only).is_none());
     assert_eq!(n_asked, 2, "it was looked at further");
-    // The server goes on with the newer text, and tells of its other choices then.
+    // The server continues with the newer text, and then reports its other choices.
     let mut editor = Editor::new(&models(), "utf-16");
     let path = models().join("not saved/choices.dgd");
     let text = |unit: &str| {

@@ -1,4 +1,4 @@
-//! What is proposed: words at the cursor, and corrections.
+//! Tests of completion and quick fixes.
 
 use std::path::Path;
 
@@ -69,7 +69,7 @@ fn an_effect_is_completed_word_by_word() {
     editor.end();
 }
 
-/// The titles of what is proposed for the first mistake of a text, and the text after each.
+/// The titles of the proposals for the first error of a text, and the text after each.
 fn proposals(editor: &mut Editor, path: &Path, text: &str) -> Vec<(String, String)> {
     let found = editor.open(path, text);
     let range = found[0]["range"].clone();
@@ -92,11 +92,11 @@ fn a_correction_that_is_taken_leaves_the_text_sound() {
     let head = "model m\nconstant ρ [kg/m^3] = 1e3\nconstant A [m^2] = 2\nparameter τ [s] = 3\n\
                 input q [m^3/s]\nstate h [m] = 1\nstate mass [kg] = 1\n";
     for (line, title, fixed) in [
-        // A flow of volume where one of mass is meant.
+        // A volume flow where a mass flow is meant.
         ("equation e: der(mass) = q + 2*q", "Multiply `q + 2*q` by `ρ`", "der(mass) = (q + 2*q)*ρ"),
         // A number without a unit.
         ("let x = h + 5", "Write `5 [m]`", "h + 5 [m]"),
-        // A declared value of another kind.
+        // A declared value of another dimension.
         ("let x [m] = A*h/A/A", "Multiply `A*h/A/A` by `A`", "= A*h/A/A*A"),
         ("let x = exp(2*τ)", "Divide `2*τ` by `τ`", "exp(2*τ/τ)"),
         ("equation der(h) = q/A", "Label it `der_h`", "equation der_h: der(h)"),

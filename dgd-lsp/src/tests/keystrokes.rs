@@ -1,4 +1,4 @@
-//! How long it takes from a keystroke to its diagnostics.
+//! Measures the time from a keystroke to its diagnostics.
 
 use std::fs;
 use std::time::{Duration, Instant};
@@ -7,12 +7,12 @@ use serde_json::json;
 
 use super::{Editor, address, files, models};
 
-/// How long a keystroke may take.
+/// Maximum time for a keystroke.
 const MOST: Duration = Duration::from_millis(20);
-/// How often each is typed; the fastest counts, as other programs only slow it down.
+/// Repetitions of each keystroke; the fastest counts, since other programs can only slow it down.
 const TIMES: usize = 9;
 
-/// Measures the program as it is released: `.ci/nightly` calls it so, and prints the table.
+/// Measures the release build, as called by `.ci/nightly`, and prints the table.
 #[test]
 #[ignore = "measures: cargo test --release -p dgd-lsp keystroke -- --ignored --nocapture"]
 fn a_keystroke_is_answered_within_20_milliseconds_on_every_model() {

@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 use crate::places::{path_of, uri_of};
 use crate::serve;
 
-/// An editor: what it sends, and what it has been told.
+/// An editor: a connection, and the notifications received.
 struct Editor {
     connection: Connection,
     server: JoinHandle<()>,
@@ -106,7 +106,7 @@ impl Editor {
         self.told[uri].clone()
     }
 
-    /// A document and the place of a text in it, the `skip`th byte of its first occurrence.
+    /// A document and a position in it, the `skip`th byte of the first occurrence of a text.
     fn at(&self, path: &Path, text: &str, what: &str, skip: usize) -> Value {
         let byte = text.find(what).expect("it is there") + skip;
         let (line, character) = Lines::of(text).position(text, byte, self.columns);
@@ -153,7 +153,7 @@ fn model(name: &str) -> (PathBuf, String) {
     (path, text)
 }
 
-/// The text with the edits that an answer has for a document.
+/// The text after the edits that an answer has for a document.
 fn edited(text: &str, edits: &Value, columns: Columns) -> String {
     let lines = Lines::of(text);
     let byte = |at: &Value| {
@@ -198,7 +198,7 @@ fn mistakes_come_with_places_and_fixes_while_one_types() {
         let edits = &fixes[0]["edit"]["changes"][address(&path)];
         let fixed = edited(text, edits, editor.columns);
         assert!(fixed.ends_with("= -Δx/τ_größe\n"), "{fixed}");
-        // Typed by the editor: the change reaches the server, and nothing is wrong any more.
+        // The editor applies the change and sends it to the server, and no error remains.
         let change = json!({ "range": edits[0]["range"], "text": edits[0]["newText"] });
         let document = json!({ "uri": address(&path), "version": 2 });
         editor.tell(
@@ -271,7 +271,7 @@ fn a_new_name_reaches_every_file_and_leaves_them_sound() {
         let text = fs::read_to_string(&path).expect("a file");
         editor.open(&path, &edited(&text, edits, columns));
     }
-    // Each has been looked at again with the others as they are now.
+    // Each was analysed again with the current state of the others.
     for uri in changes.keys() {
         let text = edited(
             &fs::read_to_string(path_of(&uri.parse().expect("an address"))).expect("a file"),
@@ -304,7 +304,7 @@ fn a_request_that_crashes_gets_an_error_and_loses_no_document() {
     assert_eq!(editor.open(&path, &text), json!([]));
     let response = serde_json::to_value(editor.response("dgd/panic", json!({}))).expect("JSON");
     assert_eq!(response["error"]["code"], -32603, "{response}");
-    // Notifications that crash or cannot be read change nothing, either.
+    // Notifications that crash or cannot be parsed change nothing either.
     editor.tell("dgd/panic", json!({}));
     editor.tell("textDocument/didChange", json!({ "textDocument": 3 }));
     let response = serde_json::to_value(editor.response("dgd/other", json!({}))).expect("JSON");

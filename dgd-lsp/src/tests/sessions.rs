@@ -1,8 +1,8 @@
-//! Sessions that an editor has had, as recorded on its standard input and output, played again.
+//! Replays recorded sessions of an editor.
 //!
-//! `dgd-lsp/sessions/` has a file for each: what the editor sent, a message a line, as `editors/nvim/record.mjs` writes
-//! it, and behind each request what it is answered, and behind each change what is wrong then. `UPDATE_GOLDEN=1` writes
-//! the answers anew.
+//! `dgd-lsp/sessions/` has a file for each: the editor's messages, one per line, as written by
+//! `editors/nvim/record.mjs`, each request followed by its answer and each change by its diagnostics. `UPDATE_GOLDEN=1`
+//! rewrites the answers.
 
 use std::fs;
 use std::path::Path;
@@ -34,7 +34,7 @@ fn await_answer(editor: &Connection, is_it: impl Fn(&Message) -> bool) -> Value 
     }
 }
 
-/// Sends what the editor sent; what the server says to it.
+/// Sends a message of the editor, and returns the server's reply.
 fn play(editor: &Connection, message: &Value) -> Option<Value> {
     let method = message["method"].as_str()?.to_owned();
     let params = message["params"].clone();
@@ -59,7 +59,7 @@ fn play(editor: &Connection, message: &Value) -> Option<Value> {
     })
 }
 
-/// An answer with its keys in order: those of files come in any.
+/// An answer with its keys sorted, since those of files come in any order.
 fn in_order(value: Value) -> Value {
     match value {
         Value::Object(all) => {
@@ -72,7 +72,7 @@ fn in_order(value: Value) -> Value {
     }
 }
 
-/// The texts of a session as they are after it has been played here.
+/// The text of a session after replaying it here.
 fn played(text: &str, root: &str) -> String {
     let (editor, server) = Connection::memory();
     let server = thread::spawn(move || serve(&server).expect("a session"));
