@@ -128,8 +128,8 @@ fn effect(
 }
 
 impl Analysis {
-    /// Errors in choices other than the first, one at a time, and dimensions in them; `None` if `goes_on` reports newer
-    /// work.
+    /// Errors in choices other than the first, one at a time, and dimensions in them; `None` once `goes_on` is false
+    /// because newer work is waiting.
     pub(crate) fn other_variants(&self, goes_on: &mut dyn FnMut() -> bool) -> Option<Others> {
         let (mut own, mut dimensions) = (Diagnostics::default(), BTreeMap::new());
         for variant in self.model.iter().flat_map(|model| &model.variants) {

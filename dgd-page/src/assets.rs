@@ -1,6 +1,6 @@
-//! What is in every page: the style sheet, the script, and uPlot.
+//! Assets of every page: the style sheet, the script, and uPlot.
 
-/// What draws curves: uPlot 1.6.32.
+/// The library that draws curves: uPlot 1.6.32.
 const UPLOT: &str = include_str!("../assets/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../assets/uPlot.min.css");
 const UPLOT_LICENCE: &str = include_str!("../assets/uPlot.LICENSE");
@@ -17,13 +17,13 @@ pub(crate) fn script() -> String {
     format!("{}dgdPage.report();\n", library())
 }
 
-/// What draws charts and sorts tables, with the licence of what others wrote of it.
+/// The code that draws charts and sorts tables, with the licence of third-party parts.
 fn library() -> String {
     format!("\n/*!\n{}\n*/\n{}\n{SCRIPT}", UPLOT_LICENCE.trim(), UPLOT.trim())
 }
 
-/// What a page that a program keeps up to date fetches, by the names of the files: the design of reports, and the
-/// object `dgdPage`, whose functions draw [`LiveCharts`](crate::LiveCharts).
+/// Files that a live page fetches, by name: the style of reports, and the object `dgdPage`, whose functions draw
+/// [`LiveCharts`](crate::LiveCharts).
 pub fn live_assets() -> [(&'static str, String); 2] {
     [("page.css", style()), ("page.js", library())]
 }

@@ -1,4 +1,4 @@
-//! A figure in a page: as a picture to read and print, and as numbers to zoom into.
+//! A figure in a page: as a picture to read and print, and as data for zooming.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -12,28 +12,28 @@ use dgd_signature::number::short;
 use crate::columns::Columns;
 use crate::markup::{Markup, escaped};
 
-/// Which figures of a page are zoomed together, with one cursor.
+/// Which figures of a page share zoom and cursor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Link<'a> {
-    /// Those of one name, whose abscissas mean the same.
+    /// Those with one name, whose abscissas have the same meaning.
     With(&'a str),
-    /// Its own panels alone.
+    /// Only its own panels.
     Alone,
 }
 
-/// Figures of a page that a program keeps up to date, which need not be given what the page has already.
+/// Figures of a live page, which need not be sent data that the page already has.
 #[derive(Debug)]
 pub struct LiveCharts {
     charts: Charts,
 }
 
 impl LiveCharts {
-    /// No figures yet, for a page that has these columns, by their keys.
+    /// Without figures yet, for a page that has the columns with these keys.
     pub fn new(known: BTreeSet<String>) -> Self {
         LiveCharts { charts: Charts { columns: Columns::beside(known), ..Charts::default() } }
     }
 
-    /// A figure under what explains it: the places that the script fills.
+    /// A figure under its caption: elements that the script fills.
     #[must_use]
     pub fn chart(&mut self, figure: &Figure, link: Link<'_>, caption: &Markup) -> Markup {
         if figure.panels.is_empty() {
@@ -42,7 +42,7 @@ impl LiveCharts {
         self.charts.add_with(figure, link, caption, false)
     }
 
-    /// What `dgdPage.mount` takes, once the columns that are `null` were filled in by their `keys`.
+    /// The argument of `dgdPage.mount`, once columns that are `null` are filled in by their `keys`.
     pub fn to_json(&self) -> String {
         format!("{{\"keys\":{},\n{}}}", self.charts.columns.keys_to_json(), self.charts.fields())
     }
@@ -57,12 +57,12 @@ pub(crate) struct Charts {
 }
 
 impl Charts {
-    /// A figure under what explains it.
+    /// A figure under its caption.
     pub(crate) fn add(&mut self, figure: &Figure, link: Link<'_>, caption: &Markup) -> Markup {
         self.add_with(figure, link, caption, true)
     }
 
-    /// The same, also without the picture for those who run no scripts.
+    /// The same, optionally without the picture for readers without scripts.
     fn add_with(
         &mut self,
         figure: &Figure,
@@ -79,7 +79,7 @@ impl Charts {
         Markup::trusted(text)
     }
 
-    /// What the script reads: safe inside its element, whatever the names are.
+    /// The data for the script, safe inside its element whatever the names are.
     pub(crate) fn to_json(&self) -> String {
         format!("{{{}}}", self.fields())
     }
@@ -135,7 +135,7 @@ impl Charts {
             .map(|band| format!("[{},{}]", finite(band.from), finite(band.to)))
             .collect();
         let map = panel.map.as_ref().map(|map| self.map(map));
-        // Of a map, the y axis has places, and the title what is there.
+        // In a map, the y axis shows places, and the title names the quantity.
         let measure = if map.is_some() { &panel.title } else { &panel.y_label };
         format!(
             "{{\"title\":{},\"unit\":{},\"series\":[{}],\"envelopes\":[{}],\"bands\":[{}],\"map\":{}}}",
@@ -170,7 +170,7 @@ impl Charts {
     }
 }
 
-/// The picture, and beside it the places that the script fills: titles, curves, and the value of each at the cursor.
+/// The picture, and the elements that the script fills: titles, curves, and their values at the cursor.
 fn write_figure(
     text: &mut String,
     figure: &Figure,
@@ -218,7 +218,7 @@ fn write_figure(
     writeln!(text, "</div>\n</figure>")
 }
 
-/// What the figure shows, for those who do not see it.
+/// A description of the figure, for readers who cannot see it.
 fn in_words(figure: &Figure) -> String {
     let title = plain(&figure.title);
     let panels: Vec<String> = figure.panels.iter().map(panel_in_words).collect();
@@ -288,7 +288,7 @@ fn hex([red, green, blue]: [u8; 3]) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// The same colour where the page is dark: those that would be too dark have white mixed in.
+/// The colour on a dark page: colours that would be too dark are lightened.
 fn on_dark(colour: [u8; 3]) -> [u8; 3] {
     let [red, green, blue] = colour.map(f64::from);
     // Luma of ITU-R BT.601, 0 … 255.
@@ -297,7 +297,7 @@ fn on_dark(colour: [u8; 3]) -> [u8; 3] {
     colour.map(|part| (f64::from(part) + white * (255.0 - f64::from(part))).round() as u8)
 }
 
-/// A string of JSON that cannot end the element it stands in.
+/// A JSON string that cannot end the element around it.
 pub(crate) fn json_string(text: &str) -> String {
     let mut json = String::from("\"");
     for c in text.chars() {
@@ -404,7 +404,7 @@ mod tests {
     fn colours_on_dark_stay_apart_and_can_be_seen() {
         let own = figure("x").panels[0].series[0].clone();
         let measured = Series { meaning: Meaning::Measured, ..own.clone() };
-        // As many alike as have colours of their own; more are dashed.
+        // As many similar series as there are colours; further ones are dashed.
         let series = [vec![own; 5], vec![measured]].concat();
         let panel = Panel { series, ..Panel::default() };
         let dark: Vec<[u8; 3]> =

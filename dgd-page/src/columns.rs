@@ -1,31 +1,31 @@
-//! The numbers of a page: each column once, with as many digits as can be seen of it.
+//! The numbers of a page: each column once, with as many digits as are visible.
 
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// Columns are told apart to this part of their range: deeper than anyone zooms.
+/// Resolution of a column relative to its range, finer than anyone zooms.
 const RESOLUTION: f64 = 1e-6;
-/// A number has at least so many digits, however small it is beside the others of its column.
+/// Minimum number of significant digits, however small a number is relative to its column.
 const DIGITS: i32 = 5;
 
-/// Columns of numbers, those that are equal once.
+/// Columns of numbers; equal ones are stored once.
 #[derive(Debug, Default)]
 pub(crate) struct Columns {
     texts: Vec<String>,
     places: HashMap<Vec<u64>, usize>,
-    /// By their keys: those that whoever reads them has already, which are left out.
+    /// Keys of columns that the reader already has, which are left out.
     known: Option<BTreeSet<String>>,
     keys: Vec<String>,
 }
 
 impl Columns {
-    /// For someone who has these already.
+    /// Columns for a reader who already has these.
     pub(crate) fn beside(known: BTreeSet<String>) -> Self {
         Columns { known: Some(known), ..Columns::default() }
     }
 
-    /// The place of a column of ordinates, or of abscissas, which keep all of their digits.
+    /// Adds a column of ordinates, or of abscissas, which keep all of their digits, and returns its position.
     pub(crate) fn add(&mut self, values: &[f64], is_exact: bool) -> usize {
         let mut key: Vec<u64> = values.iter().map(|value| value.to_bits()).collect();
         key.push(u64::from(is_exact));
@@ -45,18 +45,18 @@ impl Columns {
         place
     }
 
-    /// What each is known by, as a JSON array.
+    /// The keys of all columns, as a JSON array.
     pub(crate) fn keys_to_json(&self) -> String {
         listed(self.keys.iter().map(|key| format!("\"{key}\"")))
     }
 
-    /// All of them as a JSON array of arrays.
+    /// All columns, as a JSON array of arrays.
     pub(crate) fn to_json(&self) -> String {
         format!("[{}]", self.texts.join(",\n"))
     }
 }
 
-/// A name that columns of other numbers do not have, but by a chance of 1 in 10¹⁹.
+/// A key of a column's numbers, with a collision probability of 1 in 10¹⁹.
 fn key_of(values: &[f64], is_exact: bool) -> String {
     let mut hasher = DefaultHasher::new();
     is_exact.hash(&mut hasher);
@@ -66,13 +66,13 @@ fn key_of(values: &[f64], is_exact: bool) -> String {
     format!("{:016x}", hasher.finish())
 }
 
-/// All digits; null for what is not finite.
+/// Numbers with all digits; null for values that are not finite.
 fn exact(values: &[f64]) -> String {
     let shown = |value: &f64| shortest(*value);
     listed(values.iter().map(shown))
 }
 
-/// As many decimals as its range needs.
+/// Numbers with as many decimals as the column's range needs.
 fn visible(values: &[f64]) -> String {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
@@ -88,7 +88,7 @@ fn visible(values: &[f64]) -> String {
         if (0..=15).contains(&decimals) && value.abs() < 1e15 {
             trimmed(&format!("{value:.*}", decimals.cast_unsigned() as usize))
         } else {
-            // So large or so small that its digits are counted.
+            // So large or so small that significant digits count.
             let digits = (DIGITS + decimals - own).clamp(1, 17).cast_unsigned() as usize - 1;
             format!("{value:.digits$e}").parse().map_or_else(|_| "null".to_owned(), shortest)
         }
@@ -101,7 +101,7 @@ fn decimals(size: f64) -> Option<i32> {
     (size > 0.0 && size.is_finite()).then(|| -(size.log10().floor() as i32))
 }
 
-/// Without zeros behind the last decimal.
+/// Without trailing zeros.
 fn trimmed(text: &str) -> String {
     let short =
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text };
@@ -131,7 +131,7 @@ mod tests {
     fn a_column_has_the_digits_that_can_be_seen() {
         assert_eq!(visible(&[0.0, 1.0 / 3.0, 1.0]), "[0,0.333333,1]");
         assert_eq!(visible(&[100_000.123_456_789, 100_000.25]), "[100000.1234568,100000.25]");
-        // What is small beside the rest keeps its own digits.
+        // A number that is small relative to the rest keeps its own digits.
         assert_eq!(visible(&[1e3, 1.234_567e-5]), "[1000,0.000012346]");
         assert_eq!(visible(&[2e20, 1.234_567_891e20]), "[2e20,1.2345679e20]");
         assert_eq!(visible(&[f64::NAN, -0.0, f64::INFINITY]), "[null,0,null]");
@@ -173,7 +173,7 @@ mod tests {
         let places = [(&[0.0, 1.0][..], true), (&[3.0], false), (&[0.0, 1.0], false)]
             .map(|(values, is_exact)| next.add(values, is_exact));
         assert_eq!(places, [0, 1, 2]);
-        // The same numbers with fewer digits are another column.
+        // The same numbers with fewer digits are a different column.
         assert_eq!(next.to_json(), "[null,\n[3],\n[0,1]]");
         assert!(next.keys_to_json().starts_with(&format!("[{key},")));
     }

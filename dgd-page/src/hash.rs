@@ -1,4 +1,4 @@
-//! SHA-256, for the policy of a page.
+//! SHA-256, for the Content-Security-Policy of a page.
 //!
 //! Source: FIPS 180-4, Secure Hash Standard (2015), §4–6. The constants are the first bits of the fractional parts of
 //! square and cube roots of primes, and are computed as such.
@@ -17,7 +17,7 @@ fn primes() -> [u64; 64] {
     found
 }
 
-/// ⌊2³² r⌋ without its whole part, where r is the `degree`-th root of n.
+/// The first 32 fractional bits of r, the `degree`-th root of n.
 fn root_bits(n: u64, degree: u32) -> u32 {
     // The largest x with xᵈ ≤ n 2³²ᵈ; x < 2³⁹.
     let target = u128::from(n) << (32 * degree);
@@ -91,7 +91,7 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
         .collect()
 }
 
-/// Bytes as base64 (RFC 4648), as a policy names a hash.
+/// Bytes as base64 (RFC 4648), the form of hashes in a policy.
 pub(crate) fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::new();

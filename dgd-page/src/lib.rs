@@ -1,4 +1,4 @@
-//! Pages to open in a browser: one design, no file besides, readable without JavaScript.
+//! Self-contained pages for a browser: one design, readable without JavaScript.
 //!
 //! ```text
 //!   Figure of dgd-plot ─ chart ─┬─► SVG: what is read without JavaScript, and printed
@@ -6,12 +6,12 @@
 //!   text, tables, charts ─ Page ─► one HTML document
 //! ```
 //!
-//! A page takes nothing from anywhere: its Content-Security-Policy allows the one script and the one style sheet that
-//! are in it, by their hashes, and nothing else. Text from outside becomes [`Markup`] by being escaped, and numbers are
-//! data that no script is made of, so that a name like `</script>` is a name. Equal contents give equal bytes.
+//! A page loads nothing: its Content-Security-Policy allows only its own script and style sheet, by their hashes. Text
+//! from outside becomes [`Markup`] by escaping, and numbers are data rather than script, so that a name like
+//! `</script>` is just a name. Equal contents give equal bytes.
 //!
-//! A page that a program keeps up to date is made of the same: [`LiveCharts`] has the figures, [`live_assets`] what
-//! such a page fetches from the program.
+//! A live page, which a program keeps up to date, is made of the same parts: [`LiveCharts`] has the figures,
+//! [`live_assets`] the files that such a page fetches from the program.
 //!
 //! Knows names, units and verdicts only as text; writing the file is the caller's business.
 

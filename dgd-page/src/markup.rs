@@ -1,4 +1,4 @@
-//! Text that may stand in a page: what comes from outside is escaped on the way in.
+//! Markup of a page, in which text from outside is escaped.
 
 use std::fmt;
 
@@ -19,7 +19,7 @@ impl Markup {
         Markup(format!("<code>{}</code>", escaped(text)))
     }
 
-    /// A sentence in which what stands between backticks is code.
+    /// A sentence in which text between backticks is code.
     pub fn prose(sentence: &str) -> Markup {
         let pieces = sentence.split('`').enumerate();
         Markup(
@@ -33,12 +33,12 @@ impl Markup {
         )
     }
 
-    /// What is markup already, and has no text from outside that was not escaped.
+    /// Existing markup, which must not contain unescaped text from outside.
     pub fn trusted(markup: impl Into<String>) -> Markup {
         Markup(markup.into())
     }
 
-    /// It leads to another file of the same folder; only letters, digits, `_`, `-` and points name one.
+    /// Links to another file of the same folder, whose name has only letters, digits, `_`, `-` and dots.
     #[must_use]
     pub fn linked(&self, file: &str) -> Markup {
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-.".contains(c);
@@ -66,7 +66,7 @@ impl Markup {
         Markup(format!("<ul>\n{}</ul>\n", items.concat()))
     }
 
-    /// Names and what there is to say of each.
+    /// A list of names with descriptions.
     pub fn definitions(rows: &[(Markup, Markup)]) -> Markup {
         if rows.is_empty() {
             return Markup::default();
@@ -76,25 +76,25 @@ impl Markup {
         Markup(format!("<dl>\n{}</dl>\n", rows.concat()))
     }
 
-    /// A stretch of the page under a heading.
+    /// A section of the page under a heading.
     pub fn section(heading: &Markup, body: &[Markup]) -> Markup {
         let body: String = body.iter().map(|piece| piece.0.as_str()).collect();
         Markup(format!("<section>\n<h2>{heading}</h2>\n{body}</section>\n"))
     }
 
-    /// Puts another piece behind this one.
+    /// Appends another piece.
     #[must_use]
     pub fn then(mut self, next: &Markup) -> Markup {
         self.0.push_str(&next.0);
         self
     }
 
-    /// Whether nothing is there.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// As it stands in the page.
+    /// The markup as text.
     pub fn as_str(&self) -> &str {
         &self.0
     }
@@ -112,7 +112,7 @@ impl From<&Text> for Markup {
     }
 }
 
-/// Text between tags or within the quotes of an attribute.
+/// Escapes text between tags or within the quotes of an attribute.
 pub(crate) fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {

@@ -1,4 +1,4 @@
-//! A page: its head, its pieces, and what it was made of.
+//! A page: its header, its pieces, and its origin.
 
 use std::fmt::Write;
 
@@ -9,27 +9,27 @@ use crate::chart::{Charts, Link};
 use crate::hash::{base64, sha256};
 use crate::markup::{Markup, escaped};
 
-/// What a headline says, at a glance.
+/// The tone of a headline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
     /// All is well.
     Good,
-    /// Something is wrong, or not known.
+    /// Something is wrong or unknown.
     Doubt,
     /// There is nothing to judge.
     Plain,
 }
 
-/// What a page was made of, and by what.
+/// The inputs of a page, and the program that made it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Origin {
-    /// The command line that makes it again.
+    /// The command line that reproduces it.
     pub command: String,
     /// Version of dgd.
     pub version: String,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Digests of the models, each with what it is called where there are several.
+    /// Digests of the models, each with its name if there are several.
     pub models: Vec<(String, String)>,
     /// The data files with their digests.
     pub data: Vec<(String, Option<String>)>,
@@ -44,12 +44,12 @@ pub struct Page {
 }
 
 impl Page {
-    /// An empty page; the title is that of the window.
+    /// An empty page with this window title.
     pub fn new(title: &str) -> Page {
         Page { title: title.to_owned(), body: String::new(), charts: Charts::default() }
     }
 
-    /// What the page is about, its one sentence, and what follows it on the first screen.
+    /// Adds the subject of the page, its headline, and the rest of the first screen.
     pub fn push_header(&mut self, kind: &Markup, headline: &Markup, tone: Tone, more: &[Markup]) {
         let tone = match tone {
             Tone::Good => "good",
@@ -64,12 +64,12 @@ impl Page {
         );
     }
 
-    /// A piece as it is.
+    /// Adds a piece.
     pub fn push(&mut self, piece: &Markup) {
         self.body.push_str(piece.as_str());
     }
 
-    /// A stretch under a heading; nothing where it has no contents.
+    /// Adds a section under a heading, unless it is empty.
     pub fn push_section(&mut self, heading: &str, body: &[Markup]) {
         if body.iter().any(|piece| !piece.is_empty()) {
             let section = Markup::section(&Markup::prose(heading), body);
@@ -186,7 +186,7 @@ mod tests {
         assert!(page.contains("<h2>Curves of <code>&lt;b&gt;</code></h2>"));
     }
 
-    /// What stands between the first occurrences of two texts.
+    /// The text between the first occurrences of two texts.
     fn between<'a>(text: &'a str, from: &str, to: &str) -> &'a str {
         let rest = text.split_once(from).map_or("", |(_, rest)| rest);
         rest.split_once(to).map_or("", |(inner, _)| inner)
@@ -201,11 +201,11 @@ mod tests {
             assert!(policy.contains(&format!("'sha256-{hash}'")), "{element} {policy}");
         }
         assert!(policy.starts_with("default-src 'none';") && !policy.contains("unsafe"));
-        // Nothing is fetched, and no attribute is a style or a script, which the policy would refuse.
+        // Nothing is fetched, and no attribute contains a style or a script, which the policy would refuse.
         let body = between(&page, "<body>", "<script>");
         let tags = body.split('<').filter_map(|piece| piece.split_once('>'));
         for (tag, _) in tags {
-            // What stands between quotes is text.
+            // Everything between quotes is text.
             let names: Vec<&str> = tag.split('"').step_by(2).collect();
             for refused in [" style=", " on", " src=", " href="] {
                 assert!(!names.concat().contains(refused), "{tag}");

@@ -1,16 +1,16 @@
-//! Tables whose columns a reader may sort.
+//! Tables with sortable columns.
 
 use std::fmt::Write;
 
 use crate::markup::{Markup, escaped};
 
-/// Bytes from which on a cell of words is a sentence, which a narrow screen gives room to.
+/// Length in bytes from which a text cell counts as a sentence, which gets more room on narrow screens.
 const SENTENCE: usize = 40;
 
 /// A table.
 #[derive(Debug, Clone, Default)]
 pub struct Table {
-    /// What it shows, for those who cannot see where it stands.
+    /// Its caption, for readers who cannot see its context.
     pub caption: String,
     /// Heads of the columns.
     pub head: Vec<Markup>,
@@ -22,7 +22,7 @@ pub struct Table {
 #[derive(Debug, Clone, Default)]
 pub struct Cell {
     content: Markup,
-    /// What it is sorted by, where that is a number.
+    /// The number by which it is sorted, if any.
     value: Option<f64>,
     is_number: bool,
 }
@@ -33,14 +33,14 @@ impl Cell {
         Cell { content, value: None, is_number: false }
     }
 
-    /// A number as it is shown, and its value: what has none is sorted behind all that have.
+    /// A number as shown, and its value; cells without a value are sorted last.
     pub fn number(shown: &str, value: Option<f64>) -> Cell {
         let value = value.filter(|value| value.is_finite());
         Cell { content: Markup::text(shown), value, is_number: true }
     }
 }
 
-/// A matrix of numbers from −1 to 1 as a coloured table, for each pair of names; a dash where there is none.
+/// A coloured table of numbers from −1 to 1 for each pair of names, with a dash where there is none.
 pub fn heat_map(
     caption: &str,
     names: &[String],
@@ -84,7 +84,7 @@ fn write_heat_map(
     writeln!(text, "</tbody>\n</table>\n</div>")
 }
 
-/// The class of a number's colour: none for what is close to nothing, and for the diagonal.
+/// The CSS class of a number's colour: empty for numbers close to zero, and for the diagonal.
 fn shade(value: f64, is_diagonal: bool) -> String {
     let depth = [0.3, 0.7, 0.95].iter().filter(|limit| value.abs() > **limit).count();
     let sign = if value < 0.0 { 'n' } else { 'p' };
@@ -105,7 +105,7 @@ impl Table {
         }
     }
 
-    /// The table as a piece of a page; nothing without rows.
+    /// The table as a piece of a page; empty without rows.
     pub fn to_markup(&self) -> Markup {
         if self.rows.is_empty() {
             return Markup::default();
@@ -127,7 +127,7 @@ impl Table {
         for (j, head) in self.head.iter().enumerate() {
             let is_number = self.rows.iter().any(|row| row.get(j).is_some_and(|c| c.is_number));
             let class = if is_number { " class=\"number\"" } else { "" };
-            // A column without a head is one of remarks.
+            // A column without a head contains remarks.
             let tag = if head.is_empty() { "td" } else { "th scope=\"col\"" };
             let end = if head.is_empty() { "td" } else { "th" };
             write!(text, "<{tag}{class}>{head}</{end}>")?;

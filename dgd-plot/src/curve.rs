@@ -1,12 +1,11 @@
-//! From the points of a series to the points that can be seen.
+//! Reduces the points of a series to the visible ones.
 //!
-//! A pixel column keeps, in their order, its first, lowest, highest and last point of each run of
-//! points: the drawn line covers the same pixels as the full one, jumps and single extremes
-//! included. Of dots one per cell of the raster is kept.
+//! A pixel column keeps, in order, the first, lowest, highest and last point of each run of points: the drawn line
+//! covers the same pixels as the full one, including jumps and single extremes. Of dots, one per raster cell is kept.
 
 use crate::scene::Point;
 
-/// Joins points by lines; what is not finite ends a line.
+/// Joins points by lines; a point that is not finite ends a line.
 ///
 /// `columns` is the number of columns per pixel.
 pub(crate) fn lines(points: impl Iterator<Item = Point>, columns: f64) -> Vec<Vec<Point>> {
@@ -41,7 +40,7 @@ fn end(lines: &mut Vec<Vec<Point>>, line: &mut Vec<Point>, column: &mut Option<C
     }
 }
 
-/// The points of a run inside one column, each with its place in the run.
+/// The points of a run inside one column, each with its position in the run.
 struct Column {
     place: f64,
     count: usize,

@@ -1,7 +1,7 @@
-//! From the edges of an envelope to the outlines that can be seen.
+//! Reduces the edges of an envelope to the visible outlines.
 //!
-//! A pixel column keeps its first and its last slice, both as wide as the widest edges between
-//! them: the drawn surface covers the same pixels as the full one.
+//! A pixel column keeps its first and its last slice, both widened to the extreme edges between them: the drawn surface
+//! covers the same pixels as the full one.
 
 use crate::scene::Point;
 
@@ -13,13 +13,13 @@ pub(crate) struct Slice {
     pub(crate) high: f64,
 }
 
-/// Closed outlines around the slices; what is not finite ends one.
+/// Closed outlines around the slices; a slice that is not finite ends one.
 ///
 /// `columns` is the number of columns per pixel.
 pub(crate) fn outlines(slices: impl Iterator<Item = Slice>, columns: f64) -> Vec<Vec<Point>> {
     let mut outlines = Vec::new();
     let mut kept: Vec<Slice> = Vec::new();
-    // Where in `kept` the current column begins, and which it is.
+    // Start of the current column in `kept`, and its number.
     let mut column: Option<(usize, f64)> = None;
     for slice in slices {
         if !(slice.x.is_finite() && slice.low.is_finite() && slice.high.is_finite()) {
@@ -41,7 +41,7 @@ pub(crate) fn outlines(slices: impl Iterator<Item = Slice>, columns: f64) -> Vec
     outlines
 }
 
-/// Takes a slice into the column that begins at `first` and has one or two slices.
+/// Merges a slice into the column that begins at `first` and has one or two slices.
 fn widen(kept: &mut Vec<Slice>, first: usize, slice: Slice) {
     let so_far = kept[first];
     let (low, high) = (so_far.low.min(slice.low), so_far.high.max(slice.high));
@@ -50,7 +50,7 @@ fn widen(kept: &mut Vec<Slice>, first: usize, slice: Slice) {
     kept.push(Slice { x: slice.x, low, high });
 }
 
-/// Along the one edge and back along the other; a lone slice has no inside.
+/// Along one edge and back along the other; a single slice has no interior.
 fn around(slices: &[Slice]) -> Option<Vec<Point>> {
     let there = slices.iter().map(|slice| (slice.x, slice.low));
     let back = slices.iter().rev().map(|slice| (slice.x, slice.high));

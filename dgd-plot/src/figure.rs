@@ -1,4 +1,4 @@
-//! What a figure is made of: panels, series, bands, envelopes and heat maps.
+//! Elements of a figure: panels, series, bands, envelopes and heat maps.
 
 use crate::palette::Meaning;
 use crate::text::Text;
@@ -6,7 +6,7 @@ use crate::text::Text;
 /// Panels on a grid with a common x axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Stands above all panels; may be empty.
+    /// Title above all panels; may be empty.
     pub title: Text,
     /// Width in pixels (of an SVG at its natural size; a PNG has twice as many). The height
     /// follows from the panels.
@@ -23,7 +23,7 @@ impl Figure {
     /// Width of a figure that fills the text width of a page.
     pub const WIDTH: f64 = 800.0;
 
-    /// A figure without a title, of the usual width and grid.
+    /// A figure without a title, with the default width and grid.
     pub fn new(x_label: Text, panels: Vec<Panel>) -> Figure {
         Figure {
             title: Text::default(),
@@ -38,17 +38,17 @@ impl Figure {
 /// One pair of axes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Panel {
-    /// Stands above the axes; may be empty.
+    /// Title above the axes; may be empty.
     pub title: Text,
-    /// Stands left of the axes, upwards; may be empty.
+    /// Label left of the axes, rotated; may be empty.
     pub y_label: Text,
-    /// What is drawn. Two series or more get a legend.
+    /// The series. Two or more get a legend.
     pub series: Vec<Series>,
     /// Shaded windows of x.
     pub bands: Vec<Band>,
-    /// Shaded between two curves, under the series.
+    /// Shaded areas between two curves, under the series.
     pub envelopes: Vec<Envelope>,
-    /// Cells under all of them; the y axis is then that of their places.
+    /// Heat map under everything else; the y axis then shows its places.
     pub map: Option<HeatMap>,
 }
 
@@ -57,44 +57,44 @@ pub struct Panel {
 pub struct HeatMap {
     /// Abscissas, ascending.
     pub x: Vec<f64>,
-    /// Ordinates, ascending: the middles of the cells.
+    /// Ordinates, ascending: the centres of the cells.
     pub places: Vec<f64>,
-    /// For each place the values at `x`; what is not finite has no cell.
+    /// For each place, the values at `x`; a value that is not finite has no cell.
     pub values: Vec<Vec<f64>>,
 }
 
 /// A named sequence of points.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Series {
-    /// What the legend says.
+    /// Name in the legend.
     pub name: Text,
     /// How the points are drawn.
     pub style: Style,
-    /// What it stands for: its colour.
+    /// Its meaning, which gives its colour.
     pub meaning: Meaning,
     /// Abscissas; where `x` and `y` differ in length, the shorter one counts.
     pub x: Vec<f64>,
-    /// Ordinates; what is not finite is a gap.
+    /// Ordinates; a value that is not finite is a gap.
     pub y: Vec<f64>,
-    /// What stands beside some of its points, in its colour: which of several curves ends there.
+    /// Labels beside some of its points, in its colour, for instance at the ends of several curves.
     pub labels: Vec<Label>,
 }
 
 impl Series {
-    /// One of several alike, without labels.
+    /// One of several similar series, without labels.
     pub fn new(name: Text, style: Style, x: Vec<f64>, y: Vec<f64>) -> Series {
         Series { name, style, x, y, ..Series::default() }
     }
 }
 
-/// A text right of a point; drawn where both its coordinates are finite.
+/// A text to the right of a point; drawn if both coordinates are finite.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Label {
     /// Abscissa of the point.
     pub x: f64,
     /// Its ordinate.
     pub y: f64,
-    /// What it says.
+    /// The text.
     pub text: Text,
 }
 
@@ -108,11 +108,11 @@ pub enum Style {
     ThinLine,
     /// Single points, under the lines.
     Dots,
-    /// Single points that stand out, over the lines: where something happens.
+    /// Prominent single points, over the lines: events.
     Marks,
 }
 
-/// A shaded window of x; drawn where it meets the axis.
+/// A shaded window of x; drawn where it overlaps the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Band {
     /// One edge.
@@ -121,12 +121,12 @@ pub struct Band {
     pub to: f64,
 }
 
-/// What lies between two curves: the uncertainty around a line, the noise around zero.
+/// The area between two curves: the uncertainty around a line, the noise around zero.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Envelope {
-    /// What the legend says; one without a name is not in it.
+    /// Name in the legend; without a name it is not in the legend.
     pub name: Text,
-    /// The series of the panel whose colour it has, lighter; grey without.
+    /// The series of the panel whose colour it has, lightened; grey for `None`.
     pub around: Option<usize>,
     /// Abscissas; of lists that differ in length, the shortest counts.
     pub x: Vec<f64>,
@@ -136,7 +136,7 @@ pub struct Envelope {
     pub high: Vec<f64>,
 }
 
-/// How many columns suit a number of panels: one up to three panels, two up to eight, then three.
+/// Number of columns for a number of panels: one up to three panels, two up to eight, then three.
 pub fn columns_for(panels: usize) -> usize {
     match panels {
         0..=3 => 1,

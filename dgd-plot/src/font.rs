@@ -1,4 +1,4 @@
-//! The embedded font: how wide a text is, and the outlines of its glyphs.
+//! The embedded font: widths of texts, and outlines of glyphs.
 
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
@@ -20,8 +20,8 @@ impl Font {
 
     /// Width of one character of size 1.
     pub(crate) fn advance(&self, character: char) -> f64 {
-        // Where the reader's program has to take another font, its width is not known: a square
-        // for the East Asian scripts, an average letter otherwise.
+        // If the viewer must substitute another font, the width is unknown: a square for East Asian scripts, an average
+        // letter otherwise.
         let Some(glyph) = self.face.glyph_index(character) else {
             return if character >= '\u{1100}' { 1.0 } else { 0.6 };
         };
@@ -55,7 +55,7 @@ impl Font {
     }
 }
 
-/// Moves and scales a glyph: (x, y) of the font, y upwards, goes to (x₀ + x·unit, y₀ − y·unit).
+/// Moves and scales a glyph: (x, y) of the font, y upwards, maps to (x₀ + x·unit, y₀ − y·unit).
 struct Placed<'a> {
     pen: &'a mut dyn OutlineBuilder,
     x: f64,
@@ -104,7 +104,7 @@ impl Script {
         }
     }
 
-    /// How far the base line is moved down, relative to the size of the line.
+    /// Downward shift of the baseline, relative to the size of the line.
     pub(crate) fn shift(self) -> f64 {
         match self {
             Script::Base => 0.0,

@@ -1,4 +1,4 @@
-//! Which name belongs to which line, and where there is room to say so.
+//! Legends: their entries, and their placement.
 
 use crate::figure::{Panel, Style};
 use crate::font::Font;
@@ -11,28 +11,28 @@ pub(crate) const ROW_HEIGHT: f64 = 16.0;
 const SIZE: f64 = 12.0;
 const TEXT_COLOUR: Colour = Colour(0x22, 0x22, 0x22);
 pub(crate) const PAPER: Colour = Colour(0xff, 0xff, 0xff);
-/// Length of the piece of line in front of a name, and the space behind it.
+/// Length of the line sample before a name, and the space after it.
 const KEY: f64 = 22.0;
 const KEY_GAP: f64 = 6.0;
-/// Between two names in one row.
+/// Gap between two names in one row.
 const ENTRY_GAP: f64 = 18.0;
-/// More than the width of a letter over its size, on average.
+/// Upper bound on the average width of a letter relative to its size.
 const WIDE: f64 = 0.6;
-/// Around a legend inside the axes.
+/// Padding around a legend inside the axes.
 const PADDING: f64 = 6.0;
 const INSET: f64 = 5.0;
 
-/// Height of the piece of surface in front of a name.
+/// Height of the surface sample before a name.
 const SWATCH: f64 = 9.0;
 
-/// One name with the look of what it names.
+/// An entry: a name with its sample.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Entry {
     name: Text,
     key: Key,
 }
 
-/// What stands in front of a name.
+/// The sample before a name.
 #[derive(Debug, Clone, PartialEq)]
 enum Key {
     Series(Style, Pen),
@@ -75,7 +75,7 @@ impl Entry {
     }
 }
 
-/// The names in a panel: of its series, then of its envelopes.
+/// The entries of a panel: of its series, then of its envelopes.
 pub(crate) fn entries(panel: &Panel) -> Vec<Entry> {
     let series = panel.series.iter().zip(palette::pens(panel)).map(|(series, pen)| Entry {
         name: series.name.clone(),
@@ -88,14 +88,13 @@ pub(crate) fn entries(panel: &Panel) -> Vec<Entry> {
     series.chain(envelopes).filter(|entry| !entry.name.is_empty()).collect()
 }
 
-/// Whether a panel has more than one thing to tell apart.
+/// Whether a panel has more than one element to distinguish.
 pub(crate) fn has_several(panel: &Panel) -> bool {
     let envelopes = panel.envelopes.iter().filter(|envelope| !envelope.name.is_empty());
     panel.series.len() + envelopes.count() > 1
 }
 
-/// The one legend that serves all panels: two or more would have the same, and no panel has a
-/// line that is not in it.
+/// The common legend of all panels, if two or more would have the same, and no panel has a line that is not in it.
 pub(crate) fn common(panels: &[Panel]) -> Option<Vec<Entry>> {
     let mut several = panels.iter().filter(|panel| has_several(panel)).map(entries);
     let first = several.next()?;
@@ -113,7 +112,7 @@ pub(crate) fn common(panels: &[Panel]) -> Option<Vec<Entry>> {
     (is_repeated && serves_all && !first.is_empty()).then_some(first)
 }
 
-/// Names in rows that are no wider than the place they are in.
+/// Entries in rows of limited width.
 pub(crate) struct Rows {
     rows: Vec<Vec<Entry>>,
 }
@@ -144,7 +143,7 @@ impl Rows {
         self.rows.last().map(|row| row_width(row, font))
     }
 
-    /// Draws the rows around the vertical at `middle`, from `top` on.
+    /// Draws the rows centred at `middle`, from `top` down.
     pub(crate) fn draw(&self, font: &Font, middle: f64, top: f64, marks: &mut Vec<Mark>) {
         for (i, row) in self.rows.iter().enumerate() {
             let mut left = middle - 0.5 * row_width(row, font);
@@ -160,7 +159,7 @@ fn row_width(row: &[Entry], font: &Font) -> f64 {
     row.iter().map(|entry| entry.width(font) + ENTRY_GAP).sum::<f64>() - ENTRY_GAP
 }
 
-/// An entry whose name is too long becomes one whose name ends in dots.
+/// Shortens an entry with a name that is too long, which then ends in an ellipsis.
 fn fitted(entry: &Entry, font: &Font, width: f64) -> Option<Entry> {
     let room = width - KEY - KEY_GAP;
     if font.width(&entry.name, SIZE) <= room {
@@ -172,14 +171,14 @@ fn fitted(entry: &Entry, font: &Font, width: f64) -> Option<Entry> {
     Some(Entry { name, ..entry.clone() })
 }
 
-/// Names below each other in a corner of the axes.
+/// Entries below each other in a corner of the axes.
 pub(crate) struct Inset {
     entries: Vec<Entry>,
     place: Rectangle,
 }
 
 impl Inset {
-    /// Looks for a corner of a rectangle from (0, 0) to `size` that no mark touches.
+    /// Finds a corner of a rectangle from (0, 0) to `size` that no mark touches.
     pub(crate) fn find<'a, Marks: Iterator<Item = &'a Mark>>(
         entries: &[Entry],
         font: &Font,
@@ -219,7 +218,7 @@ fn touches(mark: &Mark, place: Rectangle) -> bool {
         }
         Mark::Surface { outlines, .. } => outlines.iter().any(|outline| covers(outline, place)),
         Mark::Dots { centres, .. } => centres.iter().any(|&centre| place.meets(centre, centre)),
-        // A label that stands right of its point.
+        // A label to the right of its point.
         Mark::Text { text, at, size, .. } => {
             let letters: usize = text.runs().iter().map(|run| run.text.chars().count()).sum();
             place.meets(*at, (at.0 + letters as f64 * WIDE * size, at.1))
@@ -228,7 +227,7 @@ fn touches(mark: &Mark, place: Rectangle) -> bool {
     }
 }
 
-/// Whether a closed outline crosses a rectangle or goes around it.
+/// Whether a closed outline crosses or encloses a rectangle.
 fn covers(outline: &[Point], place: Rectangle) -> bool {
     let (x, y) = (place.left, place.top);
     let mut is_inside = false;

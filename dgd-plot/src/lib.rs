@@ -6,13 +6,13 @@
 //!             │ ticks, curve, legend                                  └── png ──► bytes
 //! ```
 //!
-//! Everything is placed by the metrics of one embedded font, so nothing overlaps and the PNG is
-//! the same on every machine; SVG and PDF name families of the same widths. Numbers that are not
-//! finite are gaps, two points at one x are drawn as a vertical jump, and a series with more
-//! points than pixels is reduced to what can be seen of it. Equal figures give equal bytes.
+//! Everything is placed with the metrics of one embedded font, so nothing overlaps and the PNG is the same on every
+//! machine; SVG and PDF name families of the same widths. Numbers that are not finite are gaps, two points at one x are
+//! drawn as a vertical jump, and a series with more points than pixels is reduced to its visible points. Equal figures
+//! give equal bytes.
 //!
-//! Knows names and units only as text: it stands behind the commands and needs neither the
-//! compiler nor the solvers. Writing the file is the caller's business.
+//! Knows names and units only as text, and needs neither the compiler nor the solvers. Writing the file is the caller's
+//! business.
 
 mod curve;
 mod envelope;
@@ -39,17 +39,16 @@ pub fn render_svg(figure: &Figure) -> String {
     svg::write(&layout::scene(figure))
 }
 
-/// The figure as a PDF document of one page, of the size that the SVG has at 96 pixels to an inch.
+/// The figure as a PDF document of one page, with the size of the SVG at 96 pixels per inch.
 pub fn render_pdf(figure: &Figure) -> Vec<u8> {
     pdf::write(&layout::scene(figure))
 }
 
-/// The figure as a PNG image with two pixels to each pixel of the SVG.
+/// The figure as a PNG image with two pixels for each pixel of the SVG.
 ///
 /// # Errors
 ///
-/// [`RasterError`] when the image would be larger than what programs can open; an SVG has no
-/// such limit.
+/// [`RasterError`] if the image would be too large for common programs; an SVG has no such limit.
 pub fn render_png(figure: &Figure) -> Result<Vec<u8>, RasterError> {
     png::encode(&layout::scene(figure))
 }
@@ -60,7 +59,7 @@ mod tests {
 
     fn figure(panels: usize, points: u32) -> Figure {
         let x: Vec<f64> = (0..points).map(f64::from).collect();
-        // Without any smoothness, so that nothing is left out for it.
+        // Noise, so that no points are left out because of smoothness.
         let noise = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 8);
         let y: Vec<f64> = (0..points).map(noise).collect();
         let series = |style| Series::new("x".into(), style, x.clone(), y.clone());

@@ -1,35 +1,35 @@
-//! Which colour stands for what: the one table of it.
+//! The table of colours and their meanings.
 //!
-//! What means the same has the same colour in every panel of every figure. What has no such
-//! meaning is one of several alike, and takes the colour of its place among them.
+//! Series with the same meaning have the same colour in every panel of every figure. A series without such a meaning is
+//! one of several alike, and takes the colour of its position among them.
 
 use crate::figure::{Panel, Style};
 use crate::scene::{Colour, Pen};
 
-/// What a series stands for.
+/// The meaning of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Meaning {
-    /// One of several alike, whose colour follows from its place among them in its panel.
+    /// One of several alike, whose colour follows from its position among them in its panel.
     #[default]
     OneOfSeveral,
-    /// One of several alike that has this place in every panel of the figure.
+    /// One of several alike that has this position in every panel of the figure.
     Variant(usize),
     /// Recorded.
     Measured,
     /// Computed by the model.
     Simulated,
-    /// Measured less computed.
+    /// Measured minus computed.
     Residual,
     /// Computed by a model before it was corrected.
     Before,
     /// Computed by the corrected model.
     After,
-    /// An input, by its place among the model's.
+    /// An input, by its position among the model's.
     Input(usize),
 }
 
-// Okabe and Ito's colours, which people with any of the common colour blindnesses tell apart,
-// without the yellow that is too light for a line on white.
+// Okabe and Ito's colours, which are distinguishable with all common forms of colour blindness, without the yellow,
+// which is too light for a line on white.
 //
 // Source: M. Okabe, K. Ito, *Color Universal Design* (2008), figure 16.
 const BLUE: Colour = Colour(0x00, 0x72, 0xb2);
@@ -40,7 +40,7 @@ const SKY: Colour = Colour(0x56, 0xb4, 0xe9);
 const ORANGE: Colour = Colour(0xe6, 0x9f, 0x00);
 const BLACK: Colour = Colour(0x00, 0x00, 0x00);
 
-/// Of what has a meaning of its own. What a model computes, what it leaves over and the first of several are blue.
+/// Colours of specific meanings. Simulated values, residuals and the first of several are blue.
 static MEANINGS: [(Meaning, Colour); 5] = [
     (Meaning::Measured, BLACK),
     (Meaning::Simulated, BLUE),
@@ -49,7 +49,7 @@ static MEANINGS: [(Meaning, Colour); 5] = [
     (Meaning::After, GREEN),
 ];
 
-// Paul Tol's muted colours, which stand beside those above without being taken for one of them.
+// Paul Tol's muted colours, which are distinguishable from those above.
 //
 // Source: P. Tol, *Colour Schemes* (SRON technical note EPS 09-002, 2021), figure 4.
 const WINE: Colour = Colour(0x88, 0x22, 0x55);
@@ -57,31 +57,32 @@ const OLIVE: Colour = Colour(0x99, 0x99, 0x33);
 const TEAL: Colour = Colour(0x44, 0xaa, 0x99);
 const ROSE: Colour = Colour(0xcc, 0x66, 0x77);
 
-/// Of several alike: none of them stands for anything else.
+/// Colours of several alike: none of them has another meaning.
 static SEVERAL: [Colour; 5] = [BLUE, WINE, OLIVE, TEAL, ROSE];
 
-/// Of inputs.
+/// Colours of inputs.
 static INPUTS: [Colour; 3] = [SKY, ORANGE, PURPLE];
 
-/// What tells lines of the same colour apart.
+/// Dash patterns that distinguish lines of the same colour.
 static DASHES: [&[f32]; 4] = [&[], &[6.0, 3.0], &[2.0, 2.0], &[8.0, 3.0, 2.0, 3.0]];
 
 pub(crate) const DOT_DIAMETER: f64 = 2.6;
 
-/// Of a point that stands out, and of the white around it.
+/// Diameters of a prominent point, and of its white border.
 pub(crate) const MARK_DIAMETER: f64 = 7.0;
 pub(crate) const HALO_DIAMETER: f64 = 9.5;
 
-/// How much white a recorded signal has, so that a line in front of its noise stands out.
+/// Fraction of white in the colour of a recorded signal, so that a line in front of it stands out.
 const TINT: f64 = 0.35;
 
-/// How much white a shaded surface has, so that grid and lines stand out from it.
+/// Fraction of white in the colour of a shaded surface, so that grid and lines stand out.
 const SURFACE_TINT: f64 = 0.72;
 
-/// Of a surface that belongs to no line.
+/// Colour of a surface without a line.
 const GREY: Colour = Colour(0x88, 0x88, 0x88);
 
-/// From the lowest to the highest value of a heat map: lighter is more, also for the colour-blind and on paper.
+/// Colours from the lowest to the highest value of a heat map: lighter is higher, also for colour-blind readers and in
+/// greyscale print.
 ///
 /// Source: Nuñez, Anderton & Renslow, PLoS ONE 13 (2018) e0199239 (cividis).
 static SCALE: [Colour; 10] = [
@@ -97,7 +98,7 @@ static SCALE: [Colour; 10] = [
     Colour(0xff, 0xea, 0x46),
 ];
 
-/// Colours of a heat map.
+/// Number of colours of a heat map.
 pub(crate) const LEVELS: usize = 32;
 
 /// The colour of a level, from 0 to one below [`LEVELS`].
@@ -131,12 +132,12 @@ pub(crate) fn pens(panel: &Panel) -> Vec<Pen> {
     panel.series.iter().map(|series| (series.meaning, series.style)).map(pen).collect()
 }
 
-/// How a series is told from the others of its panel.
+/// How a series is distinguished from the others of its panel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
-    /// Red, green and blue; signals and dots have it with some white.
+    /// Red, green and blue; lightened for signals and dots.
     pub colour: [u8; 3],
-    /// Lengths of dashes and gaps, px; none where the line is whole.
+    /// Lengths of dashes and gaps, px; empty for a solid line.
     pub dashes: &'static [f32],
 }
 
@@ -161,7 +162,7 @@ impl Panel {
     }
 }
 
-/// Colour and dashes of a meaning; the places of those that have none are counted.
+/// Colour and dashes of a meaning; `alike` numbers the series without a specific one.
 fn hue(meaning: Meaning, alike: &mut impl Iterator<Item = usize>) -> (Colour, &'static [f32]) {
     let of_table = |colours: &[Colour], place: usize| {
         (colours[place % colours.len()], DASHES[place / colours.len() % DASHES.len()])
@@ -175,7 +176,7 @@ fn hue(meaning: Meaning, alike: &mut impl Iterator<Item = usize>) -> (Colour, &'
     }
 }
 
-/// The colour of a surface around a series of a panel, or around none.
+/// The colour of a surface around a series of a panel, or of one without a series.
 pub(crate) fn surface(panel: &Panel, around: Option<usize>) -> Colour {
     let mut alike = 0..;
     let hues: Vec<Colour> =
@@ -206,7 +207,7 @@ mod tests {
         let one = pens(&panel(&[Simulated, Measured, Input(1)]));
         let other = pens(&panel(&[OneOfSeveral, Input(1), Before, Measured, After, Simulated]));
         assert_eq!((one[0], one[1], one[2]), (other[5], other[3], other[1]));
-        // And another one has another: what is measured, computed, before, after, and three inputs.
+        // Different meanings have different colours: measured, simulated, before, after, and three inputs.
         let all = [Measured, Simulated, Before, After, Input(0), Input(1), Input(2)];
         let pens = pens(&panel(&all));
         for (i, pen) in pens.iter().enumerate() {
@@ -221,7 +222,7 @@ mod tests {
         let several: Vec<Meaning> = (0..SEVERAL.len()).map(Variant).collect();
         let (meant, several) = (pens(&panel(&meant)), pens(&panel(&several)));
         assert!(several.iter().all(|one| meant.iter().all(|other| other.colour != one.colour)));
-        // The first is what a model computes.
+        // The first has the colour of simulated values.
         assert_eq!(several[0].colour, pens(&panel(&[Simulated]))[0].colour);
     }
 

@@ -12,16 +12,16 @@ use ttf_parser::OutlineBuilder;
 use crate::font::Font;
 use crate::scene::{Anchor, Colour, Direction, Mark, Pen, Point, Scene};
 
-/// Pixels of the image to one of the scene.
+/// Pixels of the image per pixel of the scene.
 const SCALE: f32 = 2.0;
 
 /// Largest width or height that common viewers and drawing libraries open.
 const LARGEST_SIDE: f64 = 32_767.0;
 
-/// A figure cannot become a PNG image.
+/// Why a figure cannot be rendered as a PNG image.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RasterError {
-    /// An image of this size would not be opened by common programs.
+    /// Common programs could not open an image of this size.
     TooLarge {
         /// Pixels from left to right.
         width: f64,
@@ -149,7 +149,7 @@ fn stroke(pen: Pen) -> Stroke {
     }
 }
 
-/// Takes the outlines of glyphs over into a path.
+/// Copies the outlines of glyphs into a path.
 struct Outline(PathBuilder);
 
 impl OutlineBuilder for Outline {

@@ -1,4 +1,4 @@
-//! What is drawn, in pixels from the upper left corner: the last stage that both formats share.
+//! The scene to draw, in pixels from the upper left corner: the last stage shared by all formats.
 
 use crate::text::Text;
 
@@ -16,7 +16,7 @@ pub(crate) enum Mark {
         rectangle: Rectangle,
         colour: Colour,
     },
-    /// Insides of closed outlines.
+    /// Interiors of closed outlines.
     Surface {
         outlines: Vec<Vec<Point>>,
         colour: Colour,
@@ -33,7 +33,7 @@ pub(crate) enum Mark {
     },
     Text {
         text: Text,
-        /// A point of the base line.
+        /// A point of the baseline.
         at: Point,
         anchor: Anchor,
         direction: Direction,
@@ -43,7 +43,7 @@ pub(crate) enum Mark {
 }
 
 impl Mark {
-    /// The same mark, farther right and down.
+    /// The same mark, moved to the right and down.
     pub(crate) fn shifted(&self, by: Point) -> Mark {
         let shift = |point: &Point| (point.0 + by.0, point.1 + by.1);
         match self {
@@ -95,7 +95,7 @@ impl Rectangle {
 
     /// Whether any part of the segment from `a` to `b` lies in the rectangle.
     pub(crate) fn meets(self, a: Point, b: Point) -> bool {
-        // Liang and Barsky: the part of a + s (b − a), 0 ≤ s ≤ 1, inside all four half planes.
+        // Liang–Barsky: the part of a + s (b − a), 0 ≤ s ≤ 1, inside all four half-planes.
         let (dx, dy) = (b.0 - a.0, b.1 - a.1);
         let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
         for (direction, distance) in [
@@ -122,7 +122,7 @@ impl Rectangle {
 pub(crate) struct Pen {
     pub(crate) colour: Colour,
     pub(crate) width: f64,
-    /// Lengths of strokes and gaps in turn; empty for a full line.
+    /// Alternating lengths of dashes and gaps; empty for a solid line.
     pub(crate) dashes: &'static [f32],
 }
 

@@ -72,7 +72,7 @@ fn write_surface(svg: &mut String, outlines: &[Vec<Point>], colour: Colour) -> s
     if outlines.is_empty() {
         return Ok(());
     }
-    // A path that is filled closes by itself.
+    // A filled path closes by itself.
     write!(svg, "<path d=\"")?;
     write_path(svg, outlines)?;
     writeln!(svg, "\" fill=\"{}\"/>", hex(colour))

@@ -1,4 +1,4 @@
-//! Text with subscripts and superscripts, and how names and units become such text.
+//! Text with subscripts and superscripts, and its creation from names and units.
 
 /// A line of text with subscripts and superscripts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -20,23 +20,22 @@ pub(crate) enum Script {
     Superscript,
 }
 
-/// Characters of a name behind its symbol, underscores included, that read as a subscript.
+/// Maximum number of characters after the symbol of a name, including underscores, that become a subscript.
 const LONGEST_SUBSCRIPT: usize = 9;
 
 impl Text {
-    /// Text as it stands.
+    /// Plain text.
     pub fn plain(text: &str) -> Text {
         let mut line = Text::default();
         line.push(text, Script::Base);
         line
     }
 
-    /// A name as papers set it: `h_r` with subscript r, `c0` with subscript 0, `tau_b` with τ,
-    /// an index as a subscript.
+    /// A name typeset as in papers: `h_r` with subscript r, `c0` with subscript 0, `tau_b` with τ, an index as a
+    /// subscript.
     ///
-    /// A subscript is short and belongs to a symbol, which is one or two letters or the name of a
-    /// Greek one: `pump_speed` and `q_of_the_third_pump` stay as they are. The path in front of a
-    /// dotted name stays too.
+    /// A subscript is short and belongs to a symbol of one or two letters or a Greek letter's name: `pump_speed` and
+    /// `q_of_the_third_pump` stay unchanged, as does the path of a dotted name.
     pub fn name(name: &str) -> Text {
         // An argument, as in x(0), belongs to the whole name.
         if let Some(at) = name.find('(') {
@@ -80,7 +79,7 @@ impl Text {
         Text::plain("∂").then(Text::name(of)).then(Text::plain("/∂")).then(Text::name(by))
     }
 
-    /// A unit as papers set it: `m^3/s` with a superscript 3, `Pa*s` with a raised dot.
+    /// A unit typeset as in papers: `m^3/s` with a superscript 3, `Pa*s` with a raised dot.
     pub fn unit(unit: &str) -> Text {
         let mut text = Text::default();
         let mut rest = unit.trim();
@@ -110,7 +109,7 @@ impl Text {
         text
     }
 
-    /// Puts a unit in brackets behind the text; `[–]` stands for a pure number.
+    /// Appends a unit in brackets; `[–]` stands for a dimensionless quantity.
     #[must_use]
     pub fn with_unit(self, unit: &str) -> Text {
         let unit = match unit.trim() {
@@ -193,12 +192,12 @@ fn raised(c: char) -> Option<char> {
     }
 }
 
-/// Text between tags.
+/// Escapes text between tags.
 pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// The exponent at the start of `text`, without its parentheses, and the length it takes there.
+/// The exponent at the start of `text`, without its parentheses, and its length there.
 fn exponent(text: &str) -> (&str, usize) {
     if let Some(inner) = text.strip_prefix('(')
         && let Some(close) = inner.find(')')
@@ -224,7 +223,7 @@ fn greek(name: &str) -> Option<&'static str> {
     GREEK.iter().find(|(spelling, _)| *spelling == name).map(|(_, letter)| *letter)
 }
 
-/// Greek letters that look unlike any Latin one.
+/// Greek letters that differ from all Latin ones.
 static GREEK: &[(&str, &str)] = &[
     ("alpha", "α"),
     ("beta", "β"),

@@ -1,9 +1,8 @@
 //! The range of an axis and the numbers along it.
 //!
-//! The range is that of the data with some room; ticks stand at multiples of 1, 2 or 5 times a
-//! power of ten, and their labels are printed from integers, so that no label shows a rounding
-//! error. What all labels have in common is taken out of them: a power of ten when they are large
-//! or small, an offset when the range is narrow and far from zero:
+//! The range is that of the data with some margin; ticks are at multiples of 1, 2 or 5 times a power of ten, and their
+//! labels are printed from integers, so that no label shows a rounding error. Common parts of labels are factored out:
+//! a power of ten if they are large or small, an offset if the range is narrow and far from zero:
 //!
 //! ```text
 //!   value = label · 10^exponent + offset
@@ -11,7 +10,7 @@
 
 use crate::text::{Script, Text};
 
-/// An axis: maps values to its length and says what stands where.
+/// An axis: maps values to positions, and has ticks with labels.
 #[derive(Debug)]
 pub(crate) struct Axis {
     /// Power of ten near the largest value; the limits are relative to it, so that no range of
@@ -20,35 +19,35 @@ pub(crate) struct Axis {
     low: f64,
     high: f64,
     pub(crate) ticks: Vec<Tick>,
-    /// What all labels lack, such as ×10⁻⁸; mostly empty.
+    /// Common part of all labels, such as ×10⁻⁸; usually empty.
     pub(crate) common: Text,
 }
 
 #[derive(Debug)]
 pub(crate) struct Tick {
-    /// Place along the axis, from 0 to 1.
+    /// Position along the axis, from 0 to 1.
     pub(crate) fraction: f64,
     pub(crate) label: Text,
 }
 
-/// Ranges below this part of the values are rounding errors of a constant: a sum of thousands of
-/// terms is good to 1e-12.
+/// Ranges below this fraction of the values are rounding errors of a constant: a sum of thousands of terms is accurate
+/// to 1e-12.
 const CONSTANT: f64 = 1e-12;
 
-/// Ranges below this part of the values need labels of more than five digits: they are shown
-/// relative to an offset.
+/// Ranges below this fraction of the values would need labels of more than five digits: they are shown relative to an
+/// offset.
 const NARROW: f64 = 1e-4;
 
-/// Part of a step that counts as rounding: above `f64::EPSILON / CONSTANT`, the relative error of
-/// the narrowest range.
+/// Fraction of a step that counts as rounding: above `f64::EPSILON / CONSTANT`, the relative error of the narrowest
+/// range.
 const SLACK: f64 = 1e-3;
 
-/// Numbers below are shown as zero: their reciprocals overflow.
+/// Numbers below this are shown as zero: their reciprocals overflow.
 const SMALLEST: f64 = 1e-300;
 
 impl Axis {
-    /// The axis for values from `low` to `high`, with `room` times the range free at both ends
-    /// and at most `intervals` distances between ticks.
+    /// The axis for values from `low` to `high`, with `room` times the range free at both ends and at most `intervals`
+    /// intervals between ticks.
     ///
     /// Without values (`low > high`, as a minimum and a maximum over nothing) there are no ticks.
     pub(crate) fn new(low: f64, high: f64, room: f64, intervals: u32) -> Axis {
@@ -73,7 +72,7 @@ impl Axis {
         axis
     }
 
-    /// Place of a value along the axis, from 0 to 1 inside its limits.
+    /// Position of a value along the axis, from 0 to 1 inside its limits.
     pub(crate) fn fraction(&self, value: f64) -> f64 {
         (value / self.unit - self.low) / (self.high - self.low)
     }
@@ -82,7 +81,7 @@ impl Axis {
         let (low, high) = (self.low, self.high);
         let mut step = Step::at_least((high - low) / f64::from(intervals));
         let (mut first, mut last) = step.within(low, high);
-        // A finer step where its ticks fit in as well, and in any case two ticks.
+        // Uses a finer step if its ticks still fit, and at least two ticks in any case.
         loop {
             let finer = step.finer();
             let within = finer.within(low, high);
@@ -131,7 +130,7 @@ impl Step {
     fn at_least(distance: f64) -> Step {
         let power = decade_of(distance);
         let leading = distance / power_of_ten(power);
-        // A distance that is 2 up to rounding shall not become 5.
+        // A distance that is 2 up to rounding must not become 5.
         match [1, 2, 5].into_iter().find(|&digit| leading <= digit as f64 * (1.0 + SLACK)) {
             Some(digit) => Step { digit, power },
             None => Step { digit: 1, power: power + 1 },
@@ -154,7 +153,7 @@ impl Step {
     }
 }
 
-/// What the labels of a narrow range are relative to, number·10^power; zero for a wide range.
+/// The offset of the labels of a narrow range, number·10^power; zero for a wide range.
 #[derive(Debug, Clone, Copy)]
 struct Offset {
     number: i64,
@@ -184,7 +183,7 @@ impl Offset {
         self.number * 10_i64.pow(finer)
     }
 
-    /// The offset behind a sign, times 10^decade.
+    /// The offset after a sign, times 10^decade.
     fn text(self, decade: i32) -> Text {
         let sign = if self.number < 0 { "− " } else { "+ " };
         let number = self.number.abs();
@@ -235,7 +234,7 @@ fn decade_of(x: f64) -> i32 {
     }
 }
 
-/// The double next to 10^e: products of rounded powers would differ in the last digit.
+/// The double nearest to 10^e: products of rounded powers would differ in the last digit.
 fn power_of_ten(e: i32) -> f64 {
     format!("1e{e}").parse().unwrap_or(f64::NAN)
 }

@@ -1,10 +1,10 @@
-//! Text in lines of a given width.
+//! Breaks text into lines of a given width.
 
 use crate::font::Font;
 use crate::text::{Script, Text};
 
-/// Breaks the text into lines no wider than `width`: at spaces, else behind a sign, else
-/// anywhere. A line has at least one character.
+/// Breaks the text into lines no wider than `width`: at spaces, else after a punctuation mark, else anywhere. A line
+/// has at least one character.
 pub(crate) fn wrap(text: &Text, font: &Font, size: f64, width: f64) -> Vec<Text> {
     let characters: Vec<(char, Script)> =
         text.runs().iter().flat_map(|run| run.text.chars().map(|c| (c, run.script))).collect();
@@ -23,7 +23,7 @@ pub(crate) fn wrap(text: &Text, font: &Font, size: f64, width: f64) -> Vec<Text>
     lines
 }
 
-/// How many characters go into the first line.
+/// The number of characters in the first line.
 fn line_end(characters: &[(char, Script)], font: &Font, size: f64, width: f64) -> usize {
     let mut used = 0.0;
     let (mut at_space, mut at_sign) = (None, None);

@@ -1,14 +1,14 @@
-//! Answers as JSON: what is in the model, what it gave, and what is wrong with it.
+//! Answers as JSON: the model's controls, results of a run, and errors.
 
 use dgd_work::{Applicable, Simulated, WorkError};
 use serde_json::{Value, json};
 
 use dgd_work::check::{Description, Parameter, VariantChoices};
 
-/// Texts longer than this are not shown around mistakes, bytes.
+/// Maximum length of a text shown around errors, bytes.
 const LONGEST_TEXT: usize = 1 << 20;
 
-/// What can be chosen and set. `written` are the parameters whose values stand in the text of the opened model.
+/// The choices and settings. `written` are the parameters whose values are in the text of the opened model.
 pub(crate) fn controls(
     description: &Description,
     effects: &[Applicable],
@@ -34,7 +34,7 @@ pub(crate) fn controls(
     })
 }
 
-/// What a run gave, in words.
+/// The results of a run, in words.
 pub(crate) fn run(simulated: &Simulated) -> Value {
     let (headline, agreement) = simulated.in_words();
     json!({
@@ -44,7 +44,7 @@ pub(crate) fn run(simulated: &Simulated) -> Value {
     })
 }
 
-/// What is wrong: the same in words, mistakes with their places, and the texts that they are in.
+/// An error: in words, with diagnostics and their locations, and the texts that contain them.
 pub fn of_error(error: &WorkError) -> Value {
     let mistakes = error.mistakes();
     let mut texts = serde_json::Map::new();
@@ -57,7 +57,7 @@ pub fn of_error(error: &WorkError) -> Value {
             }
         }
     }
-    // The page draws the mistakes itself.
+    // The page renders the diagnostics itself.
     let words = match error {
         WorkError::Found(words) | WorkError::Usage(words) | WorkError::Computation(words) => words,
         _ => mistakes.first().map_or("", |mistake| &mistake.message),

@@ -1,51 +1,51 @@
-//! What a page asks for.
+//! Requests of a page.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Deserialize;
 
-/// What is to be done.
+/// The action to perform.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Do {
     /// Simulate.
     #[default]
     Run,
-    /// Derivatives of the outputs.
+    /// Compute derivatives of the outputs.
     Sensitivities,
-    /// Simulate, and keep the curves beside what follows.
+    /// Simulate, and keep the curves for comparison.
     Keep,
-    /// Forget kept curves.
+    /// Discard kept curves.
     Drop,
-    /// Fit what is not fixed.
+    /// Fit all parameters that are not fixed.
     Fit,
 }
 
-/// What a page asks for, with all that is chosen there.
+/// A request of a page, with all its choices.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Ask {
-    /// What is to be done.
+    /// The action to perform.
     #[serde(rename = "do")]
     pub act: Do,
     /// Choices of variants.
     pub variant: BTreeMap<String, String>,
-    /// Effects that are applied.
+    /// Applied effects.
     pub apply: Vec<String>,
-    /// Values of parameters in their declared units; of all others the model's.
+    /// Values of parameters in their declared units; all others have the model's.
     pub values: BTreeMap<String, f64>,
-    /// Numbers of kept curves that are shown, or forgotten.
+    /// Numbers of kept curves to show or discard.
     pub kept: Vec<u32>,
-    /// Keys of columns that the page has.
+    /// Keys of columns that the page already has.
     pub have: BTreeSet<String>,
 }
 
 impl Ask {
-    /// Reads what a page sent.
+    /// Parses a request.
     ///
     /// # Errors
     ///
-    /// What is wrong with it.
+    /// A message about what is wrong with it.
     pub fn read(text: &[u8]) -> Result<Ask, String> {
         serde_json::from_slice(text).map_err(|error| error.to_string())
     }

@@ -1,4 +1,4 @@
-//! What answers a page: models compiled and read once, and the curves that were kept.
+//! Answers a page, with compiled models and kept curves.
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -23,41 +23,41 @@ use crate::figures::{Charts, Kept, of_run, of_sensitivities};
 use crate::stop::Stop;
 use crate::values::Values;
 
-/// Models that stay compiled: a page goes back and forth between a few choices.
+/// Number of models that stay compiled: a page switches between a few choices.
 const MOST_READY: usize = 4;
 
-/// Most curves that can be told apart beside the present ones.
+/// Maximum number of kept curves that are distinguishable beside the current ones.
 const MOST_KEPT: usize = 4;
 
-/// What is compiled: variants and effects.
+/// The choices of a compiled model: variants and effects.
 type Chosen = (BTreeMap<String, String>, Vec<String>);
 
-/// A model that is ready.
+/// A compiled model.
 struct Ready {
     chosen: Chosen,
-    /// The text of the model as it was read.
+    /// The text of the model when it was read.
     text: String,
-    /// Parameters whose values stand in it.
+    /// Parameters whose values are in the text.
     written: Vec<String>,
-    /// What lies beside it.
+    /// Effects that can be applied to it.
     effects: Vec<Applicable>,
     prepared: Prepared,
 }
 
-/// A model that is played with.
+/// A model for interactive use.
 pub struct Bench {
     request: RunRequest,
     ready: Vec<Ready>,
-    /// What was read for a model that has mistakes.
+    /// Files read for a model with errors.
     broken: Vec<PathBuf>,
     kept: Vec<Kept>,
-    /// How many were kept so far.
+    /// Number of curves kept so far.
     count: u32,
     stop: Stop,
 }
 
 impl Bench {
-    /// Of this run; what it chooses and sets is where a page begins.
+    /// A bench for this run, whose choices and settings are the initial ones of a page.
     pub fn new(request: RunRequest) -> Bench {
         Bench {
             request,
@@ -69,13 +69,13 @@ impl Bench {
         }
     }
 
-    /// Another run, of other files perhaps; kept curves stay.
+    /// Switches to another run, possibly of other files; kept curves stay.
     pub fn open(&mut self, request: RunRequest) {
         self.request = request;
         self.forget();
     }
 
-    /// What a page begins with.
+    /// The initial data of a page.
     pub fn first(&self) -> Value {
         let Choices { variant, apply, .. } = &self.request.choices;
         let pairs = variant.iter().filter_map(|text| text.split_once('='));
@@ -85,12 +85,12 @@ impl Bench {
         json!({ "file": model, "data": data, "variant": variant, "apply": apply })
     }
 
-    /// A file has changed: what was read of it is read again when it is needed.
+    /// Discards compiled models after a file has changed; they are read again when needed.
     pub fn forget(&mut self) {
         self.ready.clear();
     }
 
-    /// What was read for the answers so far: these files change them.
+    /// The files on which the answers so far depend.
     pub fn files(&self) -> Vec<PathBuf> {
         let read = self.ready.iter().flat_map(|ready| ready.prepared.files.iter().cloned());
         let mut files: Vec<PathBuf> = read.collect();
@@ -102,12 +102,12 @@ impl Bench {
         files
     }
 
-    /// Stops an answer that is under way.
+    /// A handle to stop the current answer.
     pub fn stop(&self) -> Stop {
         self.stop
     }
 
-    /// The answer to a page, as JSON, of the files as they are now; one that was stopped says that it is overtaken.
+    /// The answer to a page, as JSON, from the current files; a stopped answer says that it is superseded.
     pub fn answer(&mut self, ask: &Ask, files: &dyn FileSystem) -> String {
         let ear = Ear { stop: self.stop, remarks: Mutex::new(Vec::new()) };
         let session = Session::new(&ear).with_files(files);
@@ -206,7 +206,7 @@ impl Bench {
         self.ready[at].prepared.simulate(&values)
     }
 
-    /// The values of parameters that the model has: a page may still have those of an earlier text.
+    /// The values of parameters that the model has: a page may still send those of an earlier text.
     fn known_values<'a>(&self, ask: &'a Ask) -> Vec<(&'a str, f64)> {
         let parameters = self.described(ask).map_or(&[][..], |found| &found.parameters);
         let is_known = |name: &str| parameters.iter().any(|parameter| parameter.name == name);
@@ -214,19 +214,19 @@ impl Bench {
         all.filter(|(name, _)| is_known(name)).collect()
     }
 
-    /// The same as one sets them on a command line.
+    /// The same in command-line form.
     fn settings(&self, ask: &Ask) -> Vec<String> {
         let values = self.known_values(ask).into_iter();
         values.map(|(name, value)| format!("{name}={value:?}")).collect()
     }
 
-    /// Where the model is ready with what is chosen.
+    /// The position of the compiled model with these choices, compiled if necessary.
     fn ready(&mut self, ask: &Ask, session: Session<'_>) -> Result<usize, WorkError> {
         let chosen = chosen_by(ask);
         if let Some(at) = self.ready.iter().position(|ready| ready.chosen == chosen) {
             return Ok(at);
         }
-        // Before it is compiled: of a file that changes meanwhile the older text refuses to be written to.
+        // Read before compilation: if the file changes meanwhile, writing is refused because of the older text.
         let text = read_text(session.files, &self.request.model).unwrap_or_default();
         self.broken.clear();
         let prepared = prepare(&self.request_of(ask), session).inspect_err(|error| {
@@ -245,13 +245,13 @@ impl Bench {
         Ok(self.ready.len() - 1)
     }
 
-    /// What is in the model with what is chosen, where it is ready.
+    /// The description of the model with these choices, if it is compiled.
     fn described(&self, ask: &Ask) -> Option<&Description> {
         let ready = self.ready.iter().find(|ready| ready.chosen == chosen_by(ask))?;
         Some(&ready.prepared.description)
     }
 
-    /// The run with what is chosen; the values of sliders are not in it.
+    /// The run with these choices, without the values of sliders.
     fn request_of(&self, ask: &Ask) -> RunRequest {
         let mut request = self.request.clone();
         let variant = ask.variant.iter().map(|(name, choice)| format!("{name}={choice}"));
@@ -260,7 +260,7 @@ impl Bench {
         request
     }
 
-    /// What is chosen and set in a line.
+    /// Choices and settings in one line.
     fn in_words(&self, ask: &Ask) -> String {
         let parameters = self.described(ask).map(|description| &*description.parameters);
         let value = |(name, value): (&String, &f64)| {
@@ -276,7 +276,7 @@ impl Bench {
     }
 }
 
-/// What tells a text from another one.
+/// A digest that identifies a text.
 pub(crate) fn digest(text: &str) -> String {
     let mut hasher = DefaultHasher::new();
     text.hash(&mut hasher);
@@ -287,7 +287,7 @@ fn chosen_by(ask: &Ask) -> Chosen {
     (ask.variant.clone(), ask.apply.clone())
 }
 
-/// An answer, charts apart, whose numbers are text already.
+/// An answer, with charts kept separate, since their numbers are already text.
 struct Answer {
     all: Value,
     charts: Option<Charts>,
@@ -309,7 +309,7 @@ impl Answer {
     }
 }
 
-/// Hears what is remarked, and stops what is overtaken.
+/// Receives remarks, and stops superseded work.
 #[derive(Debug)]
 struct Ear {
     stop: Stop,
@@ -333,7 +333,7 @@ impl Listener for Ear {
         let words = match remark {
             Remark::Words(words) => words.to_owned(),
             Remark::Diagnostic(diagnostic, sources) => Mistake::of(diagnostic, sources).message,
-            // A kind of remark that is not known yet.
+            // A kind of remark that is not known here.
             _ => return,
         };
         self.remarks.lock().unwrap_or_else(PoisonError::into_inner).push(words);

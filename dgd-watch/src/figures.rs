@@ -1,4 +1,4 @@
-//! The charts of an answer: what was simulated, with what was kept beside it; and sensitivities, output by output.
+//! The charts of an answer: simulated and kept curves, and sensitivities by output.
 
 use std::collections::BTreeSet;
 
@@ -10,27 +10,27 @@ use dgd_work::{Sensitivities, Simulated};
 /// Headings of the figures of a run.
 const HEADINGS: [&str; 3] = ["Outputs", "Measured less simulated", "Other quantities"];
 
-/// All have one time.
+/// All share one time axis.
 const TIME: Link<'static> = Link::With("time");
 
-/// Curves that stay when values change.
+/// Kept curves, which stay when values change.
 #[derive(Debug)]
 pub(crate) struct Kept {
     /// Its number, from 1.
     pub(crate) number: u32,
-    /// What was chosen and set.
+    /// Choices and settings.
     pub(crate) what: String,
     /// The figures of its run.
     pub(crate) figures: [Figure; 3],
 }
 
-/// Sections of a page, and what its script reads.
+/// Sections of a page, and the data for its script.
 pub(crate) struct Charts {
     pub(crate) markup: String,
     pub(crate) json: String,
 }
 
-/// Of a run, with the curves of others beside its own.
+/// Charts of a run, with the curves of others beside its own.
 pub(crate) fn of_run(simulated: &Simulated, kept: &[&Kept], have: &BTreeSet<String>) -> Charts {
     let mut charts = LiveCharts::new(have.clone());
     let mut markup = String::new();
@@ -44,8 +44,8 @@ pub(crate) fn of_run(simulated: &Simulated, kept: &[&Kept], have: &BTreeSet<Stri
     Charts { markup, json: charts.to_json() }
 }
 
-/// Of derivatives: a panel for each output, a line for each parameter, multiplied by it, so that all have the
-/// output's unit; `units` are the outputs' as they are declared.
+/// Charts of derivatives: a panel for each output, a line for each parameter, multiplied by it, so that all have the
+/// output's unit; `units` are the outputs' declared units.
 pub(crate) fn of_sensitivities(
     found: &Sensitivities,
     units: &[&str],
@@ -57,7 +57,7 @@ pub(crate) fn of_sensitivities(
     let mut columns = found.table.columns.iter();
     let mut panels = Vec::new();
     for (trajectory, symbol) in found.trajectories.iter().zip(units) {
-        // A state of the same name may be declared in another unit.
+        // A state of the same name may have another declared unit.
         let unit = parse_unit(symbol).map_or(1.0, |unit| unit.of_differences().factor);
         let own = columns.by_ref().take(each);
         let series = own.enumerate().map(|(k, column)| Series {
@@ -96,7 +96,7 @@ fn push(
     }
 }
 
-/// Adds what another figure has of the same quantities.
+/// Adds the curves of another figure for the same quantities.
 fn lay_beside(figure: &mut Figure, other: &Figure, number: u32) {
     for panel in &mut figure.panels {
         let is_same = |one: &&Panel| one.title == panel.title && one.y_label == panel.y_label;
@@ -107,7 +107,7 @@ fn lay_beside(figure: &mut Figure, other: &Figure, number: u32) {
             .filter(|series| matches!(series.meaning, Meaning::Simulated | Meaning::Residual));
         let added = curves.map(|series| Series {
             name: Text::plain(&format!("kept {number}")),
-            // The first colour of several is that of what is simulated.
+            // The first colour of several is that of simulated values.
             meaning: Meaning::Variant(number as usize),
             style: Style::Line,
             ..series.clone()

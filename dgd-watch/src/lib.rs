@@ -1,4 +1,4 @@
-//! A model as a page that is redrawn on every save, with sliders.
+//! A live page for a model, with sliders, redrawn on every save.
 //!
 //! ```text
 //!   the page (assets/live.js) ── Ask ──► Bench ── answers as JSON ──► charts, controls, mistakes
@@ -6,12 +6,11 @@
 //!                                          └─ Prepared of dgd-work: compiled and read once, run again and again
 //! ```
 //!
-//! A page asks and is answered: it holds what is chosen, and the [`Bench`] holds nothing but what is costly to make
-//! again and the curves that were kept. So the same page and the same answers serve `dgd watch`, where the feature
-//! `server` has them go by HTTP from this machine to this machine, and the playground, where a worker of the browser
-//! is asked.
+//! The page sends requests and holds the choices; the [`Bench`] holds only kept curves and what is expensive to
+//! recompute. So the same page and answers serve `dgd watch`, where the feature `server` transports them by HTTP on the
+//! local machine, and the playground, where a web worker answers.
 //!
-//! What a page may write is one thing: values of parameters into the text of the model that was opened ([`Values`]).
+//! A page can write only one thing: values of parameters into the text of the opened model ([`Values`]).
 
 mod answer;
 mod ask;
@@ -30,7 +29,7 @@ pub use bench::Bench;
 pub use stop::Stop;
 pub use values::{CannotWrite, Values};
 
-/// The parts of the page that all who show it need: names of files, and what is in them.
+/// The files of the page, by name, with their contents.
 pub fn assets() -> Vec<(&'static str, String)> {
     let mut all = dgd_page::live_assets().to_vec();
     all.push(("live.js", include_str!("../assets/live.js").to_owned()));

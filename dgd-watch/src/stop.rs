@@ -1,37 +1,37 @@
-//! How a run that nobody waits for any more is stopped.
+//! Stops a run that nobody waits for any more.
 
 use dgd_runtime::Watched;
 
-/// Stops what a [`Bench`](crate::Bench) is doing, from any thread, before its next step.
+/// Stops the work of a [`Bench`](crate::Bench), from any thread, before its next step.
 #[derive(Debug, Clone, Copy)]
 pub struct Stop {
     watched: &'static Watched,
 }
 
 impl Default for Stop {
-    /// For one bench: runs look at it for as long as the program lives.
+    /// Allocates for the lifetime of the program, since runs read it without a lock.
     fn default() -> Self {
         Stop { watched: Box::leak(Box::default()) }
     }
 }
 
 impl Stop {
-    /// Asks for it.
+    /// Requests a stop.
     pub fn stop(&self) {
         self.watched.stop();
     }
 
-    /// Whether it is asked for.
+    /// Whether a stop is requested.
     pub fn is_asked(&self) -> bool {
         self.watched.is_stopped()
     }
 
-    /// Before something else is begun.
+    /// Clears the request before new work begins.
     pub fn reset(&self) {
         self.watched.reset();
     }
 
-    /// What runs look at.
+    /// The state that runs check.
     pub(crate) fn watched(self) -> &'static Watched {
         self.watched
     }

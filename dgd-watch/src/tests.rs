@@ -1,4 +1,4 @@
-//! The bench, asked as a page asks it.
+//! Tests the bench with requests of a page.
 
 use std::path::PathBuf;
 
@@ -83,7 +83,7 @@ fn kept_curves_stay_beside_what_follows_until_they_are_let_go() {
     assert!((last(&answer, 0) - 6.566_8).abs() < 1e-3);
     let residuals = &answer["charts"]["figures"][1]["panels"][0]["series"];
     assert_eq!(residuals.as_array().map(Vec::len), Some(2));
-    // They are as they were, though the file is another one now.
+    // They are unchanged, although the file has changed.
     let files = files.with("cooling.dgd", MODEL.replace("= 80", "= 40"));
     bench.forget();
     let answer = asked(&mut bench, &files, r#"{"kept":[1]}"#);
@@ -122,7 +122,7 @@ fn mistakes_have_places_and_the_text_around_them() {
     let mistake = &answer["mistakes"][0];
     assert_eq!((&mistake["code"], &mistake["places"][0]["line"]), (&json!("E201"), &json!(6)));
     assert!(answer["texts"]["cooling.dgd"].as_str().is_some_and(|text| text.contains("-S }")));
-    // A value of a parameter that is not there any more is let go of, one beyond the bounds is refused.
+    // The value of a parameter that no longer exists is ignored, one beyond the bounds is refused.
     let answer = asked(&mut bench, &files, r#"{"values":{"gone":1}}"#);
     assert_eq!(answer["mistakes"][0]["code"], json!("E201"));
     let files = files.with("cooling.dgd", MODEL);

@@ -1,4 +1,4 @@
-//! Values of parameters in the text of a model: where they stand, and the same text with others.
+//! Finds and replaces values of parameters in the text of a model.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -13,12 +13,12 @@ use dgd_compiler::syntax::parse;
 #[derive(Debug)]
 pub struct Values {
     text: String,
-    /// Where the value of each stands.
+    /// The span of each value.
     places: BTreeMap<String, Span>,
 }
 
 impl Values {
-    /// Of the text of a model, with these choices of its variants; none of a text with mistakes.
+    /// The values in the text of a model with these choices of variants; empty for a text with errors.
     pub fn of(text: &str, variant: &BTreeMap<String, String>) -> Values {
         let mut places = BTreeMap::new();
         if let Some(ast) = parsed(text) {
@@ -27,17 +27,17 @@ impl Values {
         Values { text: text.to_owned(), places }
     }
 
-    /// The parameters whose values stand in the text.
+    /// The parameters whose values are in the text.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.places.keys().map(String::as_str)
     }
 
-    /// The text with other values, each in the declared unit of its parameter. All else stays as it is; what stands
-    /// behind a value in its line stays in its column where there is room.
+    /// The text with other values, each in the declared unit of its parameter. Everything else is unchanged; text after
+    /// a value in its line keeps its column if there is room.
     ///
     /// # Errors
     ///
-    /// [`CannotWrite`]; nothing is changed then.
+    /// [`CannotWrite`]; nothing is changed.
     pub fn with(&self, values: &BTreeMap<String, f64>) -> Result<String, CannotWrite> {
         let mut edits = Vec::new();
         for (name, value) in values {
@@ -54,19 +54,19 @@ impl Values {
         for (span, value) in edits {
             replace(&mut text, span, value);
         }
-        // A text that was sound and is not any more would be a mistake of ours.
+        // If a valid text became invalid, that would be our bug.
         if parsed(&text).is_none() { Err(CannotWrite::NotSound) } else { Ok(text) }
     }
 }
 
-/// Why values are not written.
+/// Why values cannot be written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CannotWrite {
     /// The parameter is not declared in the file.
     Elsewhere(String),
     /// The value is not a number.
     NotFinite(String),
-    /// What would be written cannot be read again.
+    /// The resulting text would not be valid.
     NotSound,
 }
 
@@ -113,7 +113,7 @@ fn collect(
     }
 }
 
-/// A number as one writes it into a model, with all of its digits.
+/// A number in model notation, with all of its digits.
 fn written(value: f64) -> String {
     match value.abs() {
         size if size != 0.0 && !(1e-4..1e6).contains(&size) => format!("{value:e}"),
@@ -121,7 +121,7 @@ fn written(value: f64) -> String {
     }
 }
 
-/// Puts a value in the place of another. Spaces behind it make up for the difference in length, but one stays.
+/// Replaces a value. Spaces after it compensate for the difference in length, but at least one remains.
 fn replace(text: &mut String, span: Span, value: String) {
     let (start, mut end) = (span.start as usize, span.end as usize);
     let before = text[start..end].chars().count();
@@ -165,7 +165,7 @@ mod tests {
             .replace("K = 1e-3", "K = -0.0625");
         assert_eq!(changed, Ok(expected));
         assert_eq!(own.with(&BTreeMap::new()).as_deref(), Ok(TEXT));
-        // The value of the choice that is chosen.
+        // The value of the chosen alternative.
         let free = Values::of(TEXT, &BTreeMap::from([("flow".to_owned(), "free".to_owned())]));
         assert_eq!(free.with(&values(&[("K", 6.0)])), Ok(TEXT.replace("K = 5", "K = 6")));
     }

@@ -1,4 +1,4 @@
-//! A model with what it imports and a recording of its inputs.
+//! A test case: a model with its imports and a recording of its inputs.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -7,12 +7,12 @@ use std::path::Path;
 
 use crate::prepared::EFFECT;
 
-/// What the oracles judge.
+/// A test case for the oracles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// Text of the model.
     pub model: String,
-    /// Texts of the files that it imports, by path from the model.
+    /// Texts of imported files, by path relative to the model.
     pub files: BTreeMap<String, String>,
     /// The recording, in the form of a CSV file; empty for a model without inputs.
     pub data: String,
@@ -20,15 +20,15 @@ pub struct Case {
     pub until: f64,
 }
 
-/// Rows of a run between its start and end.
+/// Number of rows of a run between its start and end.
 const ROWS: u32 = 20;
 
 impl Case {
-    /// Reads `NAME.dgd`, `NAME.csv` beside it where there is one, and the files that it imports.
+    /// Reads `NAME.dgd`, `NAME.csv` beside it if it exists, and imported files.
     ///
     /// # Errors
     ///
-    /// Where the model cannot be read.
+    /// If the model cannot be read.
     pub fn read(path: &Path) -> io::Result<Case> {
         let model = fs::read_to_string(path)?;
         let data = fs::read_to_string(path.with_extension("csv")).unwrap_or_default();
@@ -55,11 +55,11 @@ impl Case {
         Ok(case)
     }
 
-    /// Writes the case as [`Case::read`] reads it.
+    /// Writes the case in the form that [`Case::read`] reads.
     ///
     /// # Errors
     ///
-    /// Where a file cannot be written.
+    /// If a file cannot be written.
     pub fn write(&self, path: &Path) -> io::Result<()> {
         let folder = path.parent().unwrap_or(Path::new("."));
         fs::create_dir_all(folder)?;
@@ -97,7 +97,7 @@ impl Case {
         (times, names.into_iter().zip(columns).skip(1).collect())
     }
 
-    /// Times of the rows of a run: evenly spread, such that none is a sample.
+    /// Times of the rows of a run, evenly spaced such that none is a sample.
     pub(crate) fn times(&self) -> Vec<f64> {
         (0..=ROWS).map(|k| self.until * (f64::from(k) / f64::from(ROWS))).collect()
     }

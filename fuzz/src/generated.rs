@@ -1,4 +1,4 @@
-//! Many models as generated Rust in one program, which compares them with the interpreter.
+//! Generates a Rust program of many models, which compares them with the interpreter.
 
 use std::fmt::Write;
 
@@ -8,8 +8,8 @@ use dgd_compiler::pipeline::Directions;
 use crate::grammar;
 use crate::prepared::compiled;
 
-/// The text of a program that compares the models of these seeds, and how many they are: those that do
-/// not compile at all are found otherwise.
+/// The text of a program that compares the models of these seeds, and their number: models that do not compile are
+/// found by other oracles.
 pub fn program(seeds: std::ops::Range<u64>, without: &[String]) -> (String, usize) {
     let (mut modules, mut calls, mut count) = (String::new(), String::new(), 0);
     for seed in seeds {
@@ -17,7 +17,7 @@ pub fn program(seeds: std::ops::Range<u64>, without: &[String]) -> (String, usiz
         let made = std::panic::catch_unwind(|| compiled(&case, &Directions::All));
         let Ok(Ok((compiled, sources))) = made else { continue };
         let tokens = generate(&compiled.program, &format!("m{seed}"), &sources).to_string();
-        // Laid out, so that what rustc says of it can be read.
+        // Formatted, so that rustc's messages are readable.
         let text = syn::parse_file(&tokens).map_or(tokens, |file| prettyplease::unparse(&file));
         modules.push_str(&text);
         let _ = writeln!(calls, "    failed |= check({seed}, &m{seed}::Model);");

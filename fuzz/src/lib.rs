@@ -1,6 +1,6 @@
-//! Random valid models, and oracles that find what dgd says wrongly of them.
+//! Random valid models, and oracles that find wrong results of dgd for them.
 
-// NaN differs from everything; rows and columns of several tables share an index.
+// Comparisons are negated because NaN compares false; rows and columns of several tables share an index.
 #![allow(clippy::neg_cmp_op_on_partial_ord, clippy::needless_range_loop)]
 
 pub mod case;

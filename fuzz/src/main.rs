@@ -14,11 +14,11 @@ use dgd_fuzz::grammar;
 use dgd_fuzz::oracle::{Finding, judged, keep_panics};
 use dgd_fuzz::shrink::shrunk;
 
-/// A case that takes longer hangs.
+/// A case that takes longer counts as hanging.
 const HANG: Duration = Duration::from_secs(20);
-/// Memory that no models need, all workers together.
+/// Memory limit of all workers together, more than any models need.
 const MEMORY: u64 = 4 << 30;
-/// Stack of a worker.
+/// Stack size of a worker.
 const STACK: usize = 64 << 20;
 
 #[derive(Default, Clone)]
@@ -51,7 +51,7 @@ fn arguments() -> Result<Arguments, String> {
                 let (a, b) = text.split_once("..").ok_or("--seeds A..B")?;
                 found.seeds = (number(a.to_owned())?, number(b.to_owned())?);
             }
-            // A range that follows from a commit's hash.
+            // A range derived from a commit's hash.
             "--seeds-of" => {
                 let text: String = value()?.chars().take(8).collect();
                 let first = u64::from_str_radix(&text, 16).map_err(|_| "--seeds-of HASH")?;
@@ -110,11 +110,11 @@ fn main() -> ExitCode {
     }
 }
 
-/// What a campaign counts.
+/// Counts of a campaign.
 #[derive(Default)]
 struct Seen {
     cases: u64,
-    /// Findings that are known.
+    /// Number of known findings.
     left_out: u64,
     symptoms: BTreeMap<String, Vec<u64>>,
 }
@@ -123,7 +123,7 @@ fn key(finding: &Finding) -> String {
     format!("{}: {}", finding.oracle, finding.symptom)
 }
 
-/// A campaign that workers share.
+/// A campaign shared by workers.
 struct Campaign {
     arguments: Arguments,
     start: Instant,
@@ -131,7 +131,7 @@ struct Campaign {
     seen: Mutex<Seen>,
 }
 
-/// What a worker is at: a seed, and since when, in ms.
+/// A worker's current seed, and its start time in ms.
 struct Worker {
     seed: AtomicU64,
     since: AtomicU64,
@@ -147,7 +147,7 @@ impl Campaign {
         self.start.elapsed().as_millis() as u64
     }
 
-    /// Judges seeds until there are none, or until this worker was given up.
+    /// Judges seeds until none are left, or until this worker is abandoned.
     fn work(&self, worker: &Worker) {
         let arguments = &self.arguments;
         while !worker.done.load(Ordering::Relaxed) {
@@ -166,7 +166,7 @@ impl Campaign {
         worker.done.store(true, Ordering::Relaxed);
     }
 
-    /// Counts what was found, and keeps the first of each symptom.
+    /// Counts findings, and keeps the first of each symptom.
     fn take(&self, seed: u64, case: &Case, findings: Vec<Finding>) {
         let mut new = Vec::new();
         {
@@ -238,7 +238,7 @@ fn run(arguments: &Arguments) -> ExitCode {
             return ExitCode::FAILURE;
         }
         for worker in &mut workers {
-            // A thread cannot be stopped: it is left to itself, and another one goes on.
+            // A thread cannot be stopped: it is abandoned, and another one continues.
             let since = worker.since.load(Ordering::Relaxed);
             if since < now && now - since > HANG.as_millis() as u64 {
                 worker.done.store(true, Ordering::Relaxed);
@@ -259,7 +259,7 @@ fn run(arguments: &Arguments) -> ExitCode {
     let seen = campaign.seen();
     report(&seen, campaign.start);
     if let Some(path) = &arguments.findings {
-        // As `--open` reads them.
+        // In the form that `--open` reads.
         let mut lines: Vec<(u64, &str)> = (seen.symptoms.iter())
             .flat_map(|(key, seeds)| seeds.iter().map(move |seed| (*seed, key.as_str())))
             .collect();
@@ -275,7 +275,7 @@ fn run(arguments: &Arguments) -> ExitCode {
     if seen.symptoms.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Memory of this process, where the system says it.
+/// Memory of this process, if the system reports it.
 fn resident() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/statm").ok()?;
     let pages: u64 = text.split_whitespace().nth(1)?.parse().ok()?;
@@ -321,10 +321,10 @@ fn shrink(arguments: &Arguments) -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Models of one program: as many as rustc compiles in a minute or two.
+/// Number of models in one program: as many as rustc compiles in a minute or two.
 const BATCH: u64 = 50;
 
-/// Generated Rust against the interpreter, in batches.
+/// Compares generated Rust with the interpreter, in batches.
 fn rust(arguments: &Arguments) -> ExitCode {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
     let file = folder.join("batch.rs");

@@ -1,4 +1,4 @@
-//! A case compiled and loaded.
+//! A compiled and loaded case.
 
 use dgd_compiler::diagnostics::{Diagnostics, Reported, render};
 use dgd_compiler::effects::{Application, Blending, Effect, apply};
@@ -15,14 +15,14 @@ use dgd_runtime::{
 use crate::case::Case;
 use crate::oracle::Finding;
 
-/// Most steps of a run: those of a thousandth of what bounded models need.
+/// Maximum number of steps of a run.
 const MOST_STEPS: usize = 40_000;
 
 /// A case ready to run.
 pub(crate) struct Prepared {
     pub compiled: Compiled,
     pub system: Interpreted,
-    /// Made as it is first used.
+    /// Compiled on first use.
     pub native: Loaded,
     pub inputs: Inputs,
     pub p: Vec<f64>,
@@ -32,7 +32,7 @@ pub(crate) struct Prepared {
 /// The file of an effect that is applied to the model.
 pub(crate) const EFFECT: &str = "applied.dgd";
 
-/// Stages 1 to 4 on a case's text, and on what its effect makes of it.
+/// Runs stages 1 to 4 on a case's text, with its effect applied if there is one.
 pub(crate) fn compiled(
     case: &Case,
     directions: &Directions,
@@ -96,7 +96,7 @@ impl Prepared {
         Problem { system: &self.native, p, inputs: &self.inputs, start: &[] }
     }
 
-    /// A run of this tolerance.
+    /// A run with this tolerance.
     pub(crate) fn run(
         &self,
         p: &[f64],
@@ -114,7 +114,7 @@ impl Prepared {
     }
 }
 
-/// Options of a run by a named method.
+/// Options of a run with a named method.
 pub(crate) fn options(method: &str, tolerance: f64) -> Options {
     Options {
         rtol: tolerance,
@@ -125,7 +125,7 @@ pub(crate) fn options(method: &str, tolerance: f64) -> Options {
     }
 }
 
-/// The recording as a model reads it.
+/// The recording as the model's inputs.
 fn inputs(case: &Case, signature: &Signature) -> Result<Inputs, String> {
     if signature.inputs.is_empty() {
         return Ok(Inputs::none());

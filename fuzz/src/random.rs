@@ -1,9 +1,9 @@
-//! Random numbers that are the same in every run.
+//! Reproducible random numbers.
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-/// A stream of numbers that a seed determines.
+/// A stream of numbers determined by a seed.
 pub(crate) struct Random(Pcg64);
 
 impl Random {

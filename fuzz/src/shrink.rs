@@ -1,4 +1,4 @@
-//! The smallest case that fails as a given one does.
+//! Shrinks a case to the smallest one that fails in the same way.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ use dgd_compiler::syntax::visit::{Part, operands, operands_mut, parts_mut};
 use crate::case::Case;
 use crate::oracle::{Finding, judged};
 
-/// A case that fails in the same way with nothing that can be left out, as far as the time allows.
+/// A case that fails in the same way and cannot be reduced further, as far as time allows.
 pub fn shrunk(case: &Case, finding: &Finding, most: Duration) -> Case {
     let until = Instant::now() + most;
     let oracle: Vec<String> = match finding.oracle {
@@ -45,7 +45,7 @@ fn with(case: &Case, ast: &Ast) -> Case {
     Case { model: print(ast), ..case.clone() }
 }
 
-/// Samples of the recording between the first and the last.
+/// Drops samples of the recording between the first and the last.
 fn drop_rows(best: &mut Case, fails: &impl Fn(&Case) -> bool) {
     let mut row = 2;
     loop {
@@ -73,7 +73,7 @@ fn inner(item: &mut Item) -> Vec<&mut Vec<Item>> {
     }
 }
 
-/// Items one by one, then by twos: an unknown and its equation.
+/// Drops items one by one, then in pairs: an unknown and its equation.
 fn drop_items(best: &mut Case, fails: &impl Fn(&Case) -> bool) {
     let mut at = 0;
     while let Some(ast) = read(&best.model)
@@ -128,7 +128,7 @@ fn number(text: &str) -> Expr {
     Expr { span: Span::default(), kind }
 }
 
-/// Does something with the expression of this number, in the order of the text.
+/// Applies `act` to the expression with this number, in the order of the text.
 fn nth(ast: &mut Ast, wanted: usize, act: &mut dyn FnMut(&mut Expr)) -> bool {
     fn walk(expr: &mut Expr, left: &mut usize, act: &mut dyn FnMut(&mut Expr)) -> bool {
         if *left == 0 {
@@ -155,7 +155,7 @@ fn nth(ast: &mut Ast, wanted: usize, act: &mut dyn FnMut(&mut Expr)) -> bool {
     false
 }
 
-/// What may stand in an expression's place.
+/// Simpler replacements for an expression.
 fn simpler(expr: &Expr) -> Vec<Expr> {
     let mut all: Vec<Expr> = operands(expr).into_iter().cloned().collect();
     match &expr.kind {
@@ -190,7 +190,7 @@ fn simpler(expr: &Expr) -> Vec<Expr> {
         }
         _ => all.push(number("1")),
     }
-    // An expression that binds weaker than its place is printed in parentheses.
+    // An expression that binds more weakly than its context is printed in parentheses.
     all
 }
 

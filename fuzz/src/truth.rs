@@ -1,5 +1,5 @@
-//! What the text of a model means: its expressions evaluated as they are written, by no code that the
-//! compiler has behind its parser and its units.
+//! The meaning of a model's text: evaluates expressions as written, without any code of the compiler beyond its parser
+//! and its units.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -13,22 +13,22 @@ use dgd_compiler::units::parse_unit;
 pub(crate) struct Truth<'a> {
     lets: BTreeMap<&'a str, (&'a Expr, f64, f64)>,
     functions: BTreeMap<&'a str, (Vec<&'a str>, &'a [LocalLet], &'a Expr)>,
-    /// SI units in one of each unit that the model declares.
+    /// Number of SI units in each unit that the model declares.
     units: BTreeMap<&'a str, f64>,
     /// Label, left and right side.
     pub equations: Vec<(&'a str, &'a Expr, &'a Expr)>,
-    /// Name, what it reads, and factor and offset of its unit.
+    /// Name, expression, and factor and offset of the unit.
     pub outputs: Vec<(&'a str, &'a Expr, f64, f64)>,
-    /// What has a bound.
+    /// Unknowns with a bound.
     pub saturated: Vec<&'a str>,
 }
 
-/// Where a model is evaluated, SI.
+/// A point at which a model is evaluated, SI.
 pub(crate) struct Place<'p> {
     pub t: f64,
     /// Unknowns, inputs and parameters by name; derivatives as `der(x)`.
     pub values: &'p BTreeMap<String, f64>,
-    /// How near a comparison came to its other side, relative to both.
+    /// Smallest relative difference between the two sides of a comparison.
     pub margin: Cell<f64>,
 }
 
@@ -38,7 +38,7 @@ fn unit_of_language(unit: Option<&Unit>) -> Option<(f64, f64)> {
     Some((unit.factor, unit.offset))
 }
 
-/// The error function, by its Taylor series or, where that would cancel, as one.
+/// The error function, from its Taylor series; ±1 where it is so to rounding.
 fn error_function(x: f64) -> f64 {
     if x.abs() > 6.0 {
         return x.signum();
@@ -52,7 +52,7 @@ fn error_function(x: f64) -> f64 {
     std::f64::consts::FRAC_2_SQRT_PI * (-x * x).exp() * sum
 }
 
-/// ln Γ(x), by Stirling's series far from zero.
+/// ln Γ(x), from Stirling's series far from zero.
 fn log_gamma(x: f64) -> f64 {
     let (mut x, mut less) = (x, 0.0);
     while x < 30.0 {
@@ -63,7 +63,7 @@ fn log_gamma(x: f64) -> f64 {
     (x - 0.5) * x.ln() - x + 0.5 * (2.0 * std::f64::consts::PI).ln() + series - less
 }
 
-/// The derivative of order n + 1 of ln Γ(x), by its sum, the rest of which is an integral and half a term.
+/// The derivative of order n + 1 of ln Γ(x), from its sum, whose remainder is an integral plus half a term.
 fn polygamma(n: f64, x: f64) -> f64 {
     let (order, many) = (n as i32, 2000);
     let sign = if order % 2 == 0 { -1.0 } else { 1.0 };
@@ -79,7 +79,7 @@ fn polygamma(n: f64, x: f64) -> f64 {
     sign * factorial * (sum + rest)
 }
 
-/// Whether an expression is made of plain numbers, which are in the declared unit.
+/// Whether an expression consists of plain numbers, which are in the declared unit.
 pub(crate) fn is_plain(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::Number { unit, .. } => unit.is_none(),
@@ -136,7 +136,7 @@ impl<'a> Truth<'a> {
         Some(())
     }
 
-    /// Factor and offset of a unit; one that the model declares stands alone.
+    /// Factor and offset of a unit; one that the model declares cannot be combined.
     fn unit_of(&self, unit: Option<&Unit>) -> Option<(f64, f64)> {
         match unit.and_then(|unit| self.units.get(unit.text.as_str())) {
             Some(factor) => Some((*factor, 0.0)),
@@ -144,12 +144,12 @@ impl<'a> Truth<'a> {
         }
     }
 
-    /// An expression in SI; none where it is beyond what is known here.
+    /// The value of an expression in SI; `None` if it is not supported here.
     pub(crate) fn value(&self, expr: &Expr, at: &Place<'_>) -> Option<f64> {
         self.eval(expr, at, &BTreeMap::new())
     }
 
-    /// The value of a declaration: plain numbers are in its unit.
+    /// The value of a declaration, in which plain numbers are in its unit.
     pub(crate) fn declared(
         &self,
         expr: &Expr,
@@ -236,7 +236,7 @@ impl<'a> Truth<'a> {
                     Comparison::GreaterEqual => a >= b,
                 })
             }
-            // All are evaluated, for the margin.
+            // All operands are evaluated, for the margin.
             ExprKind::And(all) => {
                 let all: Option<Vec<f64>> = all.iter().map(of).collect();
                 truth(all?.iter().all(|holds| *holds != 0.0))
@@ -271,7 +271,7 @@ impl<'a> Truth<'a> {
                 }
                 let (a, b) = (*values.first()?, values.get(1).copied().unwrap_or_default());
                 let c = values.get(2).copied().unwrap_or_default();
-                // How near a step is.
+                // Distance to the nearest step.
                 let steps = |x: f64| {
                     at.margin.set(at.margin.get().min((x - x.round()).abs() / x.abs().max(1.0)));
                 };

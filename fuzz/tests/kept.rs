@@ -1,4 +1,4 @@
-//! Models that failed once, through all oracles.
+//! Runs all oracles on models that failed once.
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ fn kept_models_hold() {
     }
 }
 
-/// A seed gives one model, whatever was made before it.
+/// A seed always gives the same model, whatever was generated before.
 #[test]
 fn models_follow_from_their_seeds() {
     let first: Vec<Case> = (0..20).map(|seed| dgd_fuzz::grammar::case(seed, &[])).collect();
@@ -32,7 +32,7 @@ fn models_follow_from_their_seeds() {
     }
 }
 
-/// Every form of the table is written by some seed.
+/// Every form of the table is used by some seed.
 #[test]
 fn every_row_of_the_table_is_used() {
     let all: String = (0..3000).map(|seed| dgd_fuzz::grammar::case(seed, &[]).model).collect();

@@ -10,9 +10,9 @@ use crate::text::Text;
 use crate::ticks::Axis;
 use crate::wrap::wrap;
 
-/// What stands under the lowest axes of a column.
+/// The labels under the lowest axes of a column.
 pub(super) struct Footer {
-    /// Lines of the label, then its place below the axes.
+    /// Lines of the label, then its position below the axes.
     label: Vec<Text>,
     common_line: f64,
     axes_width: f64,
@@ -26,8 +26,7 @@ impl Footer {
         let line = LINE_HEIGHT * LABEL_SIZE;
         let first_width = label.first().map_or(0.0, |first| font.width(first, LABEL_SIZE));
         let common_width = font.width(&x.common, TICK_SIZE);
-        // The power of ten of the x axis stands at its end, on the first line of the label or,
-        // where that is too long, below.
+        // The power of ten of the x axis is at its end, on the first line of the label or, if that is too long, below.
         let is_beside = 0.5 * first_width + TEXT_GAP + common_width <= 0.5 * axes_width;
         let common_lines = if x.common.is_empty() {
             0

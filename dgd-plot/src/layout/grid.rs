@@ -1,4 +1,4 @@
-//! Which panel stands where, and where the columns are.
+//! The grid of panels, and the positions of its columns.
 
 use super::labels;
 use super::panel::PlacedPanel;
@@ -7,7 +7,7 @@ use super::style::{COLUMN_GAP, LABEL_GAP, LABEL_SIZE, LINE_HEIGHT, MARGIN, TICK_
 use crate::figure::Figure;
 use crate::font::Font;
 
-/// Which panel stands where.
+/// The grid of panels.
 pub(super) struct Grid {
     pub(super) rows: usize,
     pub(super) columns: usize,
@@ -40,7 +40,7 @@ impl Grid {
     }
 }
 
-/// Horizontal places of the columns.
+/// Horizontal positions of the columns.
 pub(super) struct Columns {
     pub(super) lefts: Vec<f64>,
     pub(super) axes_width: f64,
@@ -63,7 +63,7 @@ impl Columns {
                 (label + tick_widths[c] + TICK_GAP + TICK_LENGTH).ceil()
             })
             .collect();
-        // Of the labels of curves that end at the right edge, and of scales of colours.
+        // Width of the labels of curves that end at the right edge, and of colour scales.
         let beside = |panel: &PlacedPanel, font: &Font| {
             let scale = panel.map.as_ref().map_or(0.0, |map| map.width(font));
             scale.max(labels::width(panel.panel, font))

@@ -1,14 +1,14 @@
-//! Texts beside points of a panel's series.
+//! Labels beside points of a panel's series.
 
 use super::style::{HALF_DIGIT, TICK_SIZE};
 use crate::figure::{Label, Panel};
 use crate::font::Font;
 use crate::scene::{Anchor, Direction, Mark, Pen, Point};
 
-/// Between a point and its text.
+/// Gap between a point and its text.
 const GAP: f64 = 6.0;
 
-/// Least distance of the base lines of two texts that would overlap.
+/// Minimum distance of the baselines of two texts that would overlap.
 const DISTANCE: f64 = 1.15 * TICK_SIZE;
 
 /// Room right of the axes for the labels of curves that end at their right edge.
@@ -18,7 +18,7 @@ pub(super) fn width(panel: &Panel, font: &Font) -> f64 {
     if widest > 0.0 { widest + GAP } else { 0.0 }
 }
 
-/// How often texts are moved apart; where there is room a few times are enough.
+/// Maximum number of rounds of moving texts apart; with enough room a few suffice.
 const ROUNDS: usize = 20;
 
 /// The labels of a panel whose axes go from (0, 0) to `size`, each right of its point; texts that
@@ -90,7 +90,7 @@ mod tests {
         let mut at_edge: Vec<Point> = marks.iter().map(at).filter(|at| at.0 > 100.0).collect();
         at_edge.sort_by(|a, b| a.1.total_cmp(&b.1));
         assert!(at_edge[1].1 - at_edge[0].1 >= DISTANCE - 1e-6, "{at_edge:?}");
-        // Both in the room that is kept for them, and around where they belong.
+        // Both are within the room reserved for them, and near their points.
         assert!(font.width(&Text::plain("2000 rpm"), TICK_SIZE) + GAP <= width(&panel, &font));
         let middle = 0.5 * (at_edge[0].1 + at_edge[1].1) - HALF_DIGIT * TICK_SIZE;
         assert!((middle - 51.0).abs() < 1e-6, "{middle}");

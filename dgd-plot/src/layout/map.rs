@@ -1,4 +1,4 @@
-//! Heat maps: cells in the colours of their values, and the scale of colours beside them.
+//! Heat maps: cells coloured by their values, and the colour scale beside them.
 
 use super::style::{AXIS, HALF_DIGIT, TICK_GAP, TICK_LENGTH, TICK_SIZE, Y_TICK_DISTANCE};
 use super::style::{HEADER_GAP, label_width, range, text};
@@ -8,14 +8,14 @@ use crate::palette;
 use crate::scene::{Anchor, Mark, Point, Rectangle};
 use crate::ticks::Axis;
 
-/// Between the axes and the scale, and the width of the scale.
+/// Gap between the axes and the scale, and the width of the scale.
 const GAP: f64 = 10.0;
 const SCALE_WIDTH: f64 = 12.0;
 
-/// Pixels that a column of cells is wide.
+/// Width of a column of cells, in pixels.
 const CELL: usize = 2;
 
-/// A map on its way to the page.
+/// A heat map during layout.
 pub(super) struct PlacedMap<'a> {
     map: &'a HeatMap,
     scale: Axis,
@@ -27,7 +27,7 @@ impl<'a> PlacedMap<'a> {
         PlacedMap { map, scale: Axis::new(low, high, 0.0, (height / Y_TICK_DISTANCE) as u32) }
     }
 
-    /// The axis of places: half a cell beyond the first and the last one.
+    /// The axis of places, which extends half a cell beyond the first and the last.
     pub(super) fn places(&self, height: f64) -> Axis {
         let places = &self.map.places;
         let edges = || {
@@ -44,7 +44,7 @@ impl<'a> PlacedMap<'a> {
         Axis::new(low, high, 0.0, (height / Y_TICK_DISTANCE) as u32)
     }
 
-    /// Room right of the axes.
+    /// Width reserved right of the axes.
     pub(super) fn width(&self, font: &Font) -> f64 {
         let beside = TICK_LENGTH + TICK_GAP + label_width(&self.scale, font);
         let common = font.width(&self.scale.common, TICK_SIZE);
@@ -53,7 +53,7 @@ impl<'a> PlacedMap<'a> {
 
     /// The cells, relative to the upper left corner of the axes.
     ///
-    /// Each level covers all that is at least as high, so that no paper shines through between two.
+    /// Each level covers everything at least as high, so that no background shows between two.
     pub(super) fn cells(&self, x: &Axis, y: &Axis, size: Point) -> Vec<Mark> {
         let columns = self.columns(x, size.0);
         let rows = self.rows(y, size.1);
@@ -79,7 +79,7 @@ impl<'a> PlacedMap<'a> {
         levels.map(mark).collect()
     }
 
-    /// For each column of cells the sample nearest to its middle; none beyond the first and last.
+    /// For each column of cells, the sample nearest to its centre; `None` beyond the first and last.
     fn columns(&self, x: &Axis, width: f64) -> Vec<Option<usize>> {
         let at: Vec<f64> = self.map.x.iter().map(|&at| x.fraction(at) * width).collect();
         let (Some(&first), Some(&last)) = (at.first(), at.last()) else { return Vec::new() };
@@ -97,8 +97,7 @@ impl<'a> PlacedMap<'a> {
         (0..(width / CELL as f64).ceil() as usize).map(nearest).collect()
     }
 
-    /// Rows of values that can be seen, each with its upper and lower edge in whole pixels: of several in one
-    /// pixel the first.
+    /// Visible rows of values, each with its upper and lower edge in whole pixels: of several in one pixel, the first.
     fn rows(&self, y: &Axis, height: f64) -> Vec<(&'a [f64], [f64; 2])> {
         let places = &self.map.places;
         let place = |value: f64| (1.0 - y.fraction(value)) * height;
@@ -156,7 +155,7 @@ mod tests {
     use super::*;
     use crate::scene::Colour;
 
-    /// Covered area of each colour, with what later marks hide taken off.
+    /// Visible area of each colour, without parts hidden by later marks.
     fn shown(cells: &[Mark]) -> Vec<(Colour, f64)> {
         let area =
             |outline: &Vec<Point>| (outline[1].0 - outline[0].0) * (outline[2].1 - outline[1].1);
@@ -185,7 +184,7 @@ mod tests {
         let highest = palette::of_level(palette::LEVELS - 1);
         let lowest = palette::of_level(0);
         assert_eq!(shown(&cells), [(lowest, 5000.0), (highest, 2500.0)]);
-        // The highest is up and left.
+        // The highest is at the upper left.
         let Some(Mark::Surface { outlines, colour }) = cells.last() else { unreachable!() };
         assert_eq!((outlines[0][0], outlines[0][2], *colour), ((0.0, 0.0), (50.0, 50.0), highest));
     }

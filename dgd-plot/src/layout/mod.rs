@@ -1,6 +1,6 @@
-//! From a figure to marks in pixels.
+//! Lays out a figure as marks in pixels.
 //!
-//! Sizes follow from each other in one pass, because each needs only what stands before it:
+//! Sizes follow from each other in one pass, because each needs only those before it:
 //!
 //! ```text
 //!   height of the axes ─► y ticks ─► width left of the axes ─► width of the axes ─► x ticks
@@ -85,7 +85,7 @@ pub(crate) fn scene(figure: &Figure) -> Scene {
     Scene { width, height: (bottom + MARGIN).round(), marks }
 }
 
-/// A single row may be higher than rows that share a page.
+/// A single row may be taller than rows that share a page.
 fn axes_height(width: f64, grid: &Grid) -> f64 {
     let column = width / grid.columns as f64;
     let height = match grid.rows {
@@ -95,7 +95,7 @@ fn axes_height(width: f64, grid: &Grid) -> f64 {
     height.round()
 }
 
-/// The common x axis, with as many ticks as their labels leave room for.
+/// The common x axis, with as many ticks as fit with their labels.
 fn x_axis(figure: &Figure, font: &Font, width: f64) -> Axis {
     let series = figure.panels.iter().flat_map(|panel| &panel.series);
     let maps = figure.panels.iter().filter_map(|panel| panel.map.as_ref());

@@ -1,4 +1,4 @@
-//! One pair of axes with its curves, its labels and what stands above it.
+//! One pair of axes with its curves, its labels and its header.
 
 use super::labels;
 use super::map::PlacedMap;
@@ -16,7 +16,7 @@ use crate::ticks::Axis;
 use crate::wrap::wrap;
 use crate::{curve, envelope, palette};
 
-/// A panel on its way to the page; curves are relative to the upper left corner of the axes.
+/// A panel during layout; curves are relative to the upper left corner of the axes.
 pub(super) struct PlacedPanel<'a> {
     pub(super) panel: &'a Panel,
     pub(super) y: Axis,
@@ -34,16 +34,16 @@ pub(super) struct PlacedPanel<'a> {
 pub(super) struct Header {
     title: Vec<Text>,
     legend: Option<legend::Rows>,
-    /// Room between title and legend.
+    /// Gap between title and legend.
     between: f64,
     pub(super) height: f64,
-    /// Free above the axes: the power of ten may need a line of its own.
+    /// Free space above the axes: the power of ten may need a line of its own.
     lift: f64,
 }
 
 impl<'a> PlacedPanel<'a> {
     pub(super) fn new(panel: &'a Panel, font: &Font, height: f64) -> PlacedPanel<'a> {
-        // Values without a place on the x axis are not drawn.
+        // Values without a finite abscissa are not drawn.
         let points = panel.series.iter().flat_map(|series| series.x.iter().zip(&series.y));
         let edges = panel.envelopes.iter().flat_map(|envelope| {
             let edge = |values| envelope.x.iter().zip(values);
@@ -87,7 +87,7 @@ impl<'a> PlacedPanel<'a> {
                 Style::Marks => return marked(curve::dots(points, budget as usize), pen),
                 Style::Line | Style::ThinLine => curve::lines(points, columns),
             };
-            // A point between two gaps has no line to lie on.
+            // A point between two gaps is not on any line, and is drawn as a dot.
             let (alone, lines): (Vec<_>, Vec<_>) =
                 lines.into_iter().partition(|line| line.len() == 1);
             vec![Mark::Lines { lines, pen }, dots(alone.into_iter().flatten().collect(), pen)]
@@ -103,7 +103,7 @@ impl<'a> PlacedPanel<'a> {
             Mark::Surface { outlines, colour: palette::surface(self.panel, shaded.around) }
         };
         let surfaces: Vec<Mark> = self.panel.envelopes.iter().map(surface).collect();
-        // Measured below simulated: both stay visible.
+        // Measured below simulated, so that both stay visible.
         let is_below = |series: &Series| matches!(series.style, Style::Dots | Style::ThinLine);
         let pens = palette::pens(self.panel);
         let penned = || pens.iter().copied().zip(&self.panel.series);
@@ -135,7 +135,7 @@ impl<'a> PlacedPanel<'a> {
         let rows = above.then(|| legend::Rows::new(&entries, font, size.0));
         let title = wrap(&self.panel.title, font, TITLE_SIZE, size.0);
 
-        // The power of ten stands left above the axes, on the lowest line if there is room.
+        // The power of ten is at the upper left of the axes, on the lowest line if there is room.
         let lowest = match (&rows, title.last()) {
             (Some(rows), _) => rows.last_width(font),
             (None, Some(line)) => Some(font.width(line, TITLE_SIZE)),
@@ -172,7 +172,7 @@ impl<'a> PlacedPanel<'a> {
         let x_ticks = x.ticks.iter().map(|tick| (left + tick.fraction * size.0).round());
         let y_place = |fraction: f64| bottom - fraction * size.1;
         let y_ticks = self.y.ticks.iter().map(|tick| y_place(tick.fraction).round());
-        // Lines across cells would hide some.
+        // Grid lines would hide cells.
         if !self.y.ticks.is_empty() && self.map.is_none() {
             let verticals = x_ticks.clone().map(|x| vec![(x, top), (x, bottom)]);
             let horizontals = y_ticks.clone().map(|y| vec![(left, y), (right, y)]);
@@ -260,7 +260,7 @@ fn dots(centres: Vec<Point>, pen: Pen) -> Mark {
     Mark::Dots { centres, diameter: palette::DOT_DIAMETER, colour: pen.colour }
 }
 
-/// Large points with some white around them.
+/// Large points with a white border.
 fn marked(centres: Vec<Point>, pen: Pen) -> Vec<Mark> {
     let paper = legend::PAPER;
     let halo =

@@ -1,4 +1,4 @@
-//! Sizes, distances and colours of a figure, and how a text of it is placed.
+//! Sizes, distances and colours of a figure, and the placement of its texts.
 
 use crate::font::Font;
 use crate::scene::{Anchor, Colour, Direction, Mark, Pen, Point};
@@ -9,31 +9,31 @@ pub(super) const TICK_SIZE: f64 = 12.0;
 pub(super) const LABEL_SIZE: f64 = 13.0;
 pub(super) const TITLE_SIZE: f64 = 14.0;
 pub(super) const FIGURE_TITLE_SIZE: f64 = 16.0;
-/// Distance of base lines, relative to the size.
+/// Distance of baselines, relative to the size.
 pub(super) const LINE_HEIGHT: f64 = 1.45;
-/// From the base line to half the height of a digit, and to the lowest descender.
+/// Distance from the baseline to half the height of a digit, and to the lowest descender.
 pub(super) const HALF_DIGIT: f64 = 0.36;
 pub(super) const DESCENT: f64 = 0.25;
 
-/// Around the figure.
+/// Margin around the figure.
 pub(super) const MARGIN: f64 = 10.0;
-/// Between the axes of one column and the labels of the next, and between rows.
+/// Gap between the axes of one column and the labels of the next, and between rows.
 pub(super) const COLUMN_GAP: f64 = 24.0;
 pub(super) const ROW_GAP: f64 = 16.0;
-/// Above the axes.
+/// Gap above the axes.
 pub(super) const HEADER_GAP: f64 = 7.0;
 pub(super) const TICK_LENGTH: f64 = 4.0;
 pub(super) const TICK_GAP: f64 = 3.0;
 pub(super) const LABEL_GAP: f64 = 6.0;
-/// Free between two texts on one line.
+/// Gap between two texts on one line.
 pub(super) const TEXT_GAP: f64 = 10.0;
 
-/// Free at both ends of a y axis, relative to the range of the data.
+/// Free space at both ends of a y axis, relative to the range of the data.
 pub(super) const Y_ROOM: f64 = 0.05;
-/// Pixels between ticks.
+/// Minimum distance between ticks, in pixels.
 pub(super) const X_TICK_DISTANCE: f64 = 45.0;
 pub(super) const Y_TICK_DISTANCE: f64 = 30.0;
-/// A figure narrower than this per column has no room for axes.
+/// Minimum width per column that leaves room for axes.
 pub(super) const NARROWEST_COLUMN: f64 = 180.0;
 /// Points per panel: about ten bytes each in an SVG.
 pub(super) const POINT_BUDGET: f64 = 20_000.0;

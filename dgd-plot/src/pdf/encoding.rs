@@ -1,17 +1,17 @@
-//! Which code a character has in the fonts that every reader of PDF has.
+//! Character codes in the fonts that every PDF reader has.
 //!
 //! Sources: ISO 32000-1:2008, annexes D.2 and D.5; widths from Adobe's metrics of Symbol.
 
-/// Where a character is found.
+/// The font and code of a character.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Code {
     /// Helvetica, whose widths are those of the embedded font.
     Latin(u8),
-    /// Symbol, and its width there, thousandths of the size.
+    /// Symbol, with the width there in thousandths of the size.
     Symbol(u8, f64),
 }
 
-/// The code of a character; none where neither font has it.
+/// The code of a character; `None` if neither font has it.
 pub(super) fn code(character: char) -> Option<Code> {
     match character {
         ' '..='~' | '\u{a0}'..='\u{ff}' => u8::try_from(u32::from(character)).ok().map(Code::Latin),
@@ -25,7 +25,7 @@ pub(super) fn code(character: char) -> Option<Code> {
     }
 }
 
-/// Codes of WinAnsiEncoding that are not those of Unicode.
+/// Codes of WinAnsiEncoding that differ from Unicode.
 static LATIN: [(char, u8); 16] = [
     ('€', 0x80),
     ('…', 0x85),

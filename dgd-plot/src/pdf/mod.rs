@@ -1,7 +1,7 @@
 //! A scene as a PDF document of one page.
 //!
-//! Text stays text: Latin letters in Helvetica, Greek ones and operators in Symbol, which every reader of PDF has, so
-//! that no font is in the file. What neither has is drawn with the outlines of the embedded font.
+//! Text stays text: Latin letters in Helvetica, Greek ones and operators in Symbol, which every PDF reader has, so the
+//! file contains no fonts. Characters that neither has are drawn as outlines of the embedded font.
 //!
 //! Source: ISO 32000-1:2008, sections 7.5, 8.4, 8.5 and 9.4, annex D.
 
@@ -16,10 +16,10 @@ use flate2::write::ZlibEncoder;
 use crate::font::Font;
 use crate::scene::{Colour, Mark, Pen, Point, Rectangle, Scene};
 
-/// Points of the page to a pixel of the scene: 96 pixels are an inch.
+/// Points of the page per pixel of the scene: 96 pixels are an inch.
 const POINTS: f64 = 0.75;
 
-/// Deflate's usual trade of time for size.
+/// Deflate's default compression level.
 const LEVEL: u32 = 6;
 
 pub(crate) fn write(scene: &Scene) -> Vec<u8> {
@@ -49,9 +49,9 @@ pub(crate) fn write(scene: &Scene) -> Vec<u8> {
     ])
 }
 
-/// Objects numbered from 1, of which the first is the catalogue, with the table of where each is.
+/// Objects numbered from 1, of which the first is the catalogue, with the table of their offsets.
 fn document(objects: &[Vec<u8>]) -> Vec<u8> {
-    // Bytes above 127 in the second line: programs that send it on see that it is binary.
+    // Bytes above 127 in the second line mark the file as binary for transfer programs.
     let mut file = b"%PDF-1.4\n%\xe2\xe3\xcf\xd3\n".to_vec();
     let mut places = Vec::with_capacity(objects.len());
     for (i, object) in objects.iter().enumerate() {
@@ -80,7 +80,7 @@ fn deflated(bytes: &[u8]) -> Vec<u8> {
 }
 
 fn write_content(out: &mut String, scene: &Scene) -> fmt::Result {
-    // From here on as in the scene: pixels from the upper left corner, y downwards.
+    // From here on coordinates are those of the scene: pixels from the upper left corner, y downwards.
     let height = number(scene.height * POINTS);
     writeln!(out, "{POINTS} 0 0 -{POINTS} 0 {height} cm 1 j")?;
     let font = Font::embedded();
@@ -135,7 +135,7 @@ fn write_line(out: &mut String, line: &[Point]) -> fmt::Result {
     Ok(())
 }
 
-/// A line of no length with round ends is a dot.
+/// A line of zero length with round ends is a dot.
 fn write_dots(out: &mut String, centres: &[Point], diameter: f64, colour: Colour) -> fmt::Result {
     if centres.is_empty() {
         return Ok(());
@@ -157,7 +157,7 @@ fn pair(point: Point) -> String {
     format!("{} {}", number(point.0), number(point.1))
 }
 
-/// To a hundredth, without zeros at the end.
+/// A number to a hundredth, without trailing zeros.
 fn number(x: f64) -> String {
     trimmed(&format!("{x:.2}"))
 }

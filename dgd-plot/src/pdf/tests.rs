@@ -1,4 +1,4 @@
-//! Against what the standard says of files, read back by a parser of a few lines.
+//! Tests of files against the standard, read back by a parser of a few lines.
 
 use std::io::Read as _;
 
@@ -81,12 +81,12 @@ fn marks_become_operators_in_the_pixels_of_the_scene() {
 #[test]
 fn text_is_text_in_two_fonts_and_what_has_no_code_is_drawn() {
     let content = content(&write(&scene()));
-    // τ of Symbol at the line's start, its subscript smaller and lower.
+    // τ in Symbol at the line's start, its subscript smaller and lower.
     assert!(content.contains("1 0 0 -1 40 50 Tm <74> Tj"), "{content}");
     assert!(content.contains("BT /H 7.2 Tf 1 0 0 -1") && content.contains(" 52 Tm (b) Tj ET"));
     assert!(content.contains("( \\(\\260C\\) ) Tj"), "{content}");
     assert!(content.contains("<2d> Tj") && content.contains("(\\275 \\\\ ) Tj"), "{content}");
-    // Cyrillic is in neither: a path that is filled.
+    // Cyrillic is in neither font: a filled path.
     let drawn = content.lines().find(|line| line.starts_with("q 1 0 0 1 "));
     assert!(drawn.is_some_and(|line| line.contains(" m ") && line.ends_with("f Q")), "{content}");
     assert!(content.contains("0 -1 -1 0 40 50 Tm (up) Tj ET"), "{content}");

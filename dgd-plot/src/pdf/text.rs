@@ -1,4 +1,4 @@
-//! Lines of text: pieces of one font each, and outlines of what no font has.
+//! Lines of text: pieces of one font each, and outlines of characters that no font has.
 
 use std::fmt::{self, Write};
 
@@ -10,11 +10,11 @@ use crate::font::Font;
 use crate::scene::{Anchor, Direction, Point};
 use crate::text::Text;
 
-/// What the page calls Helvetica and Symbol.
+/// Resource names of Helvetica and Symbol in the page.
 pub(super) const LATIN: &str = "H";
 pub(super) const SYMBOL: &str = "S";
 
-/// Where a line of text is, and which way it goes.
+/// Position and direction of a line of text.
 pub(super) struct Placed {
     pub(super) at: Point,
     pub(super) anchor: Anchor,
@@ -22,7 +22,7 @@ pub(super) struct Placed {
 }
 
 impl Placed {
-    /// A point so far along the line and below it, in the scene.
+    /// The point of the scene at a distance along the line and below it.
     fn point(&self, along: f64, below: f64) -> Point {
         match self.direction {
             Direction::Rightwards => (self.at.0 + along, self.at.1 + below),
@@ -30,7 +30,7 @@ impl Placed {
         }
     }
 
-    /// Where the axes of text go: y upwards from the line.
+    /// Directions of the axes of text: y upwards from the line.
     fn axes(&self) -> &'static str {
         match self.direction {
             Direction::Rightwards => "1 0 0 -1",
@@ -38,7 +38,7 @@ impl Placed {
         }
     }
 
-    /// Where those of outlines go: y downwards from the line.
+    /// Directions of the axes of outlines: y downwards from the line.
     fn outline_axes(&self) -> &'static str {
         match self.direction {
             Direction::Rightwards => "1 0 0 1",
@@ -76,7 +76,7 @@ pub(super) fn write(
             match kind {
                 Some(Code::Latin(_)) => write_latin(out, piece, em, at, placed)?,
                 Some(Code::Symbol(code, width)) => {
-                    // As wide as the embedded font has it, by which all is placed.
+                    // Stretched to the width in the embedded font, with which everything is placed.
                     let stretch = 100.0 * font.advance(first) / (width / 1000.0);
                     let (axes, at) = (placed.axes(), pair(at));
                     write!(out, "BT /{SYMBOL} {} Tf {} Tz ", number(em), number(stretch))?;
@@ -113,14 +113,14 @@ fn write_latin(out: &mut String, piece: &str, em: f64, at: Point, placed: &Place
     writeln!(out, ") Tj ET")
 }
 
-/// Takes the outlines of glyphs over into a path.
+/// Copies the outlines of glyphs into a path.
 struct Outline<'a> {
     out: &'a mut String,
     last: (f64, f64),
 }
 
 impl Outline<'_> {
-    /// Points and their operator; the last one is where the pen is then.
+    /// Writes points and their operator; the pen is then at the last point.
     fn push(&mut self, points: &[(f64, f64)], operator: &str) {
         for point in points {
             self.out.push_str(&pair(*point));
@@ -146,7 +146,7 @@ impl OutlineBuilder for Outline<'_> {
     }
 
     fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
-        // The same curve as a cubic one: its handles are two thirds of the way to the quadratic's.
+        // The same curve as a cubic: its control points are two thirds of the way to the quadratic's.
         let (handle, end) = (wide(x1, y1), wide(x, y));
         let toward = |from: (f64, f64)| {
             (from.0 + 2.0 / 3.0 * (handle.0 - from.0), from.1 + 2.0 / 3.0 * (handle.1 - from.1))

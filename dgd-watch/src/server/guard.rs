@@ -1,8 +1,8 @@
-//! Who is answered: this machine's own pages that know the secret.
+//! Access control: only local pages that know the secret are answered.
 //!
-//! The secret stands behind the `#` of the address, which no browser sends anywhere; the page sends it as a header,
-//! which a page of another origin cannot without being allowed to, and nobody is. `Host` is compared as a name may be
-//! made to lead here (DNS rebinding), and then the page that it brings would be of our origin.
+//! The secret is in the fragment of the address, which browsers do not send; the page sends it as a header, which pages
+//! of other origins cannot do without permission, and none is given. `Host` is checked because a foreign name may
+//! resolve to this machine (DNS rebinding), and its page would then be of our origin.
 
 use std::io;
 use std::sync::Arc;
@@ -14,24 +14,24 @@ use axum::response::{IntoResponse, Response};
 
 use super::Shared;
 
-/// The header that has the secret.
+/// The header with the secret.
 const SECRET: HeaderName = HeaderName::from_static("x-dgd-secret");
 
-/// Bytes of the secret.
+/// Length of the secret in bytes.
 const BYTES: usize = 16;
 
-/// All that a page may load is the server's own.
+/// A page may load only the server's own files.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// What requests are compared with.
+/// The data against which requests are checked.
 pub(super) struct Guard {
     secret: String,
     port: u16,
 }
 
 impl Guard {
-    /// With a new secret.
+    /// A guard with a new secret.
     pub(super) fn new(port: u16) -> io::Result<Guard> {
         let mut bytes = [0; BYTES];
         getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
@@ -39,17 +39,17 @@ impl Guard {
         Ok(Guard { secret, port })
     }
 
-    /// Where the page is, with the secret.
+    /// The address of the page, with the secret.
     pub(super) fn address(&self) -> String {
         format!("http://127.0.0.1:{}/#{}", self.port, self.secret)
     }
 
-    /// Whether this is a host of ours, and its port.
+    /// Whether this is our host and port.
     fn is_own_host(&self, host: &str) -> bool {
         ["127.0.0.1", "localhost"].iter().any(|name| host == format!("{name}:{}", self.port))
     }
 
-    /// Why a request is refused, whatever it asks for.
+    /// Why a request is refused, regardless of its target.
     fn refusal(&self, method: &Method, headers: &HeaderMap) -> Option<(StatusCode, &'static str)> {
         let text = |name| headers.get(name).map(|value: &HeaderValue| value.to_str().unwrap_or(""));
         if method != Method::GET && method != Method::POST {
@@ -73,7 +73,7 @@ impl Guard {
         None
     }
 
-    /// Whether these are the secret's bytes; how long it takes says nothing of them.
+    /// Whether these are the secret's bytes, compared in constant time.
     fn is_secret(&self, given: &[u8]) -> bool {
         let own = self.secret.as_bytes();
         let pairs = own.iter().zip(given);
@@ -81,7 +81,7 @@ impl Guard {
     }
 }
 
-/// Refuses what is not from here, and has nothing kept or read elsewhere.
+/// Refuses requests from elsewhere, and forbids caching and use by other origins.
 pub(super) async fn verify(
     State(shared): State<Arc<Shared>>,
     request: Request,
@@ -103,7 +103,7 @@ pub(super) async fn verify(
     response
 }
 
-/// Refuses who does not know the secret.
+/// Refuses requests without the secret.
 pub(super) async fn want_secret(
     State(shared): State<Arc<Shared>>,
     request: Request,

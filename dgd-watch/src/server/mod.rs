@@ -1,15 +1,15 @@
-//! The server of `dgd watch`: from this machine to this machine, and to nobody without the secret.
+//! The server of `dgd watch`: local only, and protected by a secret.
 //!
 //! | | |
 //! |---|---|
-//! | `GET /` and the files of [`assets`](crate::assets) | the page, in which there is nothing of the model |
-//! | `GET /first` | what the page begins with |
+//! | `GET /` and the files of [`assets`](crate::assets) | the page, without any of the model's contents |
+//! | `GET /first` | the page's initial data |
 //! | `POST /ask` | an [`Ask`], answered by the [`Bench`] |
 //! | `POST /write` | values into the text of the model: [`write`] |
 //! | `GET /events` | server-sent events: a file has changed |
 //!
-//! All but the files want the secret ([`guard`]). Runs are made one after another by a thread of their own; one whose
-//! page has gone away or asked for something else is given up, and so is one whose files changed.
+//! All requests except for the files need the secret ([`guard`]). A separate thread makes runs one after another; a run
+//! is abandoned if its page has gone away or sent a new request, or if its files changed.
 
 mod guard;
 mod poll;
@@ -42,19 +42,19 @@ use crate::bench::Bench;
 use crate::stop::Stop;
 use guard::Guard;
 
-/// What is served, and who watches.
+/// State shared by requests and threads.
 struct Shared {
     bench: Mutex<Bench>,
     guard: Guard,
     model: PathBuf,
-    /// What the last answer was made of.
+    /// The files of the last answer.
     files: Mutex<Vec<PathBuf>>,
-    /// Counts on with every change of a file.
+    /// Incremented on every change of a file.
     changes: watch::Sender<u64>,
     stop: Stop,
-    /// The question that is being answered.
+    /// The request that is being answered.
     current: Mutex<Option<u64>>,
-    /// Questions so far.
+    /// Number of requests so far.
     count: AtomicU64,
     assets: Vec<(&'static str, String)>,
 }
@@ -64,7 +64,7 @@ impl Shared {
         self.bench.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A file has changed: who runs gives up, and what was read is read again.
+    /// Handles a changed file: abandons the current run, and makes files be read again.
     fn changed(&self) {
         self.give_up(|_| true);
         self.bench().forget();
@@ -75,14 +75,14 @@ impl Shared {
         self.current.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Stops what is being answered, if it is one of these.
+    /// Stops the request that is being answered, if `is_meant` holds.
     fn give_up(&self, is_meant: impl Fn(u64) -> bool) {
         if self.current().is_some_and(is_meant) {
             self.stop.stop();
         }
     }
 
-    /// Answers one question after another; none of whom nobody waits for.
+    /// Answers one request after another, except those that nobody waits for.
     fn answer(&self, number: u64, ask: &Ask, is_gone: &AtomicBool) -> String {
         let mut bench = self.bench();
         {
@@ -97,7 +97,7 @@ impl Shared {
         *self.current() = None;
         let mut files = self.watched();
         files.extend(bench.files());
-        // A folder is another one when a file comes or goes.
+        // A folder changes when a file is added or removed.
         files.extend(Some(effects_of(&self.model)).filter(|folder| folder.is_dir()));
         files.sort();
         files.dedup();
@@ -109,16 +109,16 @@ impl Shared {
     }
 }
 
-/// Where the effects of a model lie.
+/// The folder of a model's effects.
 fn effects_of(model: &Path) -> PathBuf {
     model.with_file_name("effects")
 }
 
-/// Serves a model until the process ends. `tell` is given the address with the secret once pages can be fetched.
+/// Serves a model until the process ends. Passes the address with the secret to `tell` once pages can be fetched.
 ///
 /// # Errors
 ///
-/// The port is taken, or the system gives none, or no secret.
+/// If the port is taken, or the system provides no port or no secret.
 pub fn serve(request: RunRequest, port: u16, tell: impl FnOnce(&str)) -> io::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(async {
@@ -200,7 +200,7 @@ async fn first(State(shared): State<Arc<Shared>>) -> Response {
     json_response(StatusCode::OK, shared.bench().first().to_string())
 }
 
-/// Waits for an answer; when it is dropped, as the page went away or asks for something else, nobody does.
+/// Represents the wait for an answer; dropped when the page goes away or sends a new request.
 struct Waits {
     shared: Arc<Shared>,
     number: u64,

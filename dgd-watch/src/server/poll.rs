@@ -1,7 +1,7 @@
-//! Looks at the files that answers were made of, ten times a second.
+//! Polls the files of answers ten times a second.
 //!
-//! Asking the system for a file's time takes a microsecond or so, works on every file system, networks included, and
-//! sees a file that an editor puts in the place of another one, which notifications about the old one do not.
+//! Querying a file's time takes about a microsecond, works on every file system including network ones, and detects
+//! files that an editor replaces, which notifications about the old file do not.
 
 use std::fs;
 use std::path::PathBuf;
@@ -11,16 +11,16 @@ use std::time::{Duration, SystemTime};
 
 use super::Shared;
 
-/// From one look to the next.
+/// Polling interval.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// A file that is being replaced may be missing for so many looks.
+/// Number of polls for which a file that is being replaced may be missing.
 const MISSING: u32 = 5;
 
-/// When a file was written, and its length; nothing of one that is not there.
+/// A file's modification time and length; `None` if it does not exist.
 type Seen = (PathBuf, Option<(SystemTime, u64)>);
 
-/// Begins to look, in a thread of its own, until the server is gone.
+/// Starts polling in a separate thread, until the server is gone.
 pub(super) fn begin(shared: &Arc<Shared>) {
     let shared = Arc::downgrade(shared);
     thread::spawn(move || {
@@ -52,7 +52,7 @@ fn look(files: &[PathBuf]) -> Vec<Seen> {
     files.iter().map(one).collect()
 }
 
-/// Whether a file that was looked at before is another one now.
+/// Whether a previously seen file has changed.
 fn has_changed(last: &[Seen], now: &[Seen]) -> bool {
     now.iter()
         .any(|(file, seen)| last.iter().any(|(other, before)| other == file && before != seen))

@@ -1,4 +1,4 @@
-//! Requests as the page makes them, and as others might.
+//! Requests as the page sends them, and as others might.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -19,7 +19,7 @@ const MODEL: &str = "model cooling\n\
     equation cooling: tau*der(T) = -T\n\
     output T [K] noise 0.1\n";
 
-/// A server of its own for a test, which ends with the process.
+/// A separate server for a test, which ends with the process.
 struct Served {
     port: u16,
     secret: String,
@@ -27,7 +27,7 @@ struct Served {
     _folder: tempfile::TempDir,
 }
 
-/// What came back.
+/// A reply.
 struct Reply {
     status: u16,
     head: String,
@@ -63,7 +63,7 @@ impl Served {
         stream
     }
 
-    /// A request with these lines of a head.
+    /// A request with these header lines.
     fn raw(&self, first: &str, head: &[String], body: &str) -> Reply {
         let length = format!("Content-Length: {}", body.len());
         let head = [&[first.to_owned()], head, &[length, "Connection: close".to_owned()]].concat();
@@ -75,7 +75,7 @@ impl Served {
         Reply { status, head: head.to_ascii_lowercase(), body: body.to_owned() }
     }
 
-    /// As the page sends it, with other lines behind what it says of itself.
+    /// A request as the page sends it, with additional header lines.
     fn own(&self, first: &str, more: &[String], body: &str) -> Reply {
         let head = [format!("Host: {}", self.host()), format!("X-Dgd-Secret: {}", self.secret)];
         self.raw(first, &[&head, more].concat(), body)
@@ -217,7 +217,7 @@ fn a_save_is_told_and_the_next_answer_has_it() {
         }
     };
     hear("text/event-stream");
-    // The time of a file may be whole milliseconds, or more.
+    // File times may have a resolution of milliseconds or worse.
     thread::sleep(Duration::from_millis(250));
     let began = Instant::now();
     fs::write(&served.model, MODEL.replace("= 80", "= 40")).expect("the folder is writable");
@@ -235,7 +235,7 @@ fn an_effect_that_comes_is_offered() {
     fs::create_dir(&effects).expect("the folder is writable");
     let offered = || served.asked("{}")["controls"]["effects"].as_array().map(Vec::len);
     assert_eq!(offered(), Some(0));
-    // It is looked at every tenth of a second.
+    // It is polled every tenth of a second.
     thread::sleep(Duration::from_millis(250));
     let text =
         "effect heat on cooling\nkind plant\nparameter P [K] = 1\nnull P = 0\nadd P to cooling\n";

@@ -1,4 +1,4 @@
-//! Values into the text of the opened model: nothing else is ever written.
+//! Writes values into the text of the opened model, and nothing else.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -17,15 +17,15 @@ use super::{Shared, json_response};
 use crate::bench::digest;
 use crate::values::Values;
 
-/// What is to be written.
+/// The request to write.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Wanted {
     /// Values in the declared units.
     values: BTreeMap<String, f64>,
-    /// The choices of variants in which they are declared.
+    /// The choices of variants that declare them.
     variant: BTreeMap<String, String>,
-    /// Of the text that the page knows.
+    /// Digest of the text that the page knows.
     digest: String,
 }
 
@@ -45,7 +45,7 @@ pub(super) async fn write(State(shared): State<Arc<Shared>>, body: Bytes) -> Res
     }
 }
 
-/// Writes the values into a file, whole or not at all, if it has the text that the page knows.
+/// Writes the values into a file, atomically, if it has the text that the page knows.
 fn write_into(path: &Path, wanted: &Wanted) -> Result<(), String> {
     let shown = path.display();
     let text =

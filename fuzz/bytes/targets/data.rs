@@ -1,4 +1,4 @@
-//! Any bytes as a recording: it is read or refused.
+//! Arbitrary bytes as a recording: it is read or refused.
 #![no_main]
 
 use dgd_data as data;

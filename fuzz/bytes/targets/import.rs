@@ -1,4 +1,4 @@
-//! Any bytes as a file that a model imports, and as the model that imports it: a zero byte parts them.
+//! Arbitrary bytes as an imported file and the model that imports it, separated by a zero byte.
 #![no_main]
 
 use dgd_compiler::diagnostics::{Diagnostics, render};

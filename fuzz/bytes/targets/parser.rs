@@ -1,5 +1,5 @@
-//! Any bytes as a model: it is read or refused, what is read prints as itself, and the rest of the
-//! compiler says what is wrong with it.
+//! Arbitrary bytes as a model: it is read or refused, a parsed model prints as itself, and the rest of the compiler
+//! reports errors without a panic.
 #![no_main]
 
 use dgd_compiler::diagnostics::{Diagnostics, render};

@@ -1,4 +1,4 @@
-//! Any bytes behind the header of a journal of results, from which a run goes on.
+//! Arbitrary bytes after the header of a journal of results, from which a run resumes.
 #![no_main]
 
 use std::fs;
@@ -8,7 +8,7 @@ use dgd_identify::journal::Digest;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let path = std::env::temp_dir().join(format!("dgd-fuzz-{}.journal", std::process::id()));
-    // What a run of its own begins with.
+    // The header of a new journal.
     let _ = fs::remove_file(&path);
     if let Ok((journal, _)) = RunJournal::open(path.clone(), Digest::EMPTY, Opening::Anew) {
         journal.leave();
@@ -20,13 +20,13 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         _ => text.extend(bytes),
     }
     if fs::write(&path, text).is_ok() {
-        // Another file of its name is kept.
+        // An unrelated file of that name is kept.
         let Ok((journal, _)) = RunJournal::open(path.clone(), Digest::EMPTY, Opening::Resume) else {
             return;
         };
         journal.leave();
         drop(journal);
-        // A torn record is dropped: the second time nothing is.
+        // A truncated record is dropped; the second time nothing is.
         let kept = fs::read(&path).unwrap_or_default();
         let again = RunJournal::open(path.clone(), Digest::EMPTY, Opening::Resume).expect("a journal");
         again.0.leave();

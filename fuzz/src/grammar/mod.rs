@@ -1,9 +1,8 @@
-//! Random valid models: [`table`](table::TABLE) says what they are made of and how often, a row for each
-//! form of the language.
+//! Generates random valid models: [`table`](table::TABLE) has a row with a weight for each form of the language.
 //!
-//! Models are valid by construction. Expressions are plain numbers, made of quantities over their sizes,
-//! or quantities of one dimension; equations are bounded, so that solutions stay of the size of one; an
-//! unknown's equation is monotone in it and reads those before it, so that the structure is regular.
+//! Models are valid by construction. Expressions are dimensionless, made of quantities divided by their sizes, or
+//! quantities of one dimension; equations are bounded, so that solutions stay of order one; an unknown's equation is
+//! monotone in it and reads only earlier ones, so that the structure is regular.
 
 mod quantity;
 mod table;
@@ -17,7 +16,7 @@ use crate::random::Random;
 use quantity::{Kind, Known, SCALES, Scale};
 pub use table::{Place, TABLE};
 
-/// The random model of a seed, without the rows of the table that are named.
+/// The random model of a seed, without the named rows of the table.
 pub fn case(seed: u64, without: &[String]) -> Case {
     let mut writer = Writer::new(seed, without);
     writer.model(seed)
@@ -36,7 +35,7 @@ pub(crate) enum Reads {
     Loop,
 }
 
-/// A function that was declared.
+/// A declared function.
 struct Function {
     name: String,
     /// Units of its arguments.
@@ -52,11 +51,11 @@ pub(crate) struct Writer {
     lines: Vec<String>,
     files: BTreeMap<String, String>,
     reads: Reads,
-    /// Names given to a loop's index, where an expression stands in a loop.
+    /// Name of the loop's index, if an expression is in a loop.
     index: Option<String>,
-    /// Expressions that are arguments within a function.
+    /// Expressions for the arguments within a function.
     arguments: Vec<String>,
-    /// The unit that a quantity is wanted in.
+    /// The unit of the wanted quantity.
     wanted: &'static Scale,
     /// A model without unknowns of its own to delay or to watch has none of these.
     numbered: u32,
@@ -92,7 +91,7 @@ impl Writer {
         self.lines.push(line);
     }
 
-    /// What a row of a place writes, chosen by the weights; nothing where all have none.
+    /// The text of a row of a place, chosen by the weights; `None` if no row applies.
     fn write(&mut self, place: Place, depth: u32) -> Option<String> {
         let weight = |k: usize| if TABLE[k].place == place { self.weights[k] } else { 0 };
         let all: u32 = (0..TABLE.len()).map(weight).sum();
@@ -110,14 +109,14 @@ impl Writer {
         None
     }
 
-    /// An expression that is a plain number, of the size of one.
+    /// A dimensionless expression of order one.
     pub(crate) fn scalar(&mut self, depth: u32) -> String {
         let place = if depth == 0 { Place::Leaf } else { Place::Scalar };
         let written = self.write(place, depth.saturating_sub(1));
         written.unwrap_or_else(|| self.number())
     }
 
-    /// An expression of the wanted dimension, of the size of its scale.
+    /// An expression of the wanted dimension, of the order of its scale.
     pub(crate) fn quantity(&mut self, scale: &'static Scale, depth: u32) -> String {
         let outer = std::mem::replace(&mut self.wanted, scale);
         let written = if depth == 0 { None } else { self.write(Place::Quantity, depth - 1) };
@@ -144,7 +143,7 @@ impl Writer {
         written.unwrap_or_else(|| "time > 1 [s]".to_owned())
     }
 
-    /// A number of the size of one, in parentheses where it is below zero.
+    /// A number of order one, in parentheses if negative.
     pub(crate) fn number(&mut self) -> String {
         let digits = 1 + self.random.below(3);
         let x = self.random.between(-2.0, 2.0);
@@ -152,7 +151,7 @@ impl Writer {
         if text.starts_with('-') { format!("({text})") } else { text }
     }
 
-    /// A number above zero.
+    /// A positive number.
     pub(crate) fn positive(&mut self) -> String {
         format!("{:.2}", self.random.between(0.2, 2.0))
     }
@@ -172,7 +171,7 @@ impl Writer {
         })
     }
 
-    /// A quantity that can be read, over its size.
+    /// A readable quantity divided by its size.
     pub(crate) fn read(&mut self) -> String {
         if !self.arguments.is_empty() && self.random.chance(0.7) {
             return self.random.pick(&self.arguments).clone();
@@ -211,7 +210,7 @@ impl Writer {
         if self.random.chance(0.6) {
             self.several(Place::Between, 1, 3);
         }
-        // Equations stand behind all declarations, so that they read all states.
+        // Equations come after all declarations, so that they can read all states.
         self.several(Place::Unknown, 0, 2);
         let states: Vec<Known> = self.of_kind(Kind::State);
         for state in states {
@@ -241,7 +240,7 @@ impl Writer {
         self.known.push(Known { kind: Kind::Hidden, ..state.clone() });
     }
 
-    /// The state that the equation at hand determines.
+    /// The state that the current equation determines.
     pub(crate) fn determined(&self) -> Known {
         let own = self.known.iter().rev().find(|known| known.kind == Kind::Hidden);
         own.cloned().unwrap_or_else(|| Known::new("x", &SCALES[0], Kind::State))
@@ -258,7 +257,7 @@ impl Writer {
         }
     }
 
-    /// A recording of the inputs, and how long a run is.
+    /// A recording of the inputs, and the length of the run.
     fn recording(&mut self) -> (String, f64) {
         let inputs = self.of_kind(Kind::Input);
         let until = self.random.between(0.8, 4.0);

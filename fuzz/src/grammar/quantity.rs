@@ -1,19 +1,19 @@
-//! Units in which quantities of random models are of the size of one.
+//! Units and typical sizes of quantities in random models.
 
-/// A unit and the size that quantities have in it.
+/// A unit and the typical size of quantities in it.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Scale {
-    /// Which other units can be added.
+    /// The dimension: quantities of the same one can be added.
     pub dimension: &'static str,
-    /// As it is declared.
+    /// Symbol in declarations.
     pub symbol: &'static str,
-    /// Size of the quantity, in it.
+    /// Size of the quantity, in this unit.
     pub size: f64,
     /// The same size in other units.
     pub others: &'static [&'static str],
     /// Unit of its derivative.
     pub rate: &'static str,
-    /// Whether its zero is not that of the model's scale: differences from 20 °C.
+    /// Whether its zero is offset from that of the model's scale: differences from 20 °C.
     pub offset: bool,
 }
 
@@ -27,7 +27,7 @@ const fn scale(
     Scale { dimension, symbol, size, others, rate, offset: false }
 }
 
-/// Units that quantities are declared in; the first is a plain number.
+/// Units in which quantities are declared; the first is dimensionless.
 pub(crate) const SCALES: &[Scale] = &[
     scale("1", "1", 1.0, "1/s", &[]),
     scale("1", "%", 50.0, "%/s", &["0.5"]),
@@ -42,7 +42,7 @@ pub(crate) const SCALES: &[Scale] = &[
 ];
 
 impl Scale {
-    /// The size as a number with its unit, behind an operator; nothing for a plain number.
+    /// The size as a number with its unit, after an operator; empty if dimensionless.
     pub(crate) fn over(&self, operator: &str) -> String {
         match (self.symbol, self.offset) {
             ("1", _) => String::new(),
@@ -51,12 +51,12 @@ impl Scale {
         }
     }
 
-    /// The size of the derivative, behind an operator.
+    /// The size of the derivative, after an operator.
     pub(crate) fn rate_over(&self, operator: &str) -> String {
         format!("{operator}{} [{}]", self.size, self.rate)
     }
 
-    /// A quantity over its size.
+    /// A quantity divided by its size.
     pub(crate) fn over_size(&self, text: &str, other: Option<&str>) -> String {
         match (self.symbol, self.offset, other) {
             ("1", _, _) => text.to_owned(),
@@ -66,7 +66,7 @@ impl Scale {
         }
     }
 
-    /// A quantity of so many times its size.
+    /// A quantity of `scalar` times the size.
     pub(crate) fn quantity(&self, scalar: &str) -> String {
         match (self.symbol, self.offset) {
             ("1", _) => scalar.to_owned(),
@@ -75,19 +75,19 @@ impl Scale {
         }
     }
 
-    /// A number in this unit that is so many times its size.
+    /// A number in this unit of `scalar` times the size.
     pub(crate) fn value(&self, scalar: f64) -> f64 {
         let zero = if self.offset { 20.0 } else { 0.0 };
         zero + self.size * scalar
     }
 
-    /// As it is declared.
+    /// The unit in brackets, as in declarations.
     pub(crate) fn brackets(&self) -> String {
         format!("[{}]", self.symbol)
     }
 }
 
-/// What a declared name is.
+/// The kind of a declared name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Constant,
@@ -95,7 +95,7 @@ pub(crate) enum Kind {
     Input,
     State,
     Unknown,
-    /// A `let` of anything.
+    /// A `let` of any dimension.
     Let,
     /// An array, with its last index, from 1.
     Array(u32),
@@ -103,7 +103,7 @@ pub(crate) enum Kind {
     Delay,
     /// An unknown of a part.
     OfPart,
-    /// Not to be read: the state that the equation at hand determines, once more.
+    /// Not to be read: a duplicate of the state that the current equation determines.
     Hidden,
 }
 
@@ -120,7 +120,7 @@ impl Known {
         Self { name: name.to_owned(), scale, kind }
     }
 
-    /// How it is read; an array by the index of the loop, or by its last.
+    /// Its text in an expression; an array with the index of the loop, or with its last.
     pub(crate) fn text(&self, index: Option<&str>) -> Option<String> {
         match (self.kind, index) {
             (Kind::Array(_), Some(index)) => Some(format!("{}[{index}]", self.name)),

@@ -1,16 +1,16 @@
-//! What random models are made of, and how often: one row for each form of the language.
+//! The table of forms in random models: one row, with a weight, for each form of the language.
 
 use std::fmt::Write;
 
 use super::quantity::{Kind, Known, SCALES, Scale};
 use super::{Function, Reads, Writer};
 
-/// Where a form can stand.
+/// Places for a form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// A plain number that is not composed.
+    /// A dimensionless expression that is not composed.
     Leaf,
-    /// A plain number.
+    /// A dimensionless expression.
     Scalar,
     /// A quantity of the wanted dimension.
     Quantity,
@@ -22,7 +22,7 @@ pub enum Place {
     Input,
     /// An item: a state.
     State,
-    /// Several items that belong together: an array with its loop, a part, states that are tied.
+    /// Several items that belong together: an array with its loop, a part, tied states.
     Whole,
     /// An item before equations: `let`, `function`.
     Between,
@@ -34,17 +34,17 @@ pub enum Place {
     Beside,
     /// An output.
     Output,
-    /// What an effect on the model says.
+    /// A clause of an effect on the model.
     Effect,
 }
 
 /// A form of the language.
 pub struct Row {
-    /// What it is called, for `--without`.
+    /// Its name, for `--without`.
     pub what: &'static str,
-    /// Where it stands.
+    /// Its place.
     pub place: Place,
-    /// How often, relative to the others of its place.
+    /// Its frequency relative to the others of its place.
     pub weight: u32,
     pub(crate) write: fn(&mut Writer, u32) -> String,
 }
@@ -132,7 +132,7 @@ pub const TABLE: &[Row] = &[
         let a = w.random.between(-1.0, 0.5);
         format!("smoothstep({a:.2}, {:.2}, {})", a + 0.7, w.scalar(d))
     }),
-    // What is not smooth.
+    // Functions that are not smooth.
     row(Scalar, 2, "clamp", |w, d| {
         let a = w.random.between(-1.0, 0.5);
         format!("clamp({}, {a:.2}, {:.2})", w.scalar(d), a + 0.9)
@@ -494,7 +494,7 @@ pub const TABLE: &[Row] = &[
     }),
     row(Effect, 1, "effect on an output", |w, _| effect_on_output(w)),
     row(Effect, 2, "effect on an equation", |w, _| {
-        // The state's equation, where it is not within a block.
+        // The state's equation, if it is not within a block.
         let states = w.of_kind(Kind::State);
         for x in &states {
             let der = format!(": der({}) = ", x.name);
@@ -511,7 +511,7 @@ pub const TABLE: &[Row] = &[
     }),
 ];
 
-/// The first of a kind that an equation reads: what nothing uses cannot be replaced.
+/// The first of a kind that an equation reads: unused names cannot be replaced.
 fn used(w: &Writer, kind: Kind) -> Option<String> {
     let in_equation = |name: &str| {
         let word = |text: &str| text.split(|c: char| !c.is_alphanumeric()).any(|word| word == name);
@@ -520,7 +520,7 @@ fn used(w: &Writer, kind: Kind) -> Option<String> {
     w.of_kind(kind).into_iter().map(|known| known.name).find(|name| in_equation(name))
 }
 
-/// A sensor that reads too much.
+/// A sensor that reads too high.
 fn effect_on_output(w: &mut Writer) -> String {
     let mut outputs = w.lines.iter().filter(|line| line.starts_with("output o"));
     let name = outputs.find_map(|line| line.split_whitespace().nth(1));
@@ -566,7 +566,7 @@ fn parameter(w: &mut Writer) -> String {
     }
 }
 
-/// An input or a state, read late.
+/// A delayed input or state.
 fn delayed(w: &mut Writer, kind: Kind) -> String {
     if w.reads != Reads::All || w.index.is_some() || !w.arguments.is_empty() {
         return w.read();
@@ -613,7 +613,7 @@ fn function(w: &mut Writer, d: u32) -> String {
 }
 
 fn call(w: &mut Writer, d: u32) -> String {
-    // Functions read all that the model declares, and their names are not to be read before them.
+    // Functions may read everything that the model declares; their names must not be read before them.
     if w.functions.is_empty()
         || w.reads != Reads::All
         || !w.arguments.is_empty()
@@ -634,7 +634,7 @@ fn call(w: &mut Writer, d: u32) -> String {
     format!("{name}({})", arguments.join(", "))
 }
 
-/// What a state changes by: bounded, and mostly drawn back.
+/// The rate of a state: bounded, and usually restoring.
 fn rate(w: &mut Writer, x: &Known, d: u32) -> String {
     let e = w.scalar(d);
     let bounded = match w.random.below(5) {
@@ -651,7 +651,7 @@ fn rate(w: &mut Writer, x: &Known, d: u32) -> String {
     }
 }
 
-/// An unknown, and its equation of itself over its size and an expression.
+/// An unknown, and an equation between its scaled value and an expression.
 fn unknown(w: &mut Writer, d: u32, equation: impl Fn(&str, &str) -> String) -> String {
     let scale = w.scale();
     let e = w.scalar(d);
@@ -715,7 +715,7 @@ fn saturate(w: &mut Writer) -> String {
     }
     let x = w.random.pick(&all).clone();
     let bound = w.random.between(0.2, 1.0);
-    // One bound, and none that a reset goes beyond without end.
+    // One bound, and none that a reset exceeds endlessly.
     let (head, reset) = (format!("saturate {} ", x.name), format!("reset {} ", x.name));
     if w.lines.iter().any(|line| line.starts_with(&head) || line.contains(&reset)) {
         return String::new();
@@ -753,7 +753,7 @@ fn modes(w: &mut Writer, d: u32) -> String {
     )
 }
 
-/// A line of cells, each drawn to the one before it.
+/// A line of cells, each relaxing towards the previous one.
 fn array(w: &mut Writer, d: u32) -> String {
     let scale = w.scale();
     let (size, name) = (w.name("n"), w.name("z"));
@@ -792,7 +792,7 @@ fn array(w: &mut Writer, d: u32) -> String {
     )
 }
 
-/// An array that another one adds up.
+/// An array that another one sums.
 fn sum_of_array(w: &mut Writer, d: u32) -> String {
     let (m, total, label, other, none) =
         (w.name("z"), w.name("z"), w.name("e"), w.name("e"), w.name("e"));
@@ -808,7 +808,7 @@ fn sum_of_array(w: &mut Writer, d: u32) -> String {
     )
 }
 
-/// Two states that are tied, one of which has an unknown beside it: an equation that is differentiated.
+/// Two tied states, one of them together with another unknown: an equation that is differentiated.
 fn tied(w: &mut Writer) -> String {
     let (x, y, q) = (w.name("x"), w.name("y"), w.name("y"));
     let labels = [w.name("e"), w.name("e"), w.name("e")];

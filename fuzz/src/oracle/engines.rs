@@ -1,4 +1,4 @@
-//! Interpreter and native code, bit by bit.
+//! Compares interpreter and native code bit by bit.
 
 use dgd_runtime::taylor::MOST_ORDER;
 use dgd_runtime::{Solved, System};
@@ -9,7 +9,7 @@ use crate::case::Case;
 use crate::prepared::Prepared;
 use crate::random::Random;
 
-/// Bits of a number; all NaNs have the same. Which of them an operation gives is left open.
+/// Bits of a number; all NaNs count as equal, since the payload of a result is unspecified.
 fn bits_of(x: f64) -> u64 {
     if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() }
 }
@@ -40,7 +40,7 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
     }
 }
 
-/// Bits of everything that a system computes at a place.
+/// Bits of everything that a system computes at a point.
 pub(crate) fn bits(system: &impl Solved, at: &At) -> Vec<Vec<u64>> {
     let signature = system.signature();
     let (n, n_w) = (signature.unknowns.len(), signature.outputs.len());
@@ -146,12 +146,11 @@ pub(crate) fn bits(system: &impl Solved, at: &At) -> Vec<Vec<u64>> {
     all.iter().map(|values| values.iter().map(|x| bits_of(*x)).collect()).collect()
 }
 
-/// Whether a model of generated Rust is what the interpreter makes of the case of this seed; otherwise
-/// where it is not.
+/// Checks that a generated Rust model agrees with the interpreter on a case.
 ///
 /// # Errors
 ///
-/// The place and the function.
+/// The point and the function that disagree.
 pub fn generated_agrees(case: &Case, generated: &impl Solved) -> Result<(), String> {
     let prepared = Prepared::new(case).map_err(|finding| finding.detail)?;
     if generated.signature() != prepared.system.signature() {
@@ -169,11 +168,11 @@ pub fn generated_agrees(case: &Case, generated: &impl Solved) -> Result<(), Stri
     Ok(())
 }
 
-/// Numbers at which functions do something special.
+/// Special values of functions.
 const SPECIAL: [f64; 8] =
     [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, f64::MIN_POSITIVE, 1e-310, -1e300];
 
-/// The same place with one number of each array replaced by a special one.
+/// The same point with one number of each array replaced by a special one.
 fn special_places(at: &At) -> Vec<At> {
     let arrays: [fn(&mut At) -> &mut Vec<f64>; 3] =
         [|at| &mut at.y, |at| &mut at.u, |at| &mut at.p];

@@ -1,4 +1,4 @@
-//! What must hold of every model.
+//! Properties that must hold for every model.
 
 mod engines;
 mod points;
@@ -15,14 +15,14 @@ use std::panic::{self, AssertUnwindSafe};
 use crate::case::Case;
 use crate::prepared::Prepared;
 
-/// Something that does not hold.
+/// A violated property.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Finding {
-    /// Which oracle says so.
+    /// The oracle that found it.
     pub oracle: &'static str,
-    /// What is wrong, without names and numbers: findings of one symptom may have one cause.
+    /// The symptom, without names and numbers: findings with the same symptom may have the same cause.
     pub symptom: String,
-    /// All that can be said.
+    /// All details.
     pub detail: String,
 }
 
@@ -41,16 +41,16 @@ impl Finding {
     }
 }
 
-/// An oracle, by the name that `--oracle` chooses it by.
+/// An oracle, with its name for `--oracle`.
 pub struct Oracle {
     /// Its name.
     pub name: &'static str,
-    /// What it says, for help.
+    /// Its description, for help.
     pub what: &'static str,
     judge: fn(&Case, &Prepared, &mut Vec<Finding>),
 }
 
-/// All of them, the cheapest first.
+/// All oracles, the cheapest first.
 pub const ORACLES: &[Oracle] = &[
     Oracle {
         name: "printed",
@@ -84,11 +84,11 @@ thread_local! {
     static PANIC: RefCell<Option<(String, String)>> = const { RefCell::new(None) };
 }
 
-/// Keeps the place of panics for [`judged`] instead of printing them.
+/// Keeps the location of panics for [`judged`] instead of printing them.
 pub fn keep_panics() {
     panic::set_hook(Box::new(|info| {
         let place = info.location().map_or_else(String::new, |place| {
-            // Without the machine's own folders.
+            // Without machine-specific folders.
             let file = place.file();
             let file = file.rsplit_once("/src/").map_or(file, |(_, file)| file);
             format!("{file}:{}", place.line())
@@ -97,7 +97,7 @@ pub fn keep_panics() {
     }));
 }
 
-/// What a function finds, or that it panics.
+/// The result of a function, or a finding if it panics.
 fn guarded<T>(oracle: &'static str, judge: impl FnOnce() -> T) -> Result<T, Finding> {
     panic::catch_unwind(AssertUnwindSafe(judge)).map_err(|_| {
         let (place, text) = PANIC.with(|kept| kept.borrow_mut().take()).unwrap_or_default();
@@ -105,7 +105,7 @@ fn guarded<T>(oracle: &'static str, judge: impl FnOnce() -> T) -> Result<T, Find
     })
 }
 
-/// All that is wrong with a case, by the oracles of these names; by all without a name.
+/// All findings for a case, by the named oracles, or by all if none are named.
 pub fn judged(case: &Case, chosen: &[String]) -> Vec<Finding> {
     let prepared = match guarded("accepted", || Prepared::new(case)) {
         Ok(Ok(prepared)) => prepared,

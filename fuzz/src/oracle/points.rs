@@ -1,4 +1,4 @@
-//! Functions and their derivatives at single points.
+//! Checks functions and their derivatives at single points.
 
 use std::cell::RefCell;
 
@@ -9,7 +9,7 @@ use crate::case::Case;
 use crate::prepared::Prepared;
 use crate::random::Random;
 
-/// A place at which a model is evaluated.
+/// A point at which a model is evaluated.
 #[derive(Debug, Clone)]
 pub(super) struct At {
     pub t: f64,
@@ -82,7 +82,7 @@ pub(super) fn places(prepared: &Prepared, random: &mut Random) -> Vec<At> {
     places
 }
 
-/// A derivative found by differences, with an estimate of its error.
+/// A derivative from differences, with an estimate of its error.
 struct Difference {
     value: f64,
     error: f64,
@@ -109,7 +109,7 @@ fn difference(f: impl Fn(f64) -> Vec<f64>, size: f64) -> Vec<Difference> {
         .collect()
 }
 
-/// Where a derivative is not what differences say.
+/// A finding if a derivative disagrees with differences.
 fn compare(what: &str, derivative: &[f64], found: &[Difference]) -> Option<Finding> {
     let largest =
         derivative.iter().fold(0.0f64, |m, d| if d.is_finite() { m.max(d.abs()) } else { m });

@@ -1,4 +1,4 @@
-//! The same model, written otherwise: other names, another order, other units.
+//! The same model, rewritten with other names, another order, other units.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -18,7 +18,7 @@ use crate::case::Case;
 use crate::prepared::{EFFECT, Prepared};
 use crate::truth::is_plain;
 
-/// A unit, another one of its dimension, and how many of that it is.
+/// A unit, another one of its dimension, and the conversion factor.
 const OTHER: &[(&str, &str, &str)] = &[
     ("cm", "mm", "10"),
     ("ft", "in", "12"),
@@ -50,7 +50,7 @@ fn declared(ast: &mut Ast) -> Vec<String> {
     names
 }
 
-/// The text with names replaced where they stand as words.
+/// The text with names replaced where they are whole words.
 fn replaced(text: &str, names: &BTreeMap<String, String>) -> String {
     let mut out = String::new();
     let mut word = String::new();
@@ -60,7 +60,7 @@ fn replaced(text: &str, names: &BTreeMap<String, String>) -> String {
             word.push(letter);
             continue;
         }
-        // A part's own names stay, behind its point.
+        // A part's own names, after a dot, stay.
         let known = if quoted || out.ends_with('.') && !out.ends_with("..") {
             None
         } else {
@@ -77,11 +77,11 @@ fn replaced(text: &str, names: &BTreeMap<String, String>) -> String {
     out
 }
 
-/// Every name another one, in an order that is not the old one.
+/// Renames everything, with names in a different order.
 fn renamed(case: &Case) -> Option<(Case, BTreeMap<String, String>)> {
     let mut ast = read(&case.model)?;
     let names: BTreeMap<String, String> = (declared(&mut ast).into_iter())
-        // A word that may be a unit is left alone.
+        // Words that may be units are left alone.
         .filter(|name| {
             name.len() > 1 && name.chars().any(|c| c.is_ascii_digit()) && !name.contains('.')
         })
@@ -101,7 +101,7 @@ fn renamed(case: &Case) -> Option<(Case, BTreeMap<String, String>)> {
     Some((Case { model: replaced(&case.model, &names), data, ..case.clone() }, names))
 }
 
-/// Items in the opposite order; what acts at one time stays in its own.
+/// Items in reverse order; actions at one time keep their order.
 fn reversed(case: &Case) -> Option<Case> {
     let mut ast = read(&case.model)?;
     let (acting, mut others): (Vec<Item>, Vec<Item>) =
@@ -111,7 +111,7 @@ fn reversed(case: &Case) -> Option<Case> {
     Some(Case { model: print(&ast), ..case.clone() })
 }
 
-/// A plain number in another unit.
+/// Converts a plain number to another unit.
 fn scaled(expr: &mut Expr, factor: &str) {
     if !is_plain(expr) {
         return;
@@ -144,7 +144,7 @@ fn rescale_resets(resets: &mut [Reset], unknowns: &BTreeMap<String, &str>) {
     }
 }
 
-/// Every declared unit another one.
+/// Replaces every declared unit by another one.
 fn rescaled(case: &Case) -> Option<Case> {
     let mut ast = read(&case.model)?;
     let mut unknowns: BTreeMap<String, &str> = BTreeMap::new();
@@ -201,7 +201,7 @@ fn rescaled(case: &Case) -> Option<Case> {
             }
         }
     }
-    // A plain number given to an unknown is in its unit.
+    // A plain number assigned to an unknown is in its unit.
     items_mut(&mut ast.items, &mut |item| match &mut item.kind {
         ItemKind::When(Reaction { resets, .. }) | ItemKind::Every { resets, .. } => {
             rescale_resets(resets, &unknowns);
@@ -244,7 +244,7 @@ fn rescaled(case: &Case) -> Option<Case> {
 }
 
 pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) {
-    // An effect names what it changes.
+    // An effect refers to names that it changes.
     if case.files.contains_key(EFFECT) {
         return;
     }
@@ -256,7 +256,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
     let rows = runs::Rows::new(prepared, &prepared.p, solution);
     let size = largest(prepared, &rows);
     let signature = prepared.signature();
-    // Of states that are tied together the first declared are free.
+    // Of tied states, the first declared are free.
     let mut follows = false;
     visit::items(&prepared.compiled.asts[0].items, &mut |item| {
         if let ItemKind::Unknown { declared: UnknownKind::State, name, .. } = &item.kind {
@@ -304,7 +304,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
             }
             for (i, unknown) in signature.unknowns.iter().enumerate() {
                 let own = unknown.name.to_string();
-                // Shares of sides are numbered as their switches are met.
+                // Shares of sides are numbered in the order of their switches.
                 if own.starts_with("share(") {
                     continue;
                 }

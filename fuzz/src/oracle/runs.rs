@@ -1,4 +1,4 @@
-//! Runs: that they end, what they give, and its derivatives.
+//! Checks runs: their end, their results, and derivatives.
 
 use dgd_runtime::{Direction, Failure, IntegrateError, Observations, Solution, observe};
 
@@ -7,11 +7,11 @@ use crate::case::Case;
 use crate::prepared::Prepared;
 use crate::random::Random;
 
-/// The tolerance that is the default.
+/// The default tolerance.
 const DEFAULT: f64 = 1e-6;
-/// That of the runs that others are compared with.
+/// The tolerance of reference runs.
 const TIGHT: f64 = 1e-9;
-/// Parameters whose sensitivities are compared.
+/// Number of parameters whose sensitivities are compared.
 const COMPARED: usize = 2;
 
 /// Unknowns and outputs, and their sensitivities, row by row.
@@ -31,7 +31,7 @@ impl Rows {
         [self.solution.y(k), self.observations.w(k)].concat()
     }
 
-    /// Their sensitivities to the j-th direction.
+    /// Their sensitivities in the j-th direction.
     fn derivatives(&self, k: usize, j: usize) -> Vec<f64> {
         let (n, n_w) = (self.solution.n, self.observations.n_w);
         [&self.solution.s(k)[j * n..(j + 1) * n], &self.observations.dw(k)[j * n_w..(j + 1) * n_w]]
@@ -55,7 +55,7 @@ pub(super) fn name(prepared: &Prepared, i: usize) -> String {
     }
 }
 
-/// What an error is, without names and numbers.
+/// The kind of an error, without names and numbers.
 fn kind(error: &IntegrateError) -> String {
     let text = format!("{error:?}");
     let word: String = text.chars().take_while(char::is_ascii_alphanumeric).collect();
@@ -70,7 +70,7 @@ fn kind(error: &IntegrateError) -> String {
     }
 }
 
-/// A run that fails, with what it is like.
+/// The finding for a failed run, with its kind.
 fn failed(of: &str, failure: &Failure) -> Finding {
     Finding::new("runs", format!("{of}: {}", kind(&failure.error)), failure.error.to_string())
 }
@@ -159,7 +159,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
         };
         let around = [step, -step, step / 2.0, -step / 2.0, 0.0].map(moved);
         let Ok(around) = around.into_iter().collect::<Result<Vec<Rows>, _>>() else { continue };
-        // Central differences over the run, their errors, and half of what the two sides differ by.
+        // Central differences over the run, their errors, and half the difference between the two sides.
         let differences: Vec<Vec<(f64, f64, f64)>> = (0..rows)
             .map(|k| {
                 let v: Vec<Vec<f64>> = around.iter().map(|rows| rows.values(k)).collect();
@@ -185,7 +185,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
                 if error > 0.01 * scale || rounding > 0.01 * scale {
                     continue;
                 }
-                // At a corner, a row just at the end of a delay say, the derivative of either side is right.
+                // At a corner, such as a row just at the end of a delay, the derivative of either side is right.
                 let corner = if sides > 1e-3 * scale { sides } else { 0.0 };
                 let (own, default) = (tight.derivatives(k, j)[i], loose.derivatives(k, j)[i]);
                 if own.is_nan() {
@@ -202,7 +202,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
                     }
                     continue;
                 }
-                // Of what the tolerance asks of a sensitivity, relative to both sizes.
+                // Smallest sensitivity that the tolerance resolves, relative to both sizes.
                 let least = size[i] / (1e4 * step);
                 let allowed =
                     20.0 * error + rounding + 2e-3 * scale + 1e3 * TIGHT * least + 1.01 * corner;
@@ -251,7 +251,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
     }
 }
 
-/// Methods, and whether docs/methods.md has them refuse a model with algebraic unknowns.
+/// Methods, and whether they refuse a model with algebraic unknowns according to docs/methods.md.
 const METHODS: [(&str, bool); 4] =
     [("kencarp4", true), ("bdf", true), ("tsit5", false), ("taylor", false)];
 
@@ -268,7 +268,7 @@ pub(super) fn methods(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>
             Ok(solution) => Rows::new(prepared, p, solution),
             Err(failure) => {
                 match &failure.error {
-                    // docs/methods.md has these refusals.
+                    // docs/methods.md documents these refusals.
                     IntegrateError::UnsuitedMethod { .. }
                     | IntegrateError::NoTaylorSeries { .. }
                     | IntegrateError::HeldInputMoves { .. }

@@ -1,4 +1,4 @@
-//! Whether what a run gives is what the text of the model says.
+//! Checks results of a run against the text of the model.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -11,13 +11,13 @@ use super::Finding;
 use crate::prepared::Prepared;
 use crate::truth::{Place, Truth};
 
-/// A comparison that comes so near to its other side may go either way, as may one within so many tolerances.
+/// Relative distance within which a comparison may go either way, as it may within a number of tolerances.
 const NEAR: f64 = 1e-6;
 const TOLERANCES: f64 = 30.0;
-/// Sides below this are what rounding leaves of quantities that cancel.
+/// Sides below this are rounding of cancelling quantities.
 const ROUNDING: f64 = 1e-6;
 
-/// Size of what is added up on a side of an equation.
+/// Size of the terms on a side of an equation.
 fn terms(truth: &Truth<'_>, expr: &Expr, at: &Place<'_>) -> f64 {
     match &expr.kind {
         ExprKind::Group(a) | ExprKind::Negate(a) => terms(truth, a, at),
@@ -38,13 +38,13 @@ fn derivatives<'e>(expr: &'e Expr, found: &mut Vec<&'e str>) {
     }
 }
 
-/// Whether an expression reads a name, itself or its derivative.
+/// Whether an expression reads a name or its derivative.
 fn reads(expr: &Expr, name: &str) -> bool {
     matches!(&expr.kind, ExprKind::Name(read) if read == name)
         || operands(expr).into_iter().any(|operand| reads(operand, name))
 }
 
-/// Outputs and equations at all rows of a run of this tolerance.
+/// Checks outputs and equations at all rows of a run with this tolerance.
 pub(super) fn judge(
     prepared: &Prepared,
     solution: &Solution,
@@ -88,7 +88,7 @@ pub(super) fn judge(
                 values.insert(parameter.name.to_string(), prepared.p[i]);
             }
             for (k, (_, left, right)) in truth.equations.iter().enumerate() {
-                // At a bound, the bound holds instead.
+                // At a bound, the bound applies instead of the equation.
                 let bounded = |name: &&str| reads(left, name) || reads(right, name);
                 if truth.saturated.iter().any(bounded) {
                     continue;
@@ -134,7 +134,7 @@ pub(super) fn judge(
         let size = rows.iter().fold(ROUNDING, |m, row| m.max(row[3]));
         for [t, left, right, _] in rows {
             let apart = (left - right).abs() / size;
-            // Rates are what the functions say; what is algebraic is as near as the tolerance.
+            // Rates are exactly those of the functions; algebraic unknowns are accurate to the tolerance.
             let allowed =
                 if read.is_empty() { 30.0 * tolerance } else { (30.0 * tolerance).max(1e-9) };
             if apart > allowed {
