@@ -1,6 +1,7 @@
 //! Tables that a program holds as columns of numbers.
 
-use crate::cell::{quoted, shown};
+use crate::cell::shown;
+use crate::csv::header::Header;
 
 /// A table of numbers, by columns.
 ///
@@ -13,10 +14,13 @@ pub struct Columns {
 }
 
 impl Columns {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.all.iter().map(|(header, _)| header.as_str())
+    }
+
     /// The header line.
     pub(crate) fn headers(&self) -> String {
-        let headers: Vec<String> = self.all.iter().map(|(header, _)| quoted(header)).collect();
-        headers.join(",")
+        Header::line(self.names())
     }
 
     /// The CSV text of the same table.

@@ -1,6 +1,7 @@
 //! Texts and tables that were never in a file: what a browser, an editor or a program made.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::{Cursor, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -139,6 +140,10 @@ impl FileSystem for Layers<'_> {
 
     fn columns(&self, path: &Path) -> Option<Arc<Columns>> {
         self.of_file(path).columns(path)
+    }
+
+    fn file(&self, path: &Path) -> Option<File> {
+        self.of_file(path).file(path)
     }
 }
 

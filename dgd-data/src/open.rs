@@ -46,6 +46,11 @@ pub trait FileSystem: Debug + Sync {
     /// Whether there is a folder.
     fn is_folder(&self, path: &Path) -> bool;
 
+    /// A regular file of this machine, which can be read from anywhere in it.
+    fn file(&self, _path: &Path) -> Option<File> {
+        None
+    }
+
     /// A table that is held as columns; opened, it is their text.
     fn columns(&self, _path: &Path) -> Option<Arc<Columns>> {
         None
@@ -90,6 +95,10 @@ impl FileSystem for Disk {
 
     fn is_folder(&self, path: &Path) -> bool {
         path.is_dir()
+    }
+
+    fn file(&self, path: &Path) -> Option<File> {
+        open(path).ok().filter(|_| path.is_file())
     }
 }
 

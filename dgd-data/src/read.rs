@@ -1,7 +1,7 @@
 //! From a file to its text, its header and its rows.
 
 use std::cell::Cell;
-use std::io::{self, BufRead, BufReader, Cursor, Read};
+use std::io::{self, BufRead, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
@@ -10,13 +10,13 @@ use dgd_identify::journal::Digest;
 
 use crate::csv::header::Header;
 use crate::csv::kept::Kept;
-use crate::csv::numbers;
 use crate::csv::records::Records;
 use crate::csv::rename::Rename;
 use crate::csv::rows::Rows;
+use crate::csv::{groups, numbers};
 use crate::encoding::{NotText, not_text};
 use crate::open::{Disk, FileSystem, STANDARD_INPUT};
-use crate::parquet::{MAGIC, Unread};
+use crate::parquet::{MAGIC, Place};
 use crate::table::{Order, Table};
 
 /// Bytes of a text that are kept, so that a diagnostic can show the line it is about. Of a longer
@@ -30,11 +30,13 @@ pub struct Reading<'a> {
     pub(crate) kept: usize,
     pub(crate) order: Order,
     pub(crate) renames: &'a [Rename],
+    /// The columns that are read; all where there is no list.
+    pub(crate) wanted: Option<&'a [&'a str]>,
 }
 
 impl Default for Reading<'_> {
     fn default() -> Self {
-        Reading { kept: KEPT, order: Order::Required, renames: &[] }
+        Reading { kept: KEPT, order: Order::Required, renames: &[], wanted: None }
     }
 }
 
@@ -52,6 +54,17 @@ impl<'a> Reading<'a> {
         Reading { order: Order::Recorded, ..self }
     }
 
+    /// The same where only these columns are read, besides the time: all others have a header and no values.
+    #[must_use]
+    pub fn of(self, wanted: &'a [&'a str]) -> Self {
+        Reading { wanted: Some(wanted), ..self }
+    }
+
+    /// Whether a column of this name is read.
+    pub(crate) fn wants(self, name: &str) -> bool {
+        self.wanted.is_none_or(|wanted| wanted.contains(&name))
+    }
+
     /// Reads a data file.
     pub fn read(
         self,
@@ -66,8 +79,12 @@ impl<'a> Reading<'a> {
             path.display().to_string()
         };
         if let Some(columns) = files.columns(path) {
-            let Reading { order, renames, .. } = self;
-            return numbers::read(&columns, &name, order, renames, sources, diagnostics);
+            return numbers::read(&columns, &name, self, sources, diagnostics);
+        }
+        // A file of this machine is read where its columns are, and never held as a whole.
+        let place = files.file(path).map(Place::File);
+        if let Some(place) = place.filter(Place::is_parquet) {
+            return read_parquet(self, &name, place, sources, diagnostics);
         }
         match files.open(path) {
             Ok(file) => read_with(self, &name, file, sources, diagnostics),
@@ -141,7 +158,7 @@ fn read_text(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
-    let Reading { kept: limit, order, renames } = reading;
+    let Reading { kept: limit, renames, .. } = reading;
     let mut head = Vec::new();
     let opened = decompressed(input).and_then(|mut input| {
         (&mut input).take(limit as u64).read_to_end(&mut head)?;
@@ -159,7 +176,7 @@ fn read_text(
     };
     if head.starts_with(MAGIC) {
         if head.ends_with(MAGIC) {
-            return read_parquet(reading, name, head, sources, diagnostics);
+            return groups::read(Place::Memory(head), name, reading, sources, diagnostics);
         }
         rest = Box::new(Cursor::new(head.split_off(limit.min(head.len()))));
     }
@@ -198,7 +215,7 @@ fn read_text(
 
     let kept = Kept { source, whole };
     header.rename(renames, kept, sources, diagnostics)?;
-    let mut rows = Rows::below(&header, order, kept, sources, diagnostics)?;
+    let mut rows = Rows::below(&header, reading, kept, sources, diagnostics)?;
     loop {
         match records.next() {
             Ok(Some(record)) => rows.take(&record),
@@ -229,23 +246,22 @@ pub fn decompressed<'a>(mut input: impl Read + 'a) -> io::Result<Box<dyn BufRead
     })
 }
 
+/// A Parquet file of this machine.
 fn read_parquet(
     reading: Reading<'_>,
     name: &str,
-    file: Vec<u8>,
+    mut place: Place,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
-    match crate::parquet::to_csv(file) {
-        Ok(text) => read_text(reading, name, text.as_bytes(), sources, diagnostics),
-        Err(Unread { why, help }) => {
-            let diagnostic = unreadable(name, "", sources, &why);
-            Err(diagnostics.error(match help {
-                Some(help) => diagnostic.help(help),
-                None => diagnostic,
-            }))
-        }
-    }
+    let digest = match &mut place {
+        Place::File(file) => file.rewind().and_then(|()| digest(file)),
+        Place::Memory(bytes) => digest(bytes.as_slice()),
+    };
+    let digest = digest
+        .map_err(|error| diagnostics.error(unreadable(name, "", sources, &error.to_string())))?;
+    let table = groups::read(place, name, reading, sources, diagnostics)?;
+    Ok(Table { digest: Some(digest), ..table })
 }
 
 /// The bytes as text; of the head of a longer text, without a character cut in two. Otherwise the

@@ -357,7 +357,7 @@ fn no_bytes_make_it_panic() {
 }
 
 fn reading(kept: usize) -> Reading<'static> {
-    Reading { kept, order: Order::Required, renames: &[] }
+    Reading { kept, order: Order::Required, renames: &[], wanted: None }
 }
 
 #[test]

@@ -7,6 +7,7 @@ use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Sources, Span};
 use dgd_compiler::units::{Unit, parse_unit, read_unit};
 
+use crate::cell::quoted;
 use crate::csv::kept::Kept;
 use crate::csv::records::Record;
 use crate::table::Column;
@@ -37,10 +38,23 @@ pub(crate) struct Renamed {
 }
 
 impl Header {
-    /// Of cells in one line, in order.
-    pub(crate) fn new(cells: Vec<Cell>) -> Header {
+    /// Of names that stand in one line, as [`line`](Self::line) has it.
+    pub(crate) fn named<'n>(names: impl IntoIterator<Item = &'n str>) -> Header {
+        let mut at = 0;
+        let cell = |text: &str| {
+            let end = at + quoted(text).len();
+            let place = at..end;
+            at = end + 1;
+            Cell { text: text.to_owned(), place, renamed: None }
+        };
+        let cells: Vec<Cell> = names.into_iter().map(cell).collect();
         let end = cells.last().map_or(0, |cell| cell.place.end);
         Header { place: 0..end, cells, open_quote: false }
+    }
+
+    /// These names in one line.
+    pub(crate) fn line<'n>(names: impl IntoIterator<Item = &'n str>) -> String {
+        names.into_iter().map(quoted).collect::<Vec<_>>().join(",")
     }
 
     pub(crate) fn of(record: &Record<'_>) -> Header {

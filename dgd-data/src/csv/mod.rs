@@ -4,9 +4,11 @@
 //!   bytes ─ records ─► cells ─┬─ header, rename ─► names and units
 //!                             └─ rows, time, clock ─► values and seconds
 //!   columns of numbers ─ numbers ─► the same, without cells
+//!   columns of a Parquet file ─ groups ─► the same, some rows at a time
 //! ```
 
 pub(crate) mod clock;
+pub(crate) mod groups;
 pub(crate) mod header;
 pub(crate) mod kept;
 pub(crate) mod numbers;

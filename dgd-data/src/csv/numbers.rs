@@ -4,47 +4,33 @@ use dgd_compiler::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use dgd_compiler::source::{Source, Sources};
 use dgd_identify::journal::Digest;
 
-use crate::cell::quoted;
 use crate::columns::Columns;
-use crate::csv::header::{Cell, Header};
+use crate::csv::header::Header;
 use crate::csv::kept::Kept;
-use crate::csv::rename::Rename;
 use crate::csv::rows::Rows;
-use crate::table::{Order, Table};
+use crate::read::Reading;
+use crate::table::Table;
 
 /// Reads columns as a file of this name.
 pub(crate) fn read(
     columns: &Columns,
     name: &str,
-    order: Order,
-    renames: &[Rename],
+    reading: Reading<'_>,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Result<Table, Reported> {
     let source = sources.add(Source { name: name.to_owned(), text: columns.headers() });
     let kept = Kept { source, whole: false };
-    let mut header = header(columns);
+    let mut header = Header::named(columns.names());
     if let Err(diagnostic) = verify(columns, &header, kept) {
         return Err(diagnostics.error(*diagnostic));
     }
-    header.rename(renames, kept, sources, diagnostics)?;
-    let mut rows = Rows::below(&header, order, kept, sources, diagnostics)?;
+    header.rename(reading.renames, kept, sources, diagnostics)?;
+    let mut rows = Rows::below(&header, reading, kept, sources, diagnostics)?;
     rows.take_columns(&columns.all);
     let mut table = rows.finish(diagnostics)?;
     table.digest = Some(digest(columns));
     Ok(table)
-}
-
-/// Where the headers stand in their line.
-fn header(columns: &Columns) -> Header {
-    let mut at = 0;
-    let cells = columns.all.iter().map(|(text, _)| {
-        let end = at + quoted(text).len();
-        let place = at..end;
-        at = end + 1;
-        Cell { text: text.clone(), place, renamed: None }
-    });
-    Header::new(cells.collect())
 }
 
 /// Checks that there are columns, all of one length.
@@ -82,7 +68,7 @@ mod tests {
     use dgd_compiler::diagnostics::render::entry;
 
     use super::*;
-    use crate::{InMemory, Reading, read_from};
+    use crate::{InMemory, Rename, read_from};
 
     const NAN: f64 = f64::NAN;
 

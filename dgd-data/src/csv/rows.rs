@@ -8,7 +8,8 @@ use crate::csv::header::{Header, take_as_time};
 use crate::csv::kept::Kept;
 use crate::csv::records::Record;
 use crate::csv::time::{Time, Timed};
-use crate::table::{Cells, Column, Disorder, Location, Order, Table};
+use crate::read::Reading;
+use crate::table::{Cells, Column, Disorder, Location, Table};
 
 /// Takes in the rows of a file, one after the other.
 pub(crate) struct Rows {
@@ -19,6 +20,8 @@ pub(crate) struct Rows {
     time: Option<Time>,
     time_note: Option<Diagnostic>,
     columns: Vec<Column>,
+    /// Which of the columns are read.
+    wanted: Vec<bool>,
     /// Rows of another length than the header.
     ragged: Option<Cells>,
     open_quote: Option<Location>,
@@ -28,7 +31,7 @@ impl Rows {
     /// Starts below the header.
     pub(crate) fn below(
         header: &Header,
-        order: Order,
+        reading: Reading<'_>,
         kept: Kept,
         sources: &Sources,
         diagnostics: &mut Diagnostics,
@@ -37,10 +40,11 @@ impl Rows {
         let time_note = take_as_time(&mut columns);
         header.verify(&columns, kept, diagnostics)?;
         let time = if columns[0].name == "time" {
-            Some(Time::of(columns.remove(0), order, diagnostics)?)
+            Some(Time::of(columns.remove(0), reading.order, diagnostics)?)
         } else {
             None
         };
+        let wanted = columns.iter().map(|column| reading.wants(&column.name)).collect();
         Ok(Rows {
             kept,
             header: kept.span(&header.place),
@@ -49,6 +53,7 @@ impl Rows {
             time,
             time_note,
             columns,
+            wanted,
             ragged: None,
             open_quote: None,
         })
@@ -83,7 +88,8 @@ impl Rows {
         }
         self.taken += 1;
         let first = usize::from(self.time.is_some());
-        for (cell, column) in (first..).zip(&mut self.columns) {
+        let columns = (first..).zip(self.columns.iter_mut().zip(&self.wanted));
+        for (cell, (column, _)) in columns.filter(|(_, (_, wanted))| **wanted) {
             let value = number(record.cell(cell));
             column.values.push(value.unwrap_or(f64::NAN));
             let found = match value {
@@ -101,23 +107,74 @@ impl Rows {
     /// Takes in all rows at once, from columns of one length with the headers of these, the time included.
     pub(crate) fn take_columns(&mut self, all: &[(String, Vec<f64>)]) {
         self.taken = all.first().map_or(0, |(_, values)| values.len());
-        let (of_time, rest) = all.split_at(usize::from(self.time.is_some()));
-        if let (Some(time), [(_, values)]) = (&mut self.time, of_time) {
-            time.take_numbers(values);
-        }
-        for (column, (_, values)) in self.columns.iter_mut().zip(rest) {
-            column.values.reserve(values.len());
-            for (row, value) in values.iter().enumerate() {
-                column.values.push(if value.is_finite() { *value } else { f64::NAN });
-                let found = match value {
-                    value if value.is_nan() => &mut column.missing,
-                    value if value.is_infinite() => &mut column.not_numbers,
-                    _ => continue,
-                };
-                let place = Location::row(column.place, row);
-                Cells::count(found, || (place, shown(*value)));
+        for (at, (_, values)) in all.iter().enumerate() {
+            if self.wants(at) {
+                self.take_numbers(at, values);
             }
         }
+    }
+
+    /// So many rows will come column by column, from a file of so many bytes.
+    pub(crate) fn expect(&mut self, n_rows: usize, bytes: u64) {
+        self.taken = n_rows;
+        // A damaged file may speak of more rows than it can hold: a row takes a bit at least.
+        let likely = n_rows.min(usize::try_from(bytes.saturating_mul(8)).unwrap_or(usize::MAX));
+        for (column, _) in self.columns.iter_mut().zip(&self.wanted).filter(|(_, wanted)| **wanted)
+        {
+            column.values.reserve(likely);
+        }
+        if let Some(time) = &mut self.time {
+            time.expect(likely);
+        }
+    }
+
+    /// Whether the column at this position of the header is read.
+    pub(crate) fn wants(&self, at: usize) -> bool {
+        at.checked_sub(usize::from(self.time.is_some())).is_none_or(|at| self.wanted[at])
+    }
+
+    /// Takes in the next numbers of the column at this position of the header, the time included.
+    pub(crate) fn take_numbers(&mut self, at: usize, values: &[f64]) {
+        let Some(column) = self.column(at) else {
+            return self.time.iter_mut().for_each(|time| time.take_numbers(values));
+        };
+        let before = column.values.len();
+        for (row, value) in (before..).zip(values) {
+            column.values.push(if value.is_finite() { *value } else { f64::NAN });
+            let found = match value {
+                value if value.is_nan() => &mut column.missing,
+                value if value.is_infinite() => &mut column.not_numbers,
+                _ => continue,
+            };
+            let place = Location::row(column.place, row);
+            Cells::count(found, || (place, shown(*value)));
+        }
+    }
+
+    /// The same of cells that are texts.
+    pub(crate) fn take_texts<'t>(&mut self, at: usize, texts: impl Iterator<Item = &'t str>) {
+        let Some(column) = self.column(at) else {
+            if let Some(time) = &mut self.time {
+                texts.for_each(|text| time.take_text(text));
+            }
+            return;
+        };
+        for text in texts {
+            let place = Location::row(column.place, column.values.len());
+            let value = number(text.trim_ascii().as_bytes());
+            column.values.push(value.unwrap_or(f64::NAN));
+            let found = match value {
+                None => &mut column.not_numbers,
+                Some(value) if value.is_nan() => &mut column.missing,
+                Some(_) => continue,
+            };
+            Cells::count(found, || (place, text.to_owned()));
+        }
+    }
+
+    /// The column at this position of the header; nothing of the time.
+    fn column(&mut self, at: usize) -> Option<&mut Column> {
+        self.columns.get_mut(at.checked_sub(usize::from(self.time.is_some()))?)
     }
 
     /// The table, unless something is wrong with all of it.
@@ -143,7 +200,7 @@ impl Rows {
             None => (None, Disorder::default(), Vec::new(), None),
             Some(Timed { seconds, rows, disorder, replicates, epoch }) => {
                 if let Some(rows) = rows {
-                    for column in &mut columns {
+                    for column in columns.iter_mut().filter(|column| !column.values.is_empty()) {
                         column.values = rows.iter().map(|row| column.values[*row]).collect();
                     }
                     n_rows = rows.len();

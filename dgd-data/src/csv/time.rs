@@ -17,6 +17,8 @@ pub(crate) struct Time {
     /// Seconds in the header's unit, if it has one.
     factor: Option<f64>,
     clock: Option<Clock>,
+    /// Rows that came as numbers or texts without a place of their own.
+    row: usize,
     seconds: Vec<f64>,
     last: Option<Last>,
     /// The first of each kind of mistake, and how many there are.
@@ -85,6 +87,7 @@ impl Time {
             order,
             factor,
             clock: None,
+            row: 0,
             seconds: Vec::new(),
             last: None,
             unreadable: None,
@@ -105,27 +108,59 @@ impl Time {
         self.take_cell(record.cell(0), place, || record.text(0));
     }
 
-    /// Takes in the times of all rows.
+    /// So many times will come.
+    pub(crate) fn expect(&mut self, rows: usize) {
+        self.seconds.reserve(rows);
+    }
+
+    /// Takes in the times of the next rows.
     pub(crate) fn take_numbers(&mut self, times: &[f64]) {
-        if let Some(seconds) = self.in_order(times) {
-            self.seconds = seconds;
+        let Some(last) = times.last() else { return };
+        let before = self.seconds.len();
+        if let Some(same) = self.push_in_order(times) {
+            let place = Location::row(self.header, self.row + times.len() - 1);
+            let (seconds, text) = (self.seconds[self.seconds.len() - 1], shown(*last).into_bytes());
+            self.last = Some(Last { seconds, place, text, same });
+            self.row += times.len();
             return;
         }
         // What is wrong is said in the words of a file.
-        for (row, time) in times.iter().enumerate() {
-            let (place, text) = (Location::row(self.header, row), shown(*time));
-            self.take_cell(text.as_bytes(), place, || text.clone());
+        self.seconds.truncate(before);
+        for time in times {
+            self.take_text(&shown(*time));
         }
     }
 
-    /// Seconds since the first, where nothing can be wrong with any of these times.
-    fn in_order(&self, times: &[f64]) -> Option<Vec<f64>> {
-        let (factor, first) = (self.factor?, *times.first()?);
-        let seconds: Vec<f64> = times.iter().map(|time| (time - first) * factor).collect();
-        let is_sound = seconds.iter().all(|seconds| seconds.is_finite())
-            && seconds.windows(2).all(|pair| pair[0] <= pair[1])
-            && seconds.windows(3).all(|three| three[0] < three[2]);
-        is_sound.then_some(seconds)
+    /// Takes in the time of the next row.
+    pub(crate) fn take_text(&mut self, text: &str) {
+        let place = Location::row(self.header, self.row);
+        self.row += 1;
+        self.take_cell(text.trim_ascii().as_bytes(), place, || text.to_owned());
+    }
+
+    /// Appends seconds since the first, where nothing can be wrong with any of these times; how many of the last are
+    /// the same then.
+    fn push_in_order(&mut self, times: &[f64]) -> Option<usize> {
+        let factor = self.factor?;
+        let first = match &self.clock {
+            None => *times.first()?,
+            Some(Clock::Counted { first, .. }) => *first,
+            Some(Clock::Zoned { .. } | Clock::Local { .. }) => return None,
+        };
+        let last = self.last.as_ref();
+        let (mut before, mut same) =
+            last.map_or((f64::NEG_INFINITY, 0), |last| (last.seconds, last.same));
+        for time in times {
+            let seconds = (time - first) * factor;
+            same = if seconds == before { same + 1 } else { 1 };
+            if !seconds.is_finite() || seconds < before || same > 2 {
+                return None;
+            }
+            self.seconds.push(seconds);
+            before = seconds;
+        }
+        self.clock.get_or_insert(Clock::Counted { factor, first });
+        Some(same)
     }
 
     /// Takes in the time of a row that its cell has; `text` is the cell as it is quoted.

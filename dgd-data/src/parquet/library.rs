@@ -1,24 +1,23 @@
 //! Parquet files by the `parquet` crate, which knows all of the format.
 //!
-//! They become CSV text. From there on both formats are read by one reader; a diagnostic shows the row as it would stand
-//! in a CSV file. Columns that hold no single numbers, times or texts (lists, binary data) become
-//! text, so that they are refused only if a model asks for them.
+//! Columns that hold no single numbers, times or texts (lists, binary data) become text, so that they are refused only
+//! if a model asks for them.
 
 use std::cell::Cell;
-use std::panic::catch_unwind;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use bytes::Bytes;
 use jiff::Timestamp;
 use jiff::tz::Offset;
-use parquet::basic::{ConvertedType, LogicalType, TimeUnit, TimestampType};
+use parquet::basic::{ConvertedType, LogicalType, TimeUnit, TimestampType, Type as Physical};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::DataType;
 use parquet::errors::{ParquetError, Result};
 use parquet::file::metadata::{ColumnChunkMetaData, ParquetMetaData, RowGroupMetaData};
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
-use crate::cell::{push_number, quoted};
+use super::{Cells, Place, TakesColumns, Unread};
 
 thread_local! {
     /// Whether this thread is in the library.
@@ -30,14 +29,19 @@ pub(super) fn catches_panics() -> bool {
     CATCHES.get()
 }
 
-/// The CSV text of a Parquet file.
-pub(super) fn to_csv(file: Vec<u8>) -> Result<String> {
-    // The library panics on some files that are damaged where `verify` does not look. Nothing of
-    // its state outlives the call.
+/// Reads a file by columns, and of these by groups of rows.
+pub(super) fn read(place: Place, table: &mut dyn TakesColumns) -> Result<(), Unread> {
+    let length = place.len().map_err(|error| Unread::from(error.to_string()))?;
+    // The library panics on some files that are damaged where `verify` does not look. Of what it was given
+    // nothing is used then.
     CATCHES.set(true);
-    let text = catch_unwind(|| text_of(file)).unwrap_or_else(|_| Err(damaged()));
+    let read = catch_unwind(AssertUnwindSafe(|| match place {
+        Place::Memory(bytes) => columns_of(Bytes::from(bytes), length, table),
+        Place::File(file) => columns_of(file, length, table),
+    }))
+    .unwrap_or_else(|_| Err(damaged()));
     CATCHES.set(false);
-    text
+    read.map_err(|error| error.to_string().into())
 }
 
 fn damaged() -> ParquetError {
@@ -45,122 +49,120 @@ fn damaged() -> ParquetError {
 }
 
 /// Checks that all columns lie within the file.
-fn verify(metadata: &ParquetMetaData, length: usize) -> Result<()> {
+fn verify(metadata: &ParquetMetaData, length: u64) -> Result<()> {
     let within = |column: &ColumnChunkMetaData| {
         let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
         let end = u64::try_from(start)
             .ok()
             .zip(u64::try_from(column.compressed_size()).ok())
             .and_then(|(start, size)| start.checked_add(size));
-        end.is_some_and(|end| end <= length as u64)
+        end.is_some_and(|end| end <= length)
     };
     let all = metadata.row_groups().iter().flat_map(RowGroupMetaData::columns).all(within);
     if all { Ok(()) } else { Err(damaged()) }
 }
 
-fn text_of(file: Vec<u8>) -> Result<String> {
-    let length = file.len();
-    let file = SerializedFileReader::new(Bytes::from(file))?;
+fn columns_of<R: ChunkReader + 'static>(
+    file: R,
+    length: u64,
+    table: &mut dyn TakesColumns,
+) -> Result<()> {
+    let file = SerializedFileReader::new(file)?;
     verify(file.metadata(), length)?;
     let schema = file.metadata().file_metadata().schema_descr_ptr();
-    let names: Vec<_> = schema.columns().iter().map(|column| quoted(column.name())).collect();
-    let mut text = names.join(",");
-    text.push('\n');
-    for group in 0..file.num_row_groups() {
-        let group = file.get_row_group(group)?;
-        let n_rows = usize::try_from(group.metadata().num_rows())
-            .map_err(|_| ParquetError::General("a negative number of rows".to_owned()))?;
-        let columns = schema
-            .columns()
-            .iter()
-            .enumerate()
-            .map(|(at, column)| cells(group.get_column_reader(at)?, column, n_rows))
-            .collect::<Result<Vec<_>>>()?;
-        if !columns.iter().any(|column| matches!(column, Cells::Numbers(_) | Cells::Texts(_))) {
-            return Err(ParquetError::General("no column holds numbers".to_owned()));
+    let of_group = |group: &RowGroupMetaData| {
+        usize::try_from(group.num_rows())
+            .map_err(|_| ParquetError::General("a negative number of rows".to_owned()))
+    };
+    let groups =
+        file.metadata().row_groups().iter().map(of_group).collect::<Result<Vec<usize>>>()?;
+    let n_rows =
+        groups.iter().try_fold(0_usize, |sum, n| sum.checked_add(*n)).ok_or_else(damaged)?;
+    if n_rows > 0 && schema.columns().iter().all(|column| other(column).is_some()) {
+        return Err(ParquetError::General("no column holds numbers".to_owned()));
+    }
+    let names: Vec<String> =
+        schema.columns().iter().map(|column| column.name().to_owned()).collect();
+    let Some(wanted) = table.begin(&names, n_rows, length) else { return Ok(()) };
+    for (at, column) in schema.columns().iter().enumerate().filter(|(at, _)| wanted[*at]) {
+        if let Some(what) = other(column) {
+            table.take(at, Cells::Other(what, n_rows));
+            continue;
         }
-        for row in 0..n_rows {
-            for (at, column) in columns.iter().enumerate() {
-                if at > 0 {
-                    text.push(',');
-                }
-                match column {
-                    Cells::Numbers(values) => match values[row] {
-                        Some(value) => push_number(&mut text, value),
-                        // A line that is empty would be no row.
-                        None => text.push_str("NaN"),
-                    },
-                    Cells::Texts(texts) => text.push_str(&quoted(&texts[row])),
-                    Cells::Other(what) => text.push_str(what),
-                }
-            }
-            text.push('\n');
+        for (group, n_rows) in groups.iter().enumerate() {
+            let reader = file.get_row_group(group)?.get_column_reader(at)?;
+            column_of(reader, column, *n_rows, &mut |cells| table.take(at, cells))?;
         }
     }
-    Ok(text)
+    Ok(())
 }
 
-/// A column of a row group.
-enum Cells {
-    Numbers(Vec<Option<f64>>),
-    Texts(Vec<String>),
-    /// What stands in every row in place of something else.
-    Other(&'static str),
-}
-
-fn cells(reader: ColumnReader, column: &ColumnDescriptor, n_rows: usize) -> Result<Cells> {
+/// What stands in every row of a column in place of something that is neither a number nor a text.
+fn other(column: &ColumnDescriptor) -> Option<&'static str> {
     if column.max_rep_level() > 0 {
-        return Ok(Cells::Other("a list"));
+        return Some("a list");
     }
+    (column.physical_type() == Physical::FIXED_LEN_BYTE_ARRAY).then_some("binary data")
+}
+
+/// Rows that are read at a time.
+const BATCH: usize = 1 << 16;
+
+/// Reads a column of a group of rows.
+fn column_of(
+    reader: ColumnReader,
+    column: &ColumnDescriptor,
+    n_rows: usize,
+    take: &mut dyn FnMut(Cells),
+) -> Result<()> {
     let logical = logical_type(column);
-    Ok(match reader {
-        ColumnReader::BoolColumnReader(reader) => {
-            numbers(values(reader, column, n_rows)?, |value| f64::from(u8::from(value)))
-        }
+    match reader {
+        ColumnReader::BoolColumnReader(reader) => batches(reader, column, n_rows, |values| {
+            take(numbers(values, |value| f64::from(u8::from(value))));
+        }),
         ColumnReader::Int32ColumnReader(reader) => {
-            let values = values(reader, column, n_rows)?;
-            match &logical {
+            batches(reader, column, n_rows, |values| match &logical {
                 Some(LogicalType::Date) => {
                     const DAY: i128 = 86_400_000_000_000;
-                    texts(values, |days| stamp(i128::from(days) * DAY, false))
+                    take(texts(values, |days| stamp(i128::from(days) * DAY, false)));
                 }
-                _ => numbers(values, |value| {
+                _ => take(numbers(values, |value| {
                     integer(value.into(), logical.as_ref(), u32::MAX.into())
-                }),
-            }
+                })),
+            })
         }
         ColumnReader::Int64ColumnReader(reader) => {
-            let values = values(reader, column, n_rows)?;
-            match &logical {
+            batches(reader, column, n_rows, |values| match &logical {
                 Some(LogicalType::Timestamp(TimestampType { unit, is_adjusted_to_u_t_c })) => {
                     let nanoseconds = match unit {
                         TimeUnit::MILLIS => 1_000_000,
                         TimeUnit::MICROS => 1_000,
                         TimeUnit::NANOS => 1,
                     };
-                    texts(values, |time| {
+                    take(texts(values, |time| {
                         stamp(i128::from(time) * nanoseconds, *is_adjusted_to_u_t_c)
-                    })
+                    }));
                 }
-                _ => numbers(values, |value| integer(value, logical.as_ref(), u64::MAX)),
-            }
-        }
-        ColumnReader::Int96ColumnReader(reader) => {
-            texts(values(reader, column, n_rows)?, |time| stamp(time.to_nanos().into(), false))
-        }
-        ColumnReader::FloatColumnReader(reader) => {
-            numbers(values(reader, column, n_rows)?, f64::from)
-        }
-        ColumnReader::DoubleColumnReader(reader) => {
-            numbers(values(reader, column, n_rows)?, |value| value)
-        }
-        ColumnReader::ByteArrayColumnReader(reader) => {
-            texts(values(reader, column, n_rows)?, |value| {
-                String::from_utf8_lossy(value.data()).into_owned()
+                _ => take(numbers(values, |value| integer(value, logical.as_ref(), u64::MAX))),
             })
         }
-        ColumnReader::FixedLenByteArrayColumnReader(_) => Cells::Other("binary data"),
-    })
+        ColumnReader::Int96ColumnReader(reader) => batches(reader, column, n_rows, |values| {
+            take(texts(values, |time| stamp(time.to_nanos().into(), false)));
+        }),
+        ColumnReader::FloatColumnReader(reader) => {
+            batches(reader, column, n_rows, |values| take(numbers(values, f64::from)))
+        }
+        ColumnReader::DoubleColumnReader(reader) => {
+            batches(reader, column, n_rows, |values| take(numbers(values, |value| value)))
+        }
+        ColumnReader::ByteArrayColumnReader(reader) => batches(reader, column, n_rows, |values| {
+            take(texts(values, |value| String::from_utf8_lossy(value.data()).into_owned()));
+        }),
+        ColumnReader::FixedLenByteArrayColumnReader(_) => {
+            take(Cells::Other("binary data", n_rows));
+            Ok(())
+        }
+    }
 }
 
 /// What a column means; older files say it in another way.
@@ -178,39 +180,40 @@ fn logical_type(column: &ColumnDescriptor) -> Option<LogicalType> {
     })
 }
 
-/// The values of a column without lists; `None` where there is none.
-fn values<T: DataType>(
+/// Hands on the values of a column without lists, some rows at a time; `None` where there is none.
+fn batches<T: DataType>(
     mut reader: ColumnReaderImpl<T>,
     column: &ColumnDescriptor,
     n_rows: usize,
-) -> Result<Vec<Option<T::T>>> {
-    let (mut values, mut levels) = (Vec::new(), Vec::new());
-    let mut read = 0;
-    while read < n_rows {
-        match reader.read_records(n_rows - read, Some(&mut levels), None, &mut values)? {
-            (0, ..) => {
-                return Err(ParquetError::EOF("a column ends early".to_owned()));
-            }
-            (records, ..) => read += records,
-        }
-    }
+    mut take: impl FnMut(Vec<Option<T::T>>),
+) -> Result<()> {
     // A value is there where everything on the way to it is.
-    let mut values = values.into_iter();
     let there = column.max_def_level();
-    let optional: Vec<_> = if there == 0 {
-        values.map(Some).collect()
-    } else {
-        levels.iter().map(|&level| if level == there { values.next() } else { None }).collect()
-    };
-    if optional.len() == n_rows {
-        Ok(optional)
-    } else {
-        Err(ParquetError::General("columns of different lengths".to_owned()))
+    let mut left = n_rows;
+    while left > 0 {
+        let (mut values, mut levels) = (Vec::new(), Vec::new());
+        let asked = left.min(BATCH);
+        let (n, ..) = reader.read_records(asked, Some(&mut levels), None, &mut values)?;
+        if n == 0 {
+            return Err(ParquetError::EOF("a column ends early".to_owned()));
+        }
+        let mut values = values.into_iter();
+        let optional: Vec<_> = if there == 0 {
+            values.map(Some).collect()
+        } else {
+            levels.iter().map(|&level| if level == there { values.next() } else { None }).collect()
+        };
+        if optional.len() != n {
+            return Err(ParquetError::General("columns of different lengths".to_owned()));
+        }
+        take(optional);
+        left -= n;
     }
+    Ok(())
 }
 
 fn numbers<T>(values: Vec<Option<T>>, number: impl Fn(T) -> f64) -> Cells {
-    Cells::Numbers(values.into_iter().map(|value| value.map(&number)).collect())
+    Cells::Numbers(values.into_iter().map(|value| value.map_or(f64::NAN, &number)).collect())
 }
 
 fn texts<T>(values: Vec<Option<T>>, text: impl Fn(T) -> String) -> Cells {
@@ -242,15 +245,22 @@ mod tests {
 
     use dgd_compiler::diagnostics::Diagnostics;
     use dgd_compiler::source::Sources;
-    use parquet::basic::{Repetition, Type as Physical};
+    use parquet::basic::Repetition;
     use parquet::data_type::{ByteArrayType, DoubleType, Int64Type};
     use parquet::file::writer::SerializedFileWriter;
     use parquet::schema::types::Type;
 
     use super::*;
-    use crate::parquet::plain;
+    use crate::parquet::{Text, plain};
     use crate::read_from;
     use crate::write::{Written, save_parquet, write_table};
+
+    /// The CSV text that a file stands for.
+    fn to_csv(file: Vec<u8>) -> Result<String, String> {
+        let mut text = Text::default();
+        let read = read(Place::Memory(file), &mut text);
+        read.map(|()| text.to_csv()).map_err(|unread| unread.why)
+    }
 
     /// Three rows of a stamp, a number that may be missing, and a text.
     fn file() -> Result<Vec<u8>> {
@@ -339,7 +349,9 @@ mod tests {
         let rows = |out: &mut dyn std::io::Write| write_table(out, Some(&time), &columns);
         save_parquet(&path, rows).expect("the folder is writable");
         let file = std::fs::read(path).expect("it was written");
-        let ours = plain::to_csv(&file).expect("a file of ours");
+        let mut ours = Text::default();
+        plain::read(&Place::Memory(file.clone()), &mut ours).expect("a file of ours");
+        let ours = ours.to_csv();
         assert_eq!(to_csv(file).expect("a Parquet file"), ours);
         assert_eq!(ours.lines().next(), Some("time [s],\"q, \"\"a\"\" [lpm]\""));
     }

@@ -1,4 +1,7 @@
-//! Parquet files, as the CSV text they stand for, and tables to Parquet.
+//! Parquet files to columns, and tables to Parquet.
+//!
+//! A file is read by columns, those alone that are wanted, and of these by groups of rows: what is held besides the
+//! table is a few pages of one column.
 //!
 //! What dgd writes, every build reads ([`plain`]). Compressed files, dates and the rest need the `parquet`
 //! crate ([`library`]), which takes longer to build than all of dgd's other file formats together.
@@ -9,6 +12,9 @@ mod library;
 mod plain;
 mod thrift;
 mod write;
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
 
 pub(crate) use write::ParquetWriter;
 
@@ -28,17 +34,86 @@ impl From<String> for Unread {
     }
 }
 
-/// The CSV text of a Parquet file.
-#[cfg(feature = "parquet")]
-pub(crate) fn to_csv(file: Vec<u8>) -> Result<String, Unread> {
-    library::to_csv(file).map_err(|error| error.to_string().into())
+impl From<io::Error> for Unread {
+    fn from(error: io::Error) -> Self {
+        error.to_string().into()
+    }
 }
 
-/// The CSV text of a Parquet file that dgd wrote, or one that is as simple.
-#[cfg(not(feature = "parquet"))]
-#[allow(clippy::needless_pass_by_value, reason = "the library needs the bytes as its own")]
-pub(crate) fn to_csv(file: Vec<u8>) -> Result<String, Unread> {
-    plain::to_csv(&file)
+/// A file that can be read from anywhere in it.
+pub(crate) enum Place {
+    Memory(Vec<u8>),
+    File(File),
+}
+
+impl Place {
+    /// How many bytes it has.
+    pub(crate) fn len(&self) -> io::Result<u64> {
+        match self {
+            Place::Memory(bytes) => Ok(bytes.len() as u64),
+            Place::File(file) => Ok(file.metadata()?.len()),
+        }
+    }
+
+    /// So many bytes from there on, which are within the file.
+    pub(crate) fn bytes(&self, from: u64, length: usize) -> io::Result<Vec<u8>> {
+        match self {
+            Place::Memory(bytes) => {
+                let from = usize::try_from(from).ok();
+                let part = from.and_then(|from| bytes.get(from..from.checked_add(length)?));
+                part.map(<[u8]>::to_vec).ok_or_else(|| io::ErrorKind::UnexpectedEof.into())
+            }
+            Place::File(file) => {
+                let mut file: &File = file;
+                file.seek(SeekFrom::Start(from))?;
+                let mut bytes = Vec::new();
+                file.take(length as u64).read_to_end(&mut bytes)?;
+                if bytes.len() < length {
+                    return Err(io::ErrorKind::UnexpectedEof.into());
+                }
+                Ok(bytes)
+            }
+        }
+    }
+
+    /// Whether it begins and ends as Parquet files do.
+    pub(crate) fn is_parquet(&self) -> bool {
+        let n = MAGIC.len();
+        let is_magic = |from: u64| self.bytes(from, n).is_ok_and(|bytes| bytes == MAGIC);
+        let end = self.len().ok().and_then(|length| length.checked_sub(n as u64));
+        end.is_some_and(|end| end >= n as u64 && is_magic(0) && is_magic(end))
+    }
+}
+
+/// Some rows of a column.
+pub(crate) enum Cells {
+    /// Numbers, NaN where there is none.
+    Numbers(Vec<f64>),
+    /// Texts, empty where there is none.
+    Texts(Vec<String>),
+    /// What stands in each of so many rows in place of something else.
+    #[cfg_attr(
+        not(feature = "parquet"),
+        allow(dead_code, reason = "only the library reads on there")
+    )]
+    Other(&'static str, usize),
+}
+
+/// Takes in the columns of a file.
+pub(crate) trait TakesColumns {
+    /// Told names, the number of rows, and of bytes; says which columns are wanted, or that none are.
+    fn begin(&mut self, names: &[String], n_rows: usize, bytes: u64) -> Option<Vec<bool>>;
+
+    /// Takes the next rows of a column. Columns come one after the other.
+    fn take(&mut self, column: usize, cells: Cells);
+}
+
+/// Reads a file: one that dgd wrote or one that is as simple, or any with the library.
+pub(crate) fn read(place: Place, table: &mut dyn TakesColumns) -> Result<(), Unread> {
+    #[cfg(feature = "parquet")]
+    return library::read(place, table);
+    #[cfg(not(feature = "parquet"))]
+    plain::read(&place, table)
 }
 
 /// Whether a panic of this thread, in the library that reads Parquet, is caught and becomes a message: a hook
@@ -48,4 +123,49 @@ pub fn catches_panics() -> bool {
     return library::catches_panics();
     #[cfg(not(feature = "parquet"))]
     false
+}
+
+/// All columns as text, for tests.
+#[cfg(test)]
+#[derive(Default)]
+pub(crate) struct Text {
+    names: Vec<String>,
+    columns: Vec<Vec<String>>,
+    n_rows: usize,
+}
+
+#[cfg(test)]
+impl TakesColumns for Text {
+    fn begin(&mut self, names: &[String], n_rows: usize, _: u64) -> Option<Vec<bool>> {
+        self.names = names.to_vec();
+        self.columns = vec![Vec::new(); names.len()];
+        self.n_rows = n_rows;
+        Some(vec![true; names.len()])
+    }
+
+    fn take(&mut self, column: usize, cells: Cells) {
+        match cells {
+            Cells::Numbers(numbers) => {
+                self.columns[column].extend(numbers.into_iter().map(crate::cell::shown));
+            }
+            Cells::Texts(texts) => self.columns[column].extend(texts),
+            Cells::Other(what, rows) => {
+                self.columns[column].extend(vec![what.to_owned(); rows]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+impl Text {
+    /// The CSV text that the file stands for.
+    pub(crate) fn to_csv(&self) -> String {
+        let line = |cells: Vec<&String>| {
+            let cells: Vec<String> =
+                cells.into_iter().map(|cell| crate::cell::quoted(cell)).collect();
+            cells.join(",") + "\n"
+        };
+        let row = |k: usize| line(self.columns.iter().map(|column| &column[k]).collect());
+        line(self.names.iter().collect()) + &(0..self.n_rows).map(row).collect::<String>()
+    }
 }

@@ -1,45 +1,33 @@
 //! Reads Parquet as dgd writes it: columns of doubles and texts, plain and not compressed.
 
 use super::thrift::{Value, decode};
-use super::{MAGIC, Unread};
-use crate::cell::{push_number, quoted};
+use super::{Cells, MAGIC, Place, TakesColumns, Unread};
 use crate::parquet::write::{BYTE_ARRAY, DATA_PAGE, DOUBLE, OPTIONAL, PLAIN, RLE, UNCOMPRESSED};
 
-/// The CSV text of a file.
-pub(super) fn to_csv(file: &[u8]) -> Result<String, Unread> {
-    let description = description(file).ok_or_else(damaged)?;
+/// Reads a file by columns, and of these by groups of rows.
+pub(super) fn read(place: &Place, table: &mut dyn TakesColumns) -> Result<(), Unread> {
+    let length = place.len()?;
+    let end = description(place, length)?;
+    let description = decode(&end).filter(|(_, rest)| rest.is_empty()).ok_or_else(damaged)?.0;
     let columns = columns(&description)?;
-    let names: Vec<_> = columns.iter().map(|column| quoted(column.name)).collect();
-    let mut text = names.join(",");
-    text.push('\n');
     // A row takes a byte at least, but for rows that hold nothing.
-    let mut room = file.len();
+    let mut room = usize::try_from(length).map_err(|_| damaged())?;
+    let mut groups = Vec::new();
     for group in description.list(4).ok_or_else(damaged)? {
         let n_rows = group.integer(3).and_then(|n| usize::try_from(n).ok()).ok_or_else(damaged)?;
         room = room.checked_sub(n_rows).ok_or_else(damaged)?;
         let chunks = group.list(1).filter(|chunks| chunks.len() == columns.len());
-        let cells = chunks
-            .ok_or_else(damaged)?
-            .iter()
-            .zip(&columns)
-            .map(|(chunk, column)| cells(file, chunk, column, n_rows))
-            .collect::<Result<Vec<_>, Unread>>()?;
-        for row in 0..n_rows {
-            for (at, cells) in cells.iter().enumerate() {
-                if at > 0 {
-                    text.push(',');
-                }
-                match cells[row] {
-                    // A line that is empty would be no row.
-                    None => text.push_str("NaN"),
-                    Some(Cell::Number(value)) => push_number(&mut text, value),
-                    Some(Cell::Text(cell)) => text.push_str(&quoted(cell)),
-                }
-            }
-            text.push('\n');
+        groups.push((n_rows, chunks.ok_or_else(damaged)?));
+    }
+    let names: Vec<String> = columns.iter().map(|column| column.name.to_owned()).collect();
+    let n_rows = groups.iter().map(|(n_rows, _)| n_rows).sum();
+    let Some(wanted) = table.begin(&names, n_rows, length) else { return Ok(()) };
+    for (at, column) in columns.iter().enumerate().filter(|(at, _)| wanted[*at]) {
+        for (n_rows, chunks) in &groups {
+            chunk(place, &chunks[at], column, *n_rows, &mut |cells| table.take(at, cells))?;
         }
     }
-    Ok(text)
+    Ok(())
 }
 
 fn damaged() -> Unread {
@@ -54,12 +42,16 @@ fn another_kind() -> Unread {
 }
 
 /// What stands at the end of the file.
-fn description(file: &[u8]) -> Option<Value<'_>> {
-    let inner = file.strip_prefix(MAGIC)?.strip_suffix(MAGIC)?;
-    let (inner, length) = inner.split_last_chunk::<4>()?;
-    let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
-    let (value, rest) = decode(&inner[inner.len().checked_sub(length)?..])?;
-    rest.is_empty().then_some(value)
+fn description(place: &Place, length: u64) -> Result<Vec<u8>, Unread> {
+    let tail = MAGIC.len() as u64 + 4;
+    let at = length.checked_sub(tail).ok_or_else(damaged)?;
+    let bytes = place.bytes(at, 4)?;
+    let size = u32::from_le_bytes(bytes.try_into().map_err(|_| damaged())?);
+    let begin = at.checked_sub(size.into()).filter(|begin| *begin >= MAGIC.len() as u64);
+    if !place.is_parquet() {
+        return Err(damaged());
+    }
+    Ok(place.bytes(begin.ok_or_else(damaged)?, size as usize)?)
 }
 
 struct Column<'a> {
@@ -91,29 +83,28 @@ fn columns<'a>(description: &Value<'a>) -> Result<Vec<Column<'a>>, Unread> {
     fields.iter().map(column).collect()
 }
 
-#[derive(Clone, Copy)]
-enum Cell<'a> {
-    Number(f64),
-    Text(&'a str),
-}
+/// Bytes in which the head of a page has room.
+const HEAD: u64 = 1 << 16;
 
-/// The cells of a column of a row group.
-fn cells<'a>(
-    file: &'a [u8],
-    chunk: &Value<'a>,
-    column: &Column<'a>,
+/// Reads a column of a group of rows, page by page.
+fn chunk(
+    place: &Place,
+    chunk: &Value<'_>,
+    column: &Column<'_>,
     n_rows: usize,
-) -> Result<Vec<Option<Cell<'a>>>, Unread> {
+    take: &mut dyn FnMut(Cells),
+) -> Result<(), Unread> {
     let data = chunk.field(3).ok_or_else(damaged)?;
     if data.integer(4) != Some(UNCOMPRESSED.into()) || data.field(11).is_some() {
         return Err(another_kind());
     }
-    let start = data.integer(9).and_then(|at| usize::try_from(at).ok());
-    let mut rest = start.and_then(|at| file.get(at..)).ok_or_else(damaged)?;
-    // Each row has a bit in the file, but for runs of a single page.
-    let mut cells = Vec::with_capacity(n_rows.min(file.len()));
-    while cells.len() < n_rows {
-        let (header, behind) = decode(rest).ok_or_else(damaged)?;
+    let start = data.integer(9).and_then(|at| u64::try_from(at).ok());
+    let (mut at, length) = (start.ok_or_else(damaged)?, place.len()?);
+    let mut left = n_rows;
+    while left > 0 {
+        let room = length.checked_sub(at).ok_or_else(damaged)?;
+        let head = place.bytes(at, room.min(HEAD) as usize)?;
+        let (header, behind) = decode(&head).ok_or_else(damaged)?;
         let page = header.field(5).ok_or_else(another_kind)?;
         let is_plain = header.integer(1) == Some(DATA_PAGE.into())
             && page.integer(2) == Some(PLAIN.into())
@@ -121,23 +112,20 @@ fn cells<'a>(
         if !is_plain {
             return Err(another_kind());
         }
-        let size = header.integer(3).and_then(|size| usize::try_from(size).ok());
-        let (bytes, behind) =
-            size.and_then(|size| behind.split_at_checked(size)).ok_or_else(damaged)?;
+        at += (head.len() - behind.len()) as u64;
+        let size = header.integer(3).and_then(|size| u64::try_from(size).ok());
+        let size = size.filter(|size| *size <= length - at).ok_or_else(damaged)?;
+        let bytes = place.bytes(at, size as usize)?;
+        at += size;
         let count = page.integer(1).and_then(|count| usize::try_from(count).ok());
-        let count = count.filter(|n| (1..=n_rows - cells.len()).contains(n)).ok_or_else(damaged)?;
-        page_cells(bytes, column, count, &mut cells)?;
-        rest = behind;
+        let count = count.filter(|n| (1..=left).contains(n)).ok_or_else(damaged)?;
+        take(page_cells(&bytes, column, count)?);
+        left -= count;
     }
-    Ok(cells)
+    Ok(())
 }
 
-fn page_cells<'a>(
-    mut bytes: &'a [u8],
-    column: &Column<'_>,
-    count: usize,
-    cells: &mut Vec<Option<Cell<'a>>>,
-) -> Result<(), Unread> {
+fn page_cells(mut bytes: &[u8], column: &Column<'_>, count: usize) -> Result<Cells, Unread> {
     let mut runs = vec![(true, count)];
     if column.is_optional {
         let (length, rest) = bytes.split_first_chunk::<4>().ok_or_else(damaged)?;
@@ -145,16 +133,28 @@ fn page_cells<'a>(
         let (levels, rest) = rest.split_at_checked(length).ok_or_else(damaged)?;
         (runs, bytes) = (runs_of(levels)?, rest);
     }
-    let mut left = count;
+    if column.kind == i64::from(DOUBLE) {
+        Ok(Cells::Numbers(optional(&runs, count, || number(&mut bytes), f64::NAN)?))
+    } else {
+        Ok(Cells::Texts(optional(&runs, count, || text(&mut bytes), String::new())?))
+    }
+}
+
+/// So many values, `missing` where there is none.
+fn optional<T: Clone>(
+    runs: &[(bool, usize)],
+    count: usize,
+    mut next: impl FnMut() -> Option<T>,
+    missing: T,
+) -> Result<Vec<T>, Unread> {
+    let mut values = Vec::new();
     for (there, n) in runs {
-        let n = n.min(left);
-        left -= n;
+        let n = (*n).min(count - values.len());
         for _ in 0..n {
-            let cell = there.then(|| cell(&mut bytes, column.kind).ok_or_else(damaged));
-            cells.push(cell.transpose()?);
+            values.push(if *there { next().ok_or_else(damaged)? } else { missing.clone() });
         }
     }
-    if left == 0 { Ok(()) } else { Err(damaged()) }
+    if values.len() == count { Ok(values) } else { Err(damaged()) }
 }
 
 /// Runs of values that are there or missing.
@@ -188,16 +188,17 @@ fn runs_of(mut levels: &[u8]) -> Result<Vec<(bool, usize)>, Unread> {
     Ok(runs)
 }
 
-fn cell<'a>(bytes: &mut &'a [u8], kind: i64) -> Option<Cell<'a>> {
-    if kind == i64::from(DOUBLE) {
-        let (number, rest) = bytes.split_first_chunk::<8>()?;
-        *bytes = rest;
-        return Some(Cell::Number(f64::from_le_bytes(*number)));
-    }
+fn number(bytes: &mut &[u8]) -> Option<f64> {
+    let (number, rest) = bytes.split_first_chunk::<8>()?;
+    *bytes = rest;
+    Some(f64::from_le_bytes(*number))
+}
+
+fn text(bytes: &mut &[u8]) -> Option<String> {
     let (length, rest) = bytes.split_first_chunk::<4>()?;
     let (text, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
     *bytes = rest;
-    str::from_utf8(text).ok().map(Cell::Text)
+    str::from_utf8(text).ok().map(str::to_owned)
 }
 
 #[cfg(test)]
@@ -205,7 +206,7 @@ mod tests {
     use std::io::Write;
 
     use super::*;
-    use crate::parquet::ParquetWriter;
+    use crate::parquet::{ParquetWriter, Text};
 
     fn written(csv: &str) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -213,6 +214,12 @@ mod tests {
         writer.write_all(csv.as_bytes()).expect("to memory");
         writer.finish().expect("to memory");
         bytes
+    }
+
+    fn to_csv(file: &[u8]) -> Result<String, Unread> {
+        let mut text = Text::default();
+        super::read(&Place::Memory(file.to_vec()), &mut text)?;
+        Ok(text.to_csv())
     }
 
     fn read(file: &[u8]) -> Result<String, String> {

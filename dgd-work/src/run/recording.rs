@@ -68,11 +68,13 @@ impl Recording {
         diagnostics: &mut Diagnostics,
         session: Session<'_>,
     ) -> Option<Recording> {
+        let known = Known::of(dae);
+        let wanted = known.wanted();
         let table = Reading::default()
             .renamed(renames)
+            .of(&wanted)
             .read(session.files, path, sources, diagnostics)
             .ok()?;
-        let known = Known::of(dae);
         let read =
             Self::select(&table, &known, clock, Gaps::Refused, sources, diagnostics, session);
         let mut recording = read?;
@@ -224,6 +226,14 @@ impl<'a> Known<'a> {
         let elements = self.elements.iter();
         let elements = elements.map(|(name, whole)| select::Declared { name, ..declared(whole) });
         single.chain(elements).collect()
+    }
+
+    /// Names of all columns that a recording has of a file.
+    fn wanted(&self) -> Vec<&str> {
+        let Known { dae, elements } = self;
+        let inputs = dae.inputs.iter().map(|input| input.declared.name.as_str());
+        let outputs = dae.outputs.iter().map(|output| output.declared.name.as_str());
+        inputs.chain(outputs).chain(elements.iter().map(|(name, _)| name.as_str())).collect()
     }
 
     /// Names of all columns that are not worth a remark.

@@ -1,0 +1,212 @@
+//! From the columns of a Parquet file to a [`Table`], some rows at a time: what [`rows`](super::rows) makes of cells,
+//! without text.
+
+use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::source::{Source, Sources};
+
+use crate::csv::header::Header;
+use crate::csv::kept::Kept;
+use crate::csv::rows::Rows;
+use crate::parquet::{self, Cells, Place, TakesColumns};
+use crate::read::{Reading, unreadable};
+use crate::table::Table;
+
+/// Reads a file of this name.
+pub(crate) fn read(
+    place: Place,
+    name: &str,
+    reading: Reading<'_>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Result<Table, Reported> {
+    let mut taking = Taking { name, reading, sources, diagnostics, rows: None };
+    let read = parquet::read(place, &mut taking);
+    let Taking { rows, .. } = taking;
+    match (read, rows) {
+        // What is wrong with the header comes before what is wrong behind it.
+        (_, Some(Err(reported))) => Err(reported),
+        (Ok(()), Some(Ok(rows))) => rows.finish(diagnostics),
+        (Ok(()), None) => Err(diagnostics.error(unreadable(name, "", sources, "it is empty"))),
+        (Err(unread), _) => {
+            let diagnostic = unreadable(name, "", sources, &unread.why);
+            Err(diagnostics.error(diagnostic.maybe_help(unread.help.map(str::to_owned))))
+        }
+    }
+}
+
+struct Taking<'a> {
+    name: &'a str,
+    reading: Reading<'a>,
+    sources: &'a mut Sources,
+    diagnostics: &'a mut Diagnostics,
+    rows: Option<Result<Rows, Reported>>,
+}
+
+impl Taking<'_> {
+    fn below(&mut self, names: &[String]) -> Result<Rows, Reported> {
+        let names = || names.iter().map(String::as_str);
+        let source = Source { name: self.name.to_owned(), text: Header::line(names()) };
+        let kept = Kept { source: self.sources.add(source), whole: false };
+        let mut header = Header::named(names());
+        header.rename(self.reading.renames, kept, self.sources, self.diagnostics)?;
+        Rows::below(&header, self.reading, kept, self.sources, self.diagnostics)
+    }
+}
+
+impl TakesColumns for Taking<'_> {
+    fn begin(&mut self, names: &[String], n_rows: usize, bytes: u64) -> Option<Vec<bool>> {
+        if names.is_empty() {
+            return None;
+        }
+        let below = self.below(names);
+        let rows = self.rows.insert(below).as_mut().ok()?;
+        rows.expect(n_rows, bytes);
+        Some((0..names.len()).map(|at| rows.wants(at)).collect())
+    }
+
+    fn take(&mut self, column: usize, cells: Cells) {
+        let Some(Ok(rows)) = &mut self.rows else { return };
+        match cells {
+            Cells::Numbers(numbers) => rows.take_numbers(column, &numbers),
+            Cells::Texts(texts) => rows.take_texts(column, texts.iter().map(String::as_str)),
+            Cells::Other(what, n) => rows.take_texts(column, std::iter::repeat_n(what, n)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+    use std::fs;
+    use std::io::Write as _;
+
+    use dgd_compiler::diagnostics::render::entry;
+
+    use super::*;
+    use crate::parquet::ParquetWriter;
+    use crate::{Disk, read_from};
+
+    fn parquet(csv: &str) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut writer = ParquetWriter::new(&mut bytes);
+        writer.write_all(csv.as_bytes()).expect("to memory");
+        writer.finish().expect("to memory");
+        bytes
+    }
+
+    /// All that a table says, numbers to the bit, or each mistake as `code message; text`.
+    fn read(bytes: &[u8], reading: Reading<'_>) -> Result<String, Vec<String>> {
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = folder.path().join("a");
+        fs::write(&path, bytes).expect("writable");
+        let table = reading.read(&Disk, &path, &mut sources, &mut diagnostics);
+        let said = diagnostics.sorted().into_iter().map(|diagnostic| {
+            let entry = entry(diagnostic, &sources);
+            format!("{} {}; {}", entry.code, entry.message, entry.places[0].text)
+        });
+        let table = table.map_err(|_| said.collect::<Vec<_>>())?;
+        let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+        let mut text = format!("{} {:?} {:?}\n", table.len(), table.epoch, table.disorder);
+        let _ = writeln!(text, "{:?}", table.time.as_deref().map(bits));
+        let replicates = table.replicates.iter();
+        let replicates: Vec<_> = replicates.map(|one| (one.row, one.first)).collect();
+        let _ = writeln!(text, "{replicates:?}");
+        for column in &table.columns {
+            let count =
+                |cells: &Option<crate::Cells>| cells.as_ref().map(|c| (c.count, c.text.clone()));
+            let (missing, others) = (count(&column.missing), count(&column.not_numbers));
+            // What stands in place of a missing number is not kept.
+            let missing = missing.map(|(count, _)| count);
+            let unit = column.unit.as_ref().map(|unit| &unit.symbol);
+            let values = bits(&column.values);
+            let _ = writeln!(text, "{} {unit:?} {missing:?} {others:?} {values:?}", column.name);
+        }
+        Ok(text)
+    }
+
+    const TABLES: [&str; 8] = [
+        "time [s],x [m],note\n0,0.1,a\n0.1,NaN,\n1e-1,-0,\"b,c\"\n7.7,1e22,7\n",
+        "time [min],x [m]\n5,5e-324\n5,1\n5,1\n5,1\n6,inf\n",
+        "time,x [m]\n2026-11-21T10:00:00Z,1\n2026-11-21T10:00:01.5Z,2\n2026-11-21T10:00:01.5Z,3\n",
+        "time,x [m]\n2026-11-21,1\n2026-11-22,2\n",
+        "t,y [1]\n3,1\n4,na\n5, 7 \n",
+        "x [m],y [bar]\n1,2\nNaN,\n",
+        "time [s],a,b [xx],c [m,c [m]\n0,1,2,3,4\n",
+        "time [s],x [m]\n0,1\n5,2\n1,3\n2,4\n2,5\n2,6\n3,7\n",
+    ];
+
+    #[test]
+    fn columns_are_read_as_the_text_that_they_stand_for() {
+        for csv in TABLES {
+            let reading = Reading::default().as_it_is();
+            let of_text = read(csv.as_bytes(), reading).unwrap_or_else(|e| panic!("{csv}: {e:?}"));
+            assert_eq!(read(&parquet(csv), reading), Ok(of_text), "{csv}");
+        }
+    }
+
+    #[test]
+    fn several_groups_of_rows_are_one_table() {
+        // Replicates and a jump on both sides of where a group ends, and a time that goes back in the last.
+        let mut csv = "time [s]".to_owned();
+        (0..40).for_each(|k| write!(csv, ",c{k} [m]").expect("to a string"));
+        csv.push('\n');
+        let ends = (1 << 21) / 41 + 1;
+        for row in 0..2 * ends + 50 {
+            let t = match row {
+                row if (ends - 2..ends + 2).contains(&row) => ends,
+                row if row == 2 * ends + 1 => 3,
+                row => row,
+            };
+            let _ = write!(csv, "{}", t as f64 * 0.1);
+            for k in 0..40 {
+                let _ = write!(csv, ",{}", (row * k) as f64 * 0.01);
+            }
+            csv.push('\n');
+        }
+        let file = parquet(&csv);
+        let reading = Reading::default().as_it_is().of(&["c1", "c39"]);
+        assert!(read(&file, reading) == read(csv.as_bytes(), reading));
+        let refused = read(&file, Reading::default().of(&["c1"])).expect_err("it goes back");
+        let words = format!("`0.30000000000000004` comes after `{}`", (2 * ends) as f64 * 0.1);
+        let place = format!("row {}", 2 * ends + 1);
+        assert_eq!(refused, [format!("E605 time runs backwards: {words}; {place}")]);
+    }
+
+    #[test]
+    fn columns_that_nobody_asks_for_are_not_read() {
+        let csv = "time [s],x [m],y [m]\n0,1,2\n1,3,4\n";
+        let reading = Reading::default().of(&["y"]);
+        for file in [parquet(csv), csv.as_bytes().to_vec()] {
+            let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+            let folder = tempfile::tempdir().expect("a folder for the test");
+            let path = folder.path().join("a");
+            fs::write(&path, &file).expect("writable");
+            let table = reading.read(&Disk, &path, &mut sources, &mut diagnostics).expect("sound");
+            let values: Vec<&[f64]> = table.columns.iter().map(|c| c.values.as_slice()).collect();
+            assert_eq!(values, [[].as_slice(), &[2.0, 4.0]]);
+            let whole = read_from("a", file.as_slice(), &mut sources, &mut diagnostics);
+            assert_eq!(table.digest, whole.expect("sound").digest, "which is that of all bytes");
+        }
+        // Of a chunk that is damaged nobody hears who does not read it.
+        let mut damaged = parquet(csv);
+        let at = damaged.windows(8).position(|bytes| bytes == 3.0_f64.to_le_bytes());
+        // In front of it stand the first number, which values are there, and the head of the page.
+        let head = at.expect("x has a 3") - 28;
+        damaged[head..head + 10].fill(0xff);
+        assert!(read(&damaged, reading).is_ok());
+        assert!(read(&damaged, Reading::default()).is_err());
+    }
+
+    #[test]
+    fn mistakes_name_rows() {
+        let said = |csv: &str| read(&parquet(csv), Reading::default()).expect_err("a mistake");
+        assert_eq!(
+            said("time [s],x [m]\n0,1\n2,1\n1,1\n"),
+            ["E605 time runs backwards: `1` comes after `2`; row 2"]
+        );
+        assert_eq!(said("time [s],x [m]\n0,1\nNaN,1\n"), ["E607 this row has no time; row 1"]);
+        assert_eq!(said("time [s],x [m]\n"), ["E612 the table has no rows; "]);
+        assert_eq!(said("x [m],time [s]\n0,1\n"), ["E609 the time is not in the first column; "]);
+    }
+}
