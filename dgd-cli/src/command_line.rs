@@ -33,6 +33,13 @@ pub(crate) fn words() -> impl Iterator<Item = &'static OsStr> {
     WORDS.get().into_iter().flatten().map(OsString::as_os_str)
 }
 
+/// Whether the words ask for JSON, though they may not be a command line.
+pub(crate) fn wants_json() -> bool {
+    let words: Vec<&OsStr> = words().collect();
+    words.contains(&OsStr::new("--format=json"))
+        || words.windows(2).any(|pair| pair[0] == "--format" && pair[1] == "json")
+}
+
 /// The command line of this process, to be typed again. It gives the same without `--resume`.
 pub(crate) fn command_line() -> String {
     let words = words().filter(|word| *word != "--resume");

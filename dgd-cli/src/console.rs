@@ -12,6 +12,7 @@ use dgd_work::{Listener, Mistake, Remark, Session, WorkError, json_text};
 use serde_json::{Value, json};
 
 use crate::args::{Color, Format, Global};
+use crate::command_line;
 use crate::failure::CommandError;
 use crate::table_file::TableFormat;
 use crate::targets::Targets;
@@ -109,6 +110,11 @@ impl<'a> Console<'a> {
     pub(crate) fn threads(self) -> usize {
         let all = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         self.global.threads.unwrap_or_else(all)
+    }
+
+    /// Most memory, bytes, where the command line says so.
+    pub(crate) fn memory_asked(self) -> Option<u64> {
+        self.global.memory
     }
 
     /// Threads, where the command line says so.
@@ -250,6 +256,16 @@ pub(crate) fn print(text: &str) -> Result<(), CommandError> {
             Err(CommandError::Found(format!("cannot write to standard output: {error}")))
         }
         _ => Ok(()),
+    }
+}
+
+/// Says why the program is about to end, where programs look for it or on standard error.
+pub(crate) fn last_words(message: &str) {
+    if command_line::wants_json() {
+        // Where the reader went away, the exit code still says it.
+        let _ = print(&format!("{}\n", json!({ "error": message })));
+    } else {
+        complain(&format!("error: {}", visible(message)));
     }
 }
 

@@ -10,6 +10,7 @@ mod interrupt;
 mod numbers;
 mod picture;
 mod progress;
+mod scratch;
 mod table_file;
 mod tail;
 mod targets;
@@ -61,7 +62,8 @@ fn run_once() -> u8 {
         interrupt::mind();
     }
     let console = Console::new(&cli.global);
-    let result = Targets::verified(&cli.command, &cli.global)
+    let result = scratch::limit(&cli.command, &cli.global)
+        .and_then(|()| Targets::verified(&cli.command, &cli.global))
         .and_then(|targets| perform(&cli.command, console.writing(&targets)));
     match result {
         Ok(()) => 0,
@@ -90,23 +92,13 @@ fn minds_ctrl_c(command: &Command) -> bool {
     )
 }
 
-/// Whether these words ask for JSON, though they may not be a command line.
-fn wants_json(words: impl Iterator<Item = String>) -> bool {
-    let words: Vec<String> = words.collect();
-    words.iter().any(|word| word == "--format=json")
-        || words.windows(2).any(|pair| pair[0] == "--format" && pair[1] == "json")
-}
-
 /// The command line. Wrong usage ends the process here, with 2.
 fn parsed() -> Cli {
     let words = std::iter::once(OsStr::new("dgd")).chain(command_line::words());
     Cli::try_parse_from(words).unwrap_or_else(|error| {
         let text = error.to_string();
-        let words = command_line::words().map(|word| word.to_string_lossy().into_owned());
-        if error.use_stderr() && wants_json(words) {
-            let message = text.strip_prefix("error: ").unwrap_or(&text).trim();
-            // Where the reader went away, the exit code still says it.
-            let _ = console::print(&format!("{}\n", serde_json::json!({ "error": message })));
+        if error.use_stderr() && command_line::wants_json() {
+            console::last_words(text.strip_prefix("error: ").unwrap_or(&text).trim());
             std::process::exit(error.exit_code());
         }
         let shown = visible(&text);

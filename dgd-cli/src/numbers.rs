@@ -41,6 +41,11 @@ pub(crate) fn count(text: &str) -> Result<usize, String> {
     count.ok_or_else(|| "this must be a whole number, 1 or more".to_owned())
 }
 
+/// An amount of memory.
+pub(crate) fn size(text: &str) -> Result<u64, String> {
+    dgd_job::bytes(text).ok_or_else(|| "this must be a size, as in 500MB or 2GB".to_owned())
+}
+
 /// A port of this machine; 0 is a free one.
 pub(crate) fn port(text: &str) -> Result<u16, String> {
     text.parse().map_err(|_| {

@@ -29,4 +29,4 @@ pub use name::Names;
 pub use outcome::{Class, Outcome, document};
 pub use piece::{Kind, Piece, shell};
 pub use status::{Failure, Status, status};
-pub use store::{State, Store};
+pub use store::{Opens, Place, State, Store, is_elsewhere, set_opens};

@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::identity::Identity;
-use crate::job::Job;
+use crate::job::{Job, JobError};
 use crate::name::Names;
 use crate::piece::Piece;
 use crate::store::{State, Store};
@@ -50,9 +50,13 @@ pub struct Failure {
 }
 
 /// Asks the store for each piece of a job, as this build computes it.
-pub fn status(job: &Job, store: &Store, identity: &Identity) -> Status {
+///
+/// # Errors
+///
+/// It cannot be said which results there are.
+pub fn status(job: &Job, store: &Store, identity: &Identity) -> Result<Status, JobError> {
     let names = Names::new(&job.folder, identity);
-    let there = store.all();
+    let there = store.all()?;
     let mut all = Status {
         pieces: job.len(),
         done: 0,
@@ -64,27 +68,20 @@ pub fn status(job: &Job, store: &Store, identity: &Identity) -> Status {
         let name = names.of(&piece);
         match there.get(&name) {
             Some(State::Done) => all.done += 1,
-            Some(State::Failed) => all.failures.push(failure(index, name, &piece, store)),
+            Some(State::Failed) => all.failures.push(failure(index, name, &piece, store)?),
             None => all.open.push((index, name)),
         }
     }
-    all
+    Ok(all)
 }
 
-fn failure(index: usize, name: String, piece: &Piece, store: &Store) -> Failure {
-    let text = store.read(&name).map(|(_, text)| text).unwrap_or_default();
+fn failure(index: usize, name: String, piece: &Piece, store: &Store) -> Result<Failure, JobError> {
+    let text = store.read(&name)?.map(|(_, text)| text).unwrap_or_default();
     let value: Value = serde_json::from_str(&text).unwrap_or_default();
     let error = value["error"].as_str().unwrap_or("its result cannot be read").to_owned();
     let (well, when) = (piece.well.clone(), piece.when.clone());
-    Failure {
-        index,
-        name,
-        well,
-        when,
-        what: piece.kind.to_string(),
-        error,
-        command: piece.command(),
-    }
+    let (what, command) = (piece.kind.to_string(), piece.command());
+    Ok(Failure { index, name, well, when, what, error, command })
 }
 
 impl Status {

@@ -147,6 +147,13 @@ def test_workers_without_room_for_a_piece_are_refused(
             next(fleet)
 
 
+def test_buckets_are_refused(tmp_path: Path) -> None:
+    path = job(tmp_path, 2, ["fit"])
+    with pytest.raises(dgd.UsageError, match="lie in a folder"):
+        dgd.fleet(path, into="s3://bucket/results")
+    assert not Path("s3:").exists()
+
+
 def test_a_job_that_makes_no_sense_is_refused(tmp_path: Path) -> None:
     path = job(tmp_path, 1, [])
     path.write_text('{ "model": "cup.dgd", "do": ["fitt"], "wells": { "a": "w0.csv" } }')

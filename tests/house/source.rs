@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 /// The crates of the workspace, each of which uses only those before it. Tests may use any.
-pub(crate) const CRATES: [&str; 18] = [
+pub(crate) const CRATES: [&str; 19] = [
+    "dgd-scratch",
     "dgd-signature",
     "dgd-compiler",
     "dgd-macros",

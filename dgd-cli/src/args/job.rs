@@ -45,7 +45,7 @@ pub(crate) enum JobAction {
 pub(crate) struct JobPlaceArgs {
     /// The job file, JSON
     pub job: PathBuf,
-    /// Folder of the results
+    /// Folder of the results, or `s3://BUCKET/FOLDER` with a program that knows buckets
     #[arg(long, value_name = "DIR")]
     pub into: PathBuf,
 }
@@ -64,9 +64,6 @@ pub(crate) struct JobRunArgs {
     /// Number of pieces at a time, each in a process of its own [default: cores divided by `--threads`]
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub workers: Option<usize>,
-    /// Most memory for a piece, as in `2GB`; one that needs more fails [default: that of the job file, or any]
-    #[arg(long, value_name = "SIZE", value_parser = size)]
-    pub memory: Option<u64>,
     /// Also compute the pieces again that failed
     #[arg(long)]
     pub retry: bool,
@@ -81,9 +78,4 @@ fn share(text: &str) -> Result<(usize, usize), String> {
     share.ok_or_else(|| {
         "this must be a share, from `0/N` to one below `N/N`, as in `0/100`".to_owned()
     })
-}
-
-/// An amount of memory.
-fn size(text: &str) -> Result<u64, String> {
-    dgd_job::bytes(text).ok_or_else(|| "this must be a size, as in 500MB or 2GB".to_owned())
 }

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::numbers::{count, whole};
+use crate::numbers::{count, size, whole};
 use compare::CompareArgs;
 pub(crate) use discover::{AdoptArgs, DiscoverArgs};
 pub(crate) use fit::FitArgs;
@@ -65,6 +65,12 @@ pub(crate) struct Global {
     /// Number of threads; does not affect results [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
+    /// Most memory to hold, as in `500MB`; data beyond it lie in a file meanwhile, and `job run` gives each piece as much [default: any]
+    #[arg(long, global = true, value_name = "SIZE", value_parser = size)]
+    pub memory: Option<u64>,
+    /// Folder on a disk for the file of data beyond `--memory` [default: `TMPDIR`, or /var/tmp]
+    #[arg(long, global = true, value_name = "DIR", requires = "memory")]
+    pub scratch: Option<PathBuf>,
     /// File to write the result to; `fit`, `discover` and `screen` write a folder [default: standard output]
     #[arg(long, short, global = true, value_name = "PATH")]
     pub out: Option<PathBuf>,

@@ -20,6 +20,7 @@ mod fit_quality;
 mod gates;
 mod invert;
 mod jobs;
+mod large;
 mod linearize;
 mod lsp;
 mod mend;

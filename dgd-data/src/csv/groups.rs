@@ -158,9 +158,9 @@ mod tests {
                 row if row == 2 * ends + 1 => 3,
                 row => row,
             };
-            let _ = write!(csv, "{}", t as f64 * 0.1);
+            let _ = write!(csv, "{}", f64::from(t) * 0.1);
             for k in 0..40 {
-                let _ = write!(csv, ",{}", (row * k) as f64 * 0.01);
+                let _ = write!(csv, ",{}", f64::from(row * k) * 0.01);
             }
             csv.push('\n');
         }
@@ -168,7 +168,7 @@ mod tests {
         let reading = Reading::default().as_it_is().of(&["c1", "c39"]);
         assert!(read(&file, reading) == read(csv.as_bytes(), reading));
         let refused = read(&file, Reading::default().of(&["c1"])).expect_err("it goes back");
-        let words = format!("`0.30000000000000004` comes after `{}`", (2 * ends) as f64 * 0.1);
+        let words = format!("`0.30000000000000004` comes after `{}`", f64::from(2 * ends) * 0.1);
         let place = format!("row {}", 2 * ends + 1);
         assert_eq!(refused, [format!("E605 time runs backwards: {words}; {place}")]);
     }

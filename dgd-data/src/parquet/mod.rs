@@ -109,6 +109,10 @@ pub(crate) trait TakesColumns {
 }
 
 /// Reads a file: one that dgd wrote or one that is as simple, or any with the library.
+#[cfg_attr(
+    not(feature = "parquet"),
+    allow(clippy::needless_pass_by_value, reason = "the library needs the file as its own")
+)]
 pub(crate) fn read(place: Place, table: &mut dyn TakesColumns) -> Result<(), Unread> {
     #[cfg(feature = "parquet")]
     return library::read(place, table);

@@ -8,6 +8,7 @@
 //!                                                 all of them ─ first ─► what to look at first ─► text, tables, pages
 //! ```
 
+mod bulk;
 mod changes;
 mod first;
 mod lacks;
@@ -20,7 +21,7 @@ mod unlike;
 use std::path::Path;
 
 use crate::identity::Identity;
-use crate::job::Job;
+use crate::job::{Job, JobError};
 use crate::name::Names;
 use crate::store::{State, Store};
 use changes::Change;
@@ -77,9 +78,13 @@ impl WellFound {
 }
 
 /// Puts together what the results of a job say. What has no result yet is left out.
-pub fn collect(job: &Job, store: &Store, identity: &Identity) -> Fleet {
+///
+/// # Errors
+///
+/// It cannot be said which results there are.
+pub fn collect(job: &Job, store: &Store, identity: &Identity) -> Result<Fleet, JobError> {
     let names = Names::new(&job.folder, identity);
-    let there = store.all();
+    let there = store.all()?;
     let mut counts = Counts { pieces: job.len(), ..Counts::default() };
     let mut parameters: Vec<(String, String)> = Vec::new();
     let mut models: Vec<(String, usize)> = Vec::new();
@@ -99,7 +104,10 @@ pub fn collect(job: &Job, store: &Store, identity: &Identity) -> Fleet {
                 let state = there.get(&name).copied();
                 counts.done += usize::from(state == Some(State::Done));
                 counts.failed += usize::from(state == Some(State::Failed));
-                let text = state.and_then(|_| store.read(&name)).map(|(_, text)| text);
+                let text = match state {
+                    None => None,
+                    Some(_) => store.read(&name)?.map(|(_, text)| text),
+                };
                 results.push((piece.kind, text));
             }
             let found = Found::read(&occasion.when, &results);
@@ -117,7 +125,7 @@ pub fn collect(job: &Job, store: &Store, identity: &Identity) -> Fleet {
     let compared = unlike::compare(&wells, &parameters);
     let first = first::order(&wells, &compared, &parameters);
     let (identity, seed) = (identity.clone(), job.seed);
-    Fleet { counts, parameters, wells, compared, first, identity, seed, models }
+    Ok(Fleet { counts, parameters, wells, compared, first, identity, seed, models })
 }
 
 impl Fleet {

@@ -6,7 +6,8 @@
 //!   d²  = (x − m)ᵀ (V + D)⁻¹ (x − m)      D: what the well's own uncertainty has more than that of most
 //! ```
 //!
-//! Up to half of the wells may be anything. d² of a well that is like the others is about p(n² − 1)/(n(n − p)) times an F of p
+//! Up to half of the wells may be anything. Where more than half are the same, in a parameter or in a combination of several,
+//! V is what they are known to there ([`bulk`](super::bulk)). d² of a well that is like the others is about p(n² − 1)/(n(n − p)) times an F of p
 //! and n − p degrees of freedom, n the wells that V was made of; one is unlike where that makes one of all so in one fleet of
 //! a hundred. It is somewhat more: of simulated fleets of 7 to 200 wells with 1 to 6 parameters, two to five in a hundred.
 //!
@@ -17,17 +18,10 @@
 //! Stat. 14 (2005) 928; the factor for covariances of a truncated normal as in C. Croux, G. Haesbroeck, Influence function
 //! and efficiency of the minimum covariance determinant scatter matrix estimator, J. Multivar. Anal. 71 (1999) 161.
 
-use dgd_screen::distribution::chi_square_tail;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
-use super::tail::f_tail;
+use super::bulk::{Bulk, centre_and_scale, extent, median};
 use super::{CHANCE, WellFound};
-
-/// Makes a median of deviations the standard deviation of a normal law: 1/Φ⁻¹(3/4).
-const OF_NORMAL: f64 = 1.482_602_218_505_602;
-
-/// The share of a normal law that counts as near the centre.
-const NEAR: f64 = 0.9;
 
 /// The wells, compared.
 #[derive(Debug, Default)]
@@ -74,7 +68,7 @@ pub(super) fn compare(wells: &[WellFound], parameters: &[(String, String)]) -> C
         ));
         return all;
     }
-    let mut scales = Vec::new();
+    let (mut scales, mut known_to) = (Vec::new(), Vec::new());
     for (j, (name, _)) in parameters.iter().enumerate() {
         let mut values: Vec<f64> =
             wells.iter().filter_map(|well| Some(value(well, name)?.0)).collect();
@@ -82,13 +76,19 @@ pub(super) fn compare(wells: &[WellFound], parameters: &[(String, String)]) -> C
             all.left_out.push((j, "most wells do not have it"));
             continue;
         }
+        // Where most wells are the same, they differ by how well they are known; one at a bound does not say that.
+        let stds = wells.iter().filter_map(|well| Some(value(well, name)?.1));
+        let known =
+            median(&mut stds.filter(|std| *std > 0.0 && std.is_finite()).collect::<Vec<f64>>());
         let (centre, scale) = centre_and_scale(&mut values);
-        if scale > 0.0 {
+        if let Some(scale) = extent(scale, known) {
             all.parameters.push(j);
             all.medians.push(centre);
             scales.push(scale);
+            known_to.push((known / scale).powi(2));
         } else {
-            all.left_out.push((j, "it is the same in most wells"));
+            all.left_out
+                .push((j, "it is the same in most wells, and none says how well it is known"));
         }
     }
     let p = all.parameters.len();
@@ -116,7 +116,7 @@ pub(super) fn compare(wells: &[WellFound], parameters: &[(String, String)]) -> C
         return all;
     }
     let x: Vec<&DVector<f64>> = rows.iter().map(|(_, x, _)| x).collect();
-    let Some(bulk) = Bulk::of(&x) else {
+    let Some(bulk) = Bulk::of(&x, &DVector::from_vec(known_to)) else {
         all.without = Some("parameters of most wells depend on each other exactly".to_owned());
         return all;
     };
@@ -137,136 +137,6 @@ pub(super) fn compare(wells: &[WellFound], parameters: &[(String, String)]) -> C
 /// So many wells are needed to compare them in so many parameters.
 fn least_wells(p: usize) -> usize {
     2 * p + 5
-}
-
-/// Centre and covariance of the bulk.
-struct Bulk {
-    centre: DVector<f64>,
-    covariance: DMatrix<f64>,
-    /// How many wells they were made of.
-    wells: usize,
-}
-
-impl Bulk {
-    /// Of scaled parameters; nothing where the bulk has no extent in some direction.
-    fn of(x: &[&DVector<f64>]) -> Option<Bulk> {
-        let p = x[0].len();
-        let raw = orthogonalised(x)?;
-        let distances: Vec<f64> = x
-            .iter()
-            .map(|x| Some(raw.distance(x, &DVector::zeros(p))?.0))
-            .collect::<Option<_>>()?;
-        let limit = quantile(NEAR, p);
-        // The scale of the raw covariance is that of its median distance.
-        let scale = median(&mut distances.clone()) / quantile(0.5, p);
-        let near = |(_, d): &(&&DVector<f64>, &f64)| **d <= limit * scale;
-        let near: Vec<&DVector<f64>> =
-            x.iter().zip(&distances).filter(near).map(|(x, _)| *x).collect();
-        let n = near.len();
-        if n < p + 2 {
-            return None;
-        }
-        let centre = near.iter().fold(DVector::zeros(p), |sum, x| sum + *x) / n as f64;
-        let mut covariance = DMatrix::zeros(p, p);
-        for x in &near {
-            let e = *x - &centre;
-            covariance += &e * e.transpose();
-        }
-        // What a normal law has within the limit is narrower than the law.
-        let within = 1.0 - chi_square_tail(limit, (p + 2) as f64);
-        covariance *= NEAR / within / (n - 1) as f64;
-        Some(Bulk { centre, covariance, wells: n })
-    }
-
-    /// d², and the parameter without which it would be least. `more` is added to the variances.
-    fn distance(&self, x: &DVector<f64>, more: &DVector<f64>) -> Option<(f64, usize)> {
-        let covariance = &self.covariance + DMatrix::from_diagonal(more);
-        let inverse = covariance.cholesky()?.inverse();
-        let e = x - &self.centre;
-        let pull = &inverse * &e;
-        let squared = e.dot(&pull);
-        // Without parameter j, d² is less by this.
-        let part = |j: usize| pull[j] * pull[j] / inverse[(j, j)];
-        let most = (0..x.len()).max_by(|a, b| part(*a).total_cmp(&part(*b)))?;
-        squared.is_finite().then_some((squared.max(0.0), most))
-    }
-
-    /// How probable such a d² is.
-    fn tail(&self, squared: f64) -> f64 {
-        let (n, p) = (self.wells as f64, self.centre.len() as f64);
-        f_tail(squared * n * (n - p) / (p * (n * n - 1.0)), p, n - p)
-    }
-}
-
-/// Centre and covariance in the axes in which pairs of parameters are uncorrelated, twice over.
-fn orthogonalised(x: &[&DVector<f64>]) -> Option<Bulk> {
-    let p = x[0].len();
-    let mut axes = DMatrix::<f64>::identity(p, p);
-    let mut at: Vec<DVector<f64>> = x.iter().map(|x| (*x).clone()).collect();
-    for _ in 0..2 {
-        let scales: Vec<f64> = (0..p).map(|j| scale_of(at.iter().map(|x| x[j]))).collect();
-        if scales.iter().any(|scale| scale.is_nan() || *scale <= 0.0) {
-            return None;
-        }
-        let own = DMatrix::from_diagonal(&DVector::from_column_slice(&scales));
-        let mut u = DMatrix::<f64>::identity(p, p);
-        for j in 0..p {
-            for k in 0..j {
-                let [sum, difference] = [1.0, -1.0].map(|sign| {
-                    scale_of(at.iter().map(|x| x[j] / scales[j] + sign * x[k] / scales[k]))
-                });
-                let correlation = 0.25 * (sum * sum - difference * difference);
-                (u[(j, k)], u[(k, j)]) = (correlation, correlation);
-            }
-        }
-        let vectors = u.symmetric_eigen().eigenvectors;
-        let back = own * vectors;
-        let inverse = back.clone().try_inverse()?;
-        for x in &mut at {
-            *x = &inverse * &*x;
-        }
-        axes *= back;
-    }
-    let both: Vec<(f64, f64)> = (0..p)
-        .map(|j| centre_and_scale(&mut at.iter().map(|x| x[j]).collect::<Vec<f64>>()))
-        .collect();
-    let centre = &axes * DVector::from_iterator(p, both.iter().map(|(centre, _)| *centre));
-    let variances = DVector::from_iterator(p, both.iter().map(|(_, scale)| scale * scale));
-    let covariance = &axes * DMatrix::from_diagonal(&variances) * axes.transpose();
-    Some(Bulk { centre, covariance, wells: x.len() })
-}
-
-fn scale_of(values: impl Iterator<Item = f64>) -> f64 {
-    centre_and_scale(&mut values.collect::<Vec<f64>>()).1
-}
-
-/// The median, and the median deviation from it as a standard deviation.
-fn centre_and_scale(values: &mut [f64]) -> (f64, f64) {
-    let centre = median(values);
-    let mut deviations: Vec<f64> = values.iter().map(|value| (value - centre).abs()).collect();
-    (centre, OF_NORMAL * median(&mut deviations))
-}
-
-/// The median; zero of nothing.
-pub(super) fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    match n {
-        0 => 0.0,
-        _ if n % 2 == 1 => values[n / 2],
-        _ => f64::midpoint(values[n / 2 - 1], values[n / 2]),
-    }
-}
-
-/// The value below which χ² of p degrees of freedom is with this probability.
-fn quantile(probability: f64, p: usize) -> f64 {
-    let p = p as f64;
-    let (mut low, mut high) = (0.0, p + 40.0 * (p + 1.0).sqrt() + 40.0);
-    while high - low > 1e-10 * high {
-        let middle = f64::midpoint(low, high);
-        if 1.0 - chi_square_tail(middle, p) < probability { low = middle } else { high = middle }
-    }
-    high
 }
 
 #[cfg(test)]
@@ -382,6 +252,61 @@ mod tests {
         }
     }
 
+    /// A fleet whose wells are known to a tenth of what they scatter by.
+    fn known(n: usize, seed: u64) -> Vec<WellFound> {
+        let with_std = |well: &WellFound| {
+            let value = |j: usize| well.occasions[0].estimates[j].1.value;
+            let mut own = super::tests::well(&[value(0), value(1), value(2)], 0.0);
+            let found = &mut own.occasions[0].estimates;
+            for ((_, estimate), std) in found.iter_mut().zip([1e5, 0.01, 0.1]) {
+                estimate.std = Some(std);
+            }
+            own
+        };
+        fleet(n, seed).iter().map(with_std).collect()
+    }
+
+    fn set(well: &mut WellFound, j: usize, value: f64) {
+        well.occasions[0].estimates[j].1.value = value;
+    }
+
+    #[test]
+    fn where_most_wells_are_the_same_others_are_unlike_by_their_uncertainty() {
+        let value = |well: &WellFound, j: usize| well.occasions[0].estimates[j].1.value;
+        // In one parameter, at a bound perhaps, to the bit or to rounding; one is off by ten of its standard deviations.
+        for noise in [0.0, 1e-16] {
+            let mut wells = known(40, 8);
+            for (w, well) in wells.iter_mut().enumerate() {
+                set(well, 2, 200.0 * (1.0 + noise * (w % 7) as f64));
+            }
+            set(&mut wells[4], 2, 201.0);
+            set(&mut wells[9], 2, 200.1);
+            assert_eq!(unlike(&wells), [4]);
+        }
+        // In all of them: copies of one well.
+        let mut wells = known(40, 9);
+        let copied: Vec<f64> = (0..3).map(|j| value(&wells[0], j)).collect();
+        for well in wells.iter_mut().skip(1).take(24) {
+            (0..3).for_each(|j| set(well, j, copied[j]));
+        }
+        for (w, well) in wells.iter_mut().enumerate().skip(25) {
+            (0..3).for_each(|j| set(well, j, copied[j] + [1e3, 1e-4, 1e-3][j] * (w % 3) as f64));
+        }
+        set(&mut wells[30], 1, copied[1] + 0.2);
+        assert_eq!(unlike(&wells), [30]);
+        let copies: Vec<WellFound> = (0..20).map(|_| well(&copied, 0.1)).collect();
+        assert!(unlike(&copies).is_empty());
+        // In a combination: the third is twice the second, but for one well in which both are usual.
+        let mut wells = known(40, 10);
+        for well in &mut wells {
+            let twice = 2.0 * value(well, 1);
+            set(well, 2, twice);
+        }
+        let off = value(&wells[6], 2) + 2.0;
+        set(&mut wells[6], 2, off);
+        assert_eq!(unlike(&wells), [6]);
+    }
+
     #[test]
     fn what_cannot_be_compared_is_said() {
         let few = compare(&fleet(10, 5), &named(3));
@@ -393,12 +318,5 @@ mod tests {
         let all = compare(&wells, &named(3));
         assert_eq!((all.parameters.as_slice(), all.left_out[0].0), (&[0, 1][..], 2));
         assert!(compare(&[], &named(0)).without.is_some());
-    }
-
-    #[test]
-    fn quantiles_are_those_of_tables() {
-        for (probability, p, value) in [(0.9, 1, 2.706), (0.5, 4, 3.357), (0.9, 10, 15.987)] {
-            assert!((quantile(probability, p) - value).abs() < 1e-3);
-        }
     }
 }

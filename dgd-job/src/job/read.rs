@@ -11,11 +11,13 @@ use super::{Do, Job, Occasion, Well};
 use crate::piece::Kind;
 
 /// Options that a job has other places for, and these places.
-const ELSEWHERE: [(&str, &str); 12] = [
+const ELSEWHERE: [(&str, &str); 14] = [
     ("--data", "recordings stand under `wells`"),
     ("--valid", "recordings stand under `wells`, as `valid`"),
     ("--seed", "the job has `seed`"),
     ("--threads", "the job has `threads`"),
+    ("--memory", "the job has `memory`"),
+    ("--scratch", "the folder is the machine's, by `TMPDIR`"),
     ("--starts", "`do` takes { \"kind\": \"starts\", \"count\": 20 }"),
     ("--start-point", "`do` takes { \"kind\": \"starts\", \"count\": 20 }"),
     ("--bootstrap", "`do` takes { \"kind\": \"replicates\", \"count\": 200 }"),

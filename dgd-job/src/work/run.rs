@@ -156,7 +156,7 @@ impl Queue<'_> {
         let piece =
             job.piece(index).ok_or_else(|| JobError(format!("there is no piece {index}")))?;
         let name = names.of(&piece);
-        match store.state(&name) {
+        match store.state(&name)? {
             Some(State::Failed) if self.plan.retries => {}
             Some(state) => return Ok(Became::Had(state)),
             None => {}
@@ -177,7 +177,7 @@ impl Queue<'_> {
                 Err(how) => last = how,
             }
             // It may have been ended just behind its result.
-            if let Some(State::Done) = store.state(&task.name) {
+            if store.state(&task.name)? == Some(State::Done) {
                 return Ok(Became::Computed(State::Done));
             }
         }

@@ -64,7 +64,7 @@ fn done(task: &Task, current: &Current, perform: impl Fn(&Task) -> Outcome) -> A
 fn put(task: &Task, outcome: &Outcome) -> Answer {
     let text = document(&task.name, &task.piece, outcome);
     let state = outcome.state();
-    match Store::at(&task.into).put(&task.name, state, &text) {
+    match Store::at(&task.into).and_then(|store| store.put(&task.name, state, &text)) {
         Ok(()) if matches!(outcome, Outcome::Done { .. }) => Answer::Done(task.name.clone()),
         Ok(()) => Answer::Failed(task.name.clone()),
         Err(error) => Answer::Refused(error.to_string()),

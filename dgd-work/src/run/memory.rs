@@ -195,9 +195,15 @@ fn size(bytes: f64) -> String {
     format!("{value:.digits$} {}", units[unit])
 }
 
-/// Bytes that a process can still have: those that Linux says are available, or fewer where a group of
-/// processes has a limit. `None` on other systems.
+/// Bytes that a process can still have, those of a disk included where its data may lie there. `None` where the
+/// system does not say.
 fn available() -> Option<f64> {
+    let on_disk = dgd_scratch::room().map_or(0.0, |bytes| bytes as f64);
+    free_memory().map(|free| free + on_disk)
+}
+
+/// Those that Linux says are available, or fewer where a group of processes has a limit.
+fn free_memory() -> Option<f64> {
     let of_machine = std::fs::read_to_string("/proc/meminfo").ok()?;
     let free = field(&of_machine, "MemAvailable:")? * 1024.0;
     let of_group = |file: &str| -> Option<f64> {

@@ -1,7 +1,5 @@
 //! Reasons why recordings cannot answer: they rest, are too short, or are there twice.
 
-use std::collections::BTreeSet;
-
 use dgd_discover::FEWEST;
 use dgd_identify::Recording;
 use dgd_runtime::{Point, Side, Signature, System, Text};
@@ -88,27 +86,65 @@ fn delays_that_are_longer<S: System>(
 /// Of each validation recording, the position of the training recording that has most of its rows, if one has:
 /// the same times with the same values.
 pub(crate) fn trained_on(train: &[Recording], valid: &[Recording]) -> Vec<Option<usize>> {
-    let rows: Vec<BTreeSet<Vec<u64>>> = train.iter().map(|one| rows(one).collect()).collect();
-    let of = |recording: &Recording| {
-        let own: Vec<Vec<u64>> = self::rows(recording).collect();
-        let is_same = |rows: &BTreeSet<Vec<u64>>| {
-            let both = own.iter().filter(|row| rows.contains(*row)).count();
-            !own.is_empty() && both as f64 >= SAME * own.len() as f64
-        };
-        rows.iter().position(is_same)
+    let is_same = |own: &Recording, other: &Recording| {
+        let rows = rows(own).count();
+        rows > 0 && shared(own, other) as f64 >= SAME * rows as f64
     };
-    valid.iter().map(of).collect()
+    valid.iter().map(|own| train.iter().position(|other| is_same(own, other))).collect()
 }
 
-/// Time and measured values, to the bit, of each row with a value.
-fn rows(recording: &Recording) -> impl Iterator<Item = Vec<u64>> + '_ {
-    recording.times.iter().enumerate().filter_map(|(k, t)| {
-        let values = recording
-            .measured
-            .iter()
-            .map(|samples| samples.as_ref().map_or(f64::NAN, |samples| samples[k]).to_bits());
-        let is_missing = |value: &u64| !f64::from_bits(*value).is_finite();
-        let row: Vec<u64> = std::iter::once(t.to_bits()).chain(values).collect();
-        (!row[1..].iter().all(is_missing)).then_some(row)
-    })
+/// The rows of a recording with a value.
+fn rows(recording: &Recording) -> impl Iterator<Item = usize> + '_ {
+    let has_value = |k: usize| {
+        let mut measured = recording.measured.iter().flatten();
+        measured.any(|samples| samples[k].is_finite())
+    };
+    (0..recording.times.len()).filter(move |k| has_value(*k))
+}
+
+/// How many rows with a value another recording has, too, to the bit.
+fn shared(own: &Recording, other: &Recording) -> usize {
+    let value = |recording: &Recording, k: usize, i: usize| {
+        recording.measured[i].as_ref().map_or(f64::NAN, |samples| samples[k]).to_bits()
+    };
+    let is_same = |k: usize, j: usize| {
+        own.times[k].to_bits() == other.times[j].to_bits()
+            && (0..own.measured.len()).all(|i| value(own, k, i) == value(other, j, i))
+    };
+    // Times ascend in both.
+    let mut begin = 0;
+    let mut is_there = |k: &usize| {
+        let t = own.times[*k];
+        begin += other.times[begin..].iter().take_while(|time| **time < t).count();
+        let at_once = other.times[begin..].iter().take_while(|time| **time == t).count();
+        (begin..begin + at_once).any(|j| is_same(*k, j))
+    };
+    rows(own).filter(|k| is_there(k)).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use dgd_runtime::Inputs;
+
+    use super::*;
+
+    fn recording(times: &[f64], values: &[f64]) -> Recording {
+        Recording::new(times.to_vec(), Inputs::none(), vec![None, Some(values.to_vec())])
+    }
+
+    #[test]
+    fn rows_that_were_trained_on_are_known_again() {
+        let nan = f64::NAN;
+        let train = [
+            recording(&[0.0, 1.0], &[7.0, 8.0]),
+            recording(&[0.0, 1.0, 1.0, 1.0, 2.0, 5.0], &[1.0, 2.0, 3.0, 4.0, nan, 6.0]),
+        ];
+        let of = |times: &[f64], values: &[f64]| trained_on(&train, &[recording(times, values)])[0];
+        assert_eq!(of(&[1.0, 1.0, 3.0, 5.0], &[4.0, 2.0, 9.0, 9.0]), Some(1), "half of the rows");
+        assert_eq!(of(&[1.0, 1.0, 3.0], &[4.0, 9.0, 9.0]), None, "a third of them");
+        assert_eq!(of(&[2.0, 3.0], &[nan, nan]), None, "rows without a value are none");
+        assert_eq!(of(&[0.0, 1.0], &[7.0, 3.0]), Some(0), "the first that has them");
+        assert_eq!(of(&[0.5, 1.5], &[7.0, 8.0]), None, "at other times");
+        assert_eq!(trained_on(&train, &[]), []);
+    }
 }

@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use dgd_data::files::Files;
 use dgd_identify::{Of, Progress, Watch};
 use dgd_job::work::{self, Plan, Share, Task};
-use dgd_job::{Identity, Job, JobError, Names, Program, State, Status, Store, fleet, status};
+use dgd_job::{
+    Identity, Job, JobError, Names, Program, State, Status, Store, fleet, is_elsewhere, status,
+};
 use dgd_work::{Ended, Listener};
 use serde_json::json;
 
@@ -45,6 +47,9 @@ fn loaded(path: &Path) -> Result<Job, CommandError> {
 }
 
 fn absolute(path: &Path) -> Result<PathBuf, CommandError> {
+    if is_elsewhere(path) {
+        return Ok(path.to_owned());
+    }
     fs::canonicalize(path)
         .map_err(|error| CommandError::Found(format!("`{}`: {error}", path.display())))
 }
@@ -77,7 +82,7 @@ fn compute(args: &JobRunArgs, console: Console<'_>) -> Result<(), CommandError> 
     let into = absolute(&args.place.into)?;
     let threads = console.threads_asked().unwrap_or(job.threads);
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let memory = args.memory.or(job.memory);
+    let memory = console.memory_asked().or(job.memory);
     if memory.is_some() && !work::is_limited() {
         console.remark(
             "this system does not tell how much memory a process has, so that none is limited",
@@ -127,7 +132,7 @@ fn how_to_go_on(_is_kept: bool) -> &'static str {
 /// What is there of a job: of the build that wrote it, whoever asks.
 fn known(args: &JobPlaceArgs) -> Result<(Job, Store, Identity), CommandError> {
     let job = loaded(&args.job)?;
-    let store = Store::at(&args.into);
+    let store = Store::at(&args.into)?;
     let identity = match store.identity()? {
         Some(identity) => identity,
         None => this()?.1,
@@ -137,7 +142,7 @@ fn known(args: &JobPlaceArgs) -> Result<(Job, Store, Identity), CommandError> {
 
 fn say_status(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
     let (job, store, identity) = known(args)?;
-    let status: Status = status(&job, &store, &identity);
+    let status: Status = status(&job, &store, &identity)?;
     let json = Some(status.to_json(&args.job, &args.into));
     let printed = Printed::Text(status.to_text());
     finish(Shown { json, printed, ..Shown::new(Ended::Done) }, console)
@@ -145,7 +150,7 @@ fn say_status(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandEr
 
 fn report(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
     let (job, store, identity) = known(args)?;
-    let fleet = fleet::collect(&job, &store, &identity);
+    let fleet = fleet::collect(&job, &store, &identity)?;
     let saved = match console.out() {
         Some(_) => Saved::Folder {
             files: Files {
@@ -173,7 +178,7 @@ fn list(args: &JobPlaceArgs, console: Console<'_>) -> Result<(), CommandError> {
     let job = loaded(&args.job)?;
     let (_, identity) = this()?;
     let store = Store::open(&args.into, &identity)?;
-    let (into, there) = (absolute(&args.into)?, store.all());
+    let (into, there) = (absolute(&args.into)?, store.all()?);
     let names = Names::new(&job.folder, &identity);
     let threads = console.threads_asked().unwrap_or(job.threads);
     print(&format!(

@@ -10,6 +10,7 @@ use dgd_work::{Ended, Remarks, Session, WorkError, discover, fit};
 
 use crate::args::{Cli, Command};
 use crate::crash;
+use crate::scratch;
 
 /// Endings of files of a discovery that a result has in it: texts that somebody goes on with.
 const TEXTS: [&str; 2] = [".dgd", ".diff"];
@@ -45,6 +46,9 @@ pub(super) fn perform(task: &Task) -> Outcome {
 
 fn computed(task: &Task) -> Outcome {
     let piece = &task.piece;
+    if let Some(memory) = task.memory {
+        scratch::limit_pieces(memory);
+    }
     let remarks = Remarks::default();
     let session = Session::new(&remarks).with_seed(piece.seed).with_threads(task.threads.max(1));
     let found = match parsed(piece) {

@@ -79,6 +79,11 @@ class Fleet:
         retry: bool,
         patience: float,
     ) -> None:
+        if os.fspath(into).startswith("s3://"):
+            raise UsageError(
+                f"into={os.fspath(into)!r}: results of a cluster lie in a folder that all workers see; "
+                "for buckets `s3/` of the sources builds a command"
+            )
         self._job, self._into = Path(jobs).absolute(), Path(into).absolute()
         self._into.mkdir(parents=True, exist_ok=True)
         # Links are followed once, as the command does.

@@ -1,0 +1,200 @@
+//! The bulk of some points: its centre and covariance, whatever up to half of the points are.
+//!
+//! Orthogonalised pairwise estimates, then the covariance of the points that are near by those. A direction in which the bulk has
+//! no extent, as where most points are the same, is as wide as the points are known: their uncertainty is the least by
+//! which two of them differ by chance.
+
+use dgd_screen::distribution::chi_square_tail;
+use nalgebra::{DMatrix, DVector};
+
+use super::tail::f_tail;
+
+/// Makes a median of deviations the standard deviation of a normal law: 1/Φ⁻¹(3/4).
+const OF_NORMAL: f64 = 1.482_602_218_505_602;
+
+/// The share of a normal law that counts as near the centre.
+const NEAR: f64 = 0.9;
+
+/// Points that differ by less than this part of how well they are known are one point: independent ones never do.
+const SAME: f64 = 1e-3;
+
+/// Centre and covariance of the bulk.
+pub(super) struct Bulk {
+    centre: DVector<f64>,
+    covariance: DMatrix<f64>,
+    /// How many wells they were made of.
+    wells: usize,
+}
+
+impl Bulk {
+    /// Of scaled parameters that are known to these variances; nothing where the bulk has no extent in some direction, nor
+    /// an uncertainty.
+    pub(super) fn of(x: &[&DVector<f64>], known: &DVector<f64>) -> Option<Bulk> {
+        let p = x[0].len();
+        let raw = orthogonalised(x, known)?;
+        let distances: Vec<f64> = x
+            .iter()
+            .map(|x| Some(raw.distance(x, &DVector::zeros(p))?.0))
+            .collect::<Option<_>>()?;
+        let limit = quantile(NEAR, p);
+        // The scale of the raw covariance is that of its median distance.
+        let scale = median(&mut distances.clone()) / quantile(0.5, p);
+        // Where most points are one, that is the uncertainty, which has its scale.
+        let scale = if scale < SAME * SAME { 1.0 } else { scale };
+        let near = |(_, d): &(&&DVector<f64>, &f64)| **d <= limit * scale;
+        let near: Vec<&DVector<f64>> =
+            x.iter().zip(&distances).filter(near).map(|(x, _)| *x).collect();
+        let n = near.len();
+        if n < p + 2 {
+            return None;
+        }
+        let centre = near.iter().fold(DVector::zeros(p), |sum, x| sum + *x) / n as f64;
+        let mut covariance = DMatrix::zeros(p, p);
+        for x in &near {
+            let e = *x - &centre;
+            covariance += &e * e.transpose();
+        }
+        // What a normal law has within the limit is narrower than the law.
+        let within = 1.0 - chi_square_tail(limit, (p + 2) as f64);
+        covariance *= NEAR / within / (n - 1) as f64;
+        let covariance = widened(covariance, known)?;
+        Some(Bulk { centre, covariance, wells: n })
+    }
+
+    /// d², and the parameter without which it would be least. `more` is added to the variances.
+    pub(super) fn distance(&self, x: &DVector<f64>, more: &DVector<f64>) -> Option<(f64, usize)> {
+        let covariance = &self.covariance + DMatrix::from_diagonal(more);
+        let inverse = covariance.cholesky()?.inverse();
+        let e = x - &self.centre;
+        let pull = &inverse * &e;
+        let squared = e.dot(&pull);
+        // Without parameter j, d² is less by this.
+        let part = |j: usize| pull[j] * pull[j] / inverse[(j, j)];
+        let most = (0..x.len()).max_by(|a, b| part(*a).total_cmp(&part(*b)))?;
+        squared.is_finite().then_some((squared.max(0.0), most))
+    }
+
+    /// How probable such a d² is.
+    pub(super) fn tail(&self, squared: f64) -> f64 {
+        let (n, p) = (self.wells as f64, self.centre.len() as f64);
+        f_tail(squared * n * (n - p) / (p * (n * n - 1.0)), p, n - p)
+    }
+}
+
+/// Centre and covariance in the axes in which pairs of parameters are uncorrelated, twice over.
+fn orthogonalised(x: &[&DVector<f64>], known: &DVector<f64>) -> Option<Bulk> {
+    let p = x[0].len();
+    let mut axes = DMatrix::<f64>::identity(p, p);
+    let mut to_axes = axes.clone();
+    let mut at: Vec<DVector<f64>> = x.iter().map(|x| (*x).clone()).collect();
+    for _ in 0..2 {
+        let scales = (0..p).map(|j| {
+            let known = to_axes.row(j).iter().zip(known).map(|(a, v)| a * a * v).sum::<f64>();
+            extent(scale_of(at.iter().map(|x| x[j])), known.sqrt())
+        });
+        let scales: Vec<f64> = scales.collect::<Option<_>>()?;
+        let own = DMatrix::from_diagonal(&DVector::from_column_slice(&scales));
+        let mut u = DMatrix::<f64>::identity(p, p);
+        for j in 0..p {
+            for k in 0..j {
+                let [sum, difference] = [1.0, -1.0].map(|sign| {
+                    scale_of(at.iter().map(|x| x[j] / scales[j] + sign * x[k] / scales[k]))
+                });
+                let correlation = 0.25 * (sum * sum - difference * difference);
+                (u[(j, k)], u[(k, j)]) = (correlation, correlation);
+            }
+        }
+        let vectors = u.symmetric_eigen().eigenvectors;
+        let back = own * vectors;
+        let inverse = back.clone().try_inverse()?;
+        for x in &mut at {
+            *x = &inverse * &*x;
+        }
+        axes *= back;
+        to_axes = inverse * to_axes;
+    }
+    let both = (0..p).map(|j| {
+        let known = to_axes.row(j).iter().zip(known).map(|(a, v)| a * a * v).sum::<f64>();
+        let (centre, scale) = centre_and_scale(&mut at.iter().map(|x| x[j]).collect::<Vec<f64>>());
+        Some((centre, extent(scale, known.sqrt())?))
+    });
+    let both: Vec<(f64, f64)> = both.collect::<Option<_>>()?;
+    let centre = &axes * DVector::from_iterator(p, both.iter().map(|(centre, _)| *centre));
+    let variances = DVector::from_iterator(p, both.iter().map(|(_, scale)| scale * scale));
+    let covariance = &axes * DMatrix::from_diagonal(&variances) * axes.transpose();
+    Some(Bulk { centre, covariance, wells: x.len() })
+}
+
+/// The covariance with no direction in which it has no extent.
+fn widened(covariance: DMatrix<f64>, known: &DVector<f64>) -> Option<DMatrix<f64>> {
+    let is_wide = |one: f64, known: f64| one > 0.0 && one >= SAME * SAME * known;
+    let eigen = covariance.clone().symmetric_eigen();
+    let along = |j: usize| eigen.eigenvectors.column(j).map(|e| e * e).dot(known);
+    let p = known.len();
+    let rounding = f64::EPSILON * p as f64 * eigen.eigenvalues.amax();
+    let own = |j: usize| eigen.eigenvalues[j];
+    if (0..p).all(|j| own(j) > rounding && is_wide(own(j), along(j))) {
+        return Some(covariance);
+    }
+    let widths = (0..p).map(|j| {
+        if own(j) > rounding && is_wide(own(j), along(j)) {
+            Some(own(j))
+        } else {
+            Some(along(j)).filter(|v| *v > 0.0)
+        }
+    });
+    let widths = DVector::from_vec(widths.collect::<Option<Vec<f64>>>()?);
+    let vectors = &eigen.eigenvectors;
+    Some(vectors * DMatrix::from_diagonal(&widths) * vectors.transpose())
+}
+
+/// How far the bulk reaches, or how well its points are known where most of them are one point.
+pub(super) fn extent(scale: f64, known: f64) -> Option<f64> {
+    let extent = if scale > 0.0 && scale >= SAME * known { scale } else { known };
+    Some(extent).filter(|extent| *extent > 0.0)
+}
+
+fn scale_of(values: impl Iterator<Item = f64>) -> f64 {
+    centre_and_scale(&mut values.collect::<Vec<f64>>()).1
+}
+
+/// The median, and the median deviation from it as a standard deviation.
+pub(super) fn centre_and_scale(values: &mut [f64]) -> (f64, f64) {
+    let centre = median(values);
+    let mut deviations: Vec<f64> = values.iter().map(|value| (value - centre).abs()).collect();
+    (centre, OF_NORMAL * median(&mut deviations))
+}
+
+/// The median; zero of nothing.
+pub(super) fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    match n {
+        0 => 0.0,
+        _ if n % 2 == 1 => values[n / 2],
+        _ => f64::midpoint(values[n / 2 - 1], values[n / 2]),
+    }
+}
+
+/// The value below which χ² of p degrees of freedom is with this probability.
+fn quantile(probability: f64, p: usize) -> f64 {
+    let p = p as f64;
+    let (mut low, mut high) = (0.0, p + 40.0 * (p + 1.0).sqrt() + 40.0);
+    while high - low > 1e-10 * high {
+        let middle = f64::midpoint(low, high);
+        if 1.0 - chi_square_tail(middle, p) < probability { low = middle } else { high = middle }
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_those_of_tables() {
+        for (probability, p, value) in [(0.9, 1, 2.706), (0.5, 4, 3.357), (0.9, 10, 15.987)] {
+            assert!((quantile(probability, p) - value).abs() < 1e-3);
+        }
+    }
+}
