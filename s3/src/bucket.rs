@@ -1,0 +1,127 @@
+//! Results in a bucket: a text is put where there is none, by one request that the store decides.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use dgd_job::{JobError, Place};
+use futures_util::TryStreamExt;
+use object_store::aws::{AmazonS3, AmazonS3Builder};
+use object_store::path::Path;
+use object_store::{Error, ObjectStore, ObjectStoreExt, PutMode, PutPayload, RetryConfig};
+use tokio::runtime::{Builder, Runtime};
+
+/// How often a request is repeated that the store does not answer, ever later: half a minute in all.
+const RETRIES: usize = 8;
+
+/// A folder of a bucket.
+#[derive(Debug)]
+struct Bucket {
+    store: AmazonS3,
+    /// Waits for answers.
+    runtime: Runtime,
+    /// `s3://bucket/folder`.
+    name: String,
+    folder: Path,
+}
+
+/// Opens `s3://bucket/folder`. Where it is and who asks, the environment says, as to other programs: `AWS_ACCESS_KEY_ID`,
+/// `AWS_SECRET_ACCESS_KEY`, `AWS_REGION`, `AWS_ENDPOINT` and so on.
+///
+/// # Errors
+///
+/// It is not the name of a bucket, or the environment makes no sense.
+pub(crate) fn open(name: &str) -> Result<Arc<dyn Place>, JobError> {
+    let said = |what: String| JobError(format!("`{name}`: {what}"));
+    let rest = name.strip_prefix("s3://").unwrap_or(name).trim_end_matches('/');
+    let (bucket, folder) = rest.split_once('/').unwrap_or((rest, ""));
+    if bucket.is_empty() {
+        return Err(said("this names no bucket: write `s3://bucket/folder`".to_owned()));
+    }
+    let folder = Path::parse(folder).map_err(|error| said(error.to_string()))?;
+    let retry = RetryConfig { max_retries: RETRIES, ..RetryConfig::default() };
+    let store = AmazonS3Builder::from_env().with_bucket_name(bucket).with_retry(retry).build();
+    let store = store.map_err(|error| said(words(&error)))?;
+    let runtime = Builder::new_current_thread().enable_all().build();
+    let runtime = runtime.map_err(|error| said(error.to_string()))?;
+    let name = name.trim_end_matches('/').to_owned();
+    Ok(Arc::new(Bucket { store, runtime, name, folder }))
+}
+
+/// An error in one line.
+fn words(error: &Error) -> String {
+    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+impl Bucket {
+    fn at(&self, key: &str) -> Path {
+        let parts = key.split('/').filter(|part| !part.is_empty());
+        parts.fold(self.folder.clone(), |path, part| path.join(part))
+    }
+
+    /// Waits for an answer; nothing where there is no such object.
+    fn found<T>(
+        &self,
+        key: &str,
+        answer: impl Future<Output = Result<T, Error>>,
+    ) -> Result<Option<T>, JobError> {
+        match self.runtime.block_on(answer) {
+            Ok(found) => Ok(Some(found)),
+            Err(Error::NotFound { .. }) => Ok(None),
+            Err(error) => Err(JobError(format!("`{}/{key}`: {}", self.name, words(&error)))),
+        }
+    }
+
+    fn put_by(&self, key: &str, text: &str, mode: PutMode) -> Result<(), JobError> {
+        let (path, text) = (self.at(key), PutPayload::from(text.to_owned()));
+        let put = self.store.put_opts(&path, text, mode.into());
+        let put = async {
+            match put.await {
+                // Another process was first.
+                Ok(_) | Err(Error::AlreadyExists { .. }) => Ok(()),
+                Err(error) => Err(error),
+            }
+        };
+        match self.found(key, put)? {
+            Some(()) => Ok(()),
+            None => Err(JobError(format!("`{}`: there is no such bucket", self.name))),
+        }
+    }
+}
+
+impl Place for Bucket {
+    fn read(&self, key: &str) -> Result<Option<String>, JobError> {
+        let path = self.at(key);
+        let bytes = async { self.store.get(&path).await?.bytes().await };
+        let bytes = self.found(key, bytes)?;
+        Ok(bytes.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()))
+    }
+
+    fn has(&self, key: &str) -> Result<bool, JobError> {
+        let path = self.at(key);
+        Ok(self.found(key, self.store.head(&path))?.is_some())
+    }
+
+    fn put_first(&self, key: &str, text: &str) -> Result<(), JobError> {
+        self.put_by(key, text, PutMode::Create)
+    }
+
+    fn put(&self, key: &str, text: &str) -> Result<(), JobError> {
+        self.put_by(key, text, PutMode::Overwrite)
+    }
+
+    fn remove(&self, key: &str) -> Result<(), JobError> {
+        let path = self.at(key);
+        self.found(key, self.store.delete(&path)).map(|_| ())
+    }
+
+    fn keys(&self, begin: &str) -> Result<Vec<String>, JobError> {
+        let folder = self.at(begin);
+        let all = self.store.list(Some(&folder)).map_ok(|one| one.location).try_collect();
+        let all: Vec<Path> = self.found(begin, all)?.unwrap_or_default();
+        Ok(all.iter().map(Path::to_string).collect())
+    }
+
+    fn shown(&self, key: &str) -> PathBuf {
+        format!("{}/{key}", self.name).into()
+    }
+}

@@ -1,0 +1,10 @@
+//! The `dgd` command, whose jobs may have their results in buckets: `--into s3://bucket/folder`.
+
+mod bucket;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    dgd_job::set_opens(bucket::open);
+    dgd_cli::run()
+}
