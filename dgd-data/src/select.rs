@@ -129,6 +129,41 @@ pub fn measured(
     reported.map(|()| all)
 }
 
+/// What the column of an output's standard deviations is called.
+pub fn deviation(output: &str) -> String {
+    format!("std({output})")
+}
+
+/// The columns of the standard deviations of outputs, in the order of `declared` and in SI; `None` where there is no
+/// column. NaN marks missing values.
+///
+/// # Errors
+///
+/// A column cannot be read as declared (E604, E607, E609).
+pub fn deviations(
+    table: &Table,
+    declared: &[Declared<'_>],
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<Option<Vec<f64>>>, Reported> {
+    let mut all = Vec::with_capacity(declared.len());
+    let mut reported = Ok(());
+    for output in declared {
+        let Some(column) = table.column(&deviation(output.name)) else {
+            all.push(None);
+            continue;
+        };
+        match converted(column, output) {
+            // Differences have no zero: 0.5 °C is half a kelvin.
+            Ok(_) => {
+                let factor = column.unit.as_ref().map_or(1.0, |unit| unit.factor);
+                all.push(Some(column.values.iter().map(|value| value * factor).collect()));
+            }
+            Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
+        }
+    }
+    reported.map(|()| all)
+}
+
 /// The columns whose names are not among `known`, in the order of the file.
 pub fn unknown<'t>(table: &'t Table, known: &[&str]) -> Vec<&'t Column> {
     let known: HashSet<&str> = known.iter().copied().collect();

@@ -34,6 +34,24 @@ pub enum TrialFailure {
         /// The time, s.
         t: f64,
     },
+    /// The standard deviation of an output is not a positive number where it was measured.
+    Deviation {
+        /// The output.
+        output: String,
+        /// The time, s.
+        t: f64,
+        /// What it is, SI.
+        sigma: f64,
+    },
+    /// An output whose logarithm is compared is not above zero where it was measured.
+    Logarithm {
+        /// The output.
+        output: String,
+        /// The time, s.
+        t: f64,
+        /// What it is, SI.
+        value: f64,
+    },
     /// Derivatives are not defined.
     NoSensitivity {
         /// The equation to blame, or the model.
@@ -107,6 +125,15 @@ pub(crate) fn verify_lengths(
     Ok(())
 }
 
+/// Why a reading cannot be what the noise of its output says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum WrongReading {
+    /// It is log-normal and not above zero: this, SI.
+    NotPositive(f64),
+    /// Its own standard deviation is not a positive number: this, SI.
+    Deviation(f64),
+}
+
 /// Why the fit failed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum EstimateError {
@@ -129,6 +156,22 @@ pub enum EstimateError {
         output: String,
         /// Its standard deviation, SI.
         sigma: f64,
+    },
+    /// A loss other than squares is asked for, and an output says how its readings are distributed.
+    LossOfDensity {
+        /// The output.
+        output: String,
+    },
+    /// A reading that cannot be what the output's noise says.
+    Reading {
+        /// The output.
+        output: String,
+        /// Position of the recording, from 0.
+        recording: usize,
+        /// Its time, s.
+        t: f64,
+        /// What is wrong.
+        wrong: WrongReading,
     },
     /// The logarithm of a parameter is to be estimated, and its value has none.
     NotPositive {
@@ -174,9 +217,42 @@ impl fmt::Display for TrialFailure {
             Self::OutputNotFinite { output, t } => {
                 write!(f, "output `{output}` is not finite at t = {t} s")
             }
+            Self::Deviation { output, t, sigma } => {
+                let sigma = short(*sigma, 6);
+                write!(
+                    f,
+                    "the standard deviation of output `{output}` is {sigma} in SI units at t = {t} s: it must be a \
+                     positive number"
+                )
+            }
+            Self::Logarithm { output, t, value } => {
+                let value = short(*value, 6);
+                write!(
+                    f,
+                    "output `{output}` is {value} in SI units at t = {t} s, and has no logarithm, which its log-normal \
+                     noise compares"
+                )
+            }
             Self::NoSensitivity { equation, t } => {
                 write!(f, "the derivatives of `{equation}` are not defined at t = {t} s")
             }
+        }
+    }
+}
+
+impl fmt::Display for WrongReading {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotPositive(value) => write!(
+                f,
+                "a reading with log-normal noise is above zero, and this is {} in SI units",
+                short(*value, 6)
+            ),
+            Self::Deviation(sigma) => write!(
+                f,
+                "the standard deviation of this reading is {} in SI units and must be a positive number",
+                short(*sigma, 6)
+            ),
         }
     }
 }
@@ -201,6 +277,14 @@ impl fmt::Display for EstimateError {
                  number",
                 short(*sigma, 6)
             ),
+            Self::LossOfDensity { output } => write!(
+                f,
+                "the loss of output `{output}` is that of its noise: leave out the other one, or write \
+                 `noise student(4, …)`, which is robust against outliers"
+            ),
+            Self::Reading { output, recording, t, wrong } => {
+                write!(f, "recording {}: output `{output}` at t = {t} s: {wrong}", recording + 1)
+            }
             Self::NotPositive { parameter, value } => write!(
                 f,
                 "the logarithm of parameter `{parameter}` is to be estimated, and its value \

@@ -13,7 +13,7 @@
 //! |---|---|
 //! | `recording` | an experiment; its simulation and what its samples add to the normal equations |
 //! | `variables` | from θ to variables of the order of 1, with bounds |
-//! | `noise`, `loss` | σ of each output, given or from the residuals; what an error adds |
+//! | `noise` | σ of each output, given, from the residuals or computed; what an error adds |
 //! | `minimise` | a trust region within bounds, and the simplex method |
 //! | `output_error` | fits that simulate |
 //! | `regression` | equations and outputs in which all else is known: least squares, recursive too |
@@ -29,7 +29,6 @@ pub mod filter;
 mod intervals;
 pub mod inversion;
 pub mod journal;
-mod loss;
 mod minimise;
 mod noise;
 mod output_error;
@@ -40,16 +39,16 @@ pub mod regression;
 mod uncertainty;
 mod variables;
 
-pub use error::{EstimateError, TrialFailed, TrialFailure, WrongLength};
+pub use error::{EstimateError, TrialFailed, TrialFailure, WrongLength, WrongReading};
 pub use intervals::bootstrap::{Bootstrap, bootstrap, percentiles};
 pub use intervals::information::{Information, information};
 pub use intervals::profile::{End, Profile, THRESHOLD, profile, profiles};
 pub use intervals::spread::{Part, Spread, SpreadAt, spread};
-pub use loss::{Loss, LossAt};
 pub use minimise::nelder_mead::{Simplex, SimplexRule, nelder_mead};
 pub use minimise::trust_region::{
     Minimum, NormalEquations, Region, StoppingRule, Termination, minimise, minimise_watched,
 };
+pub use noise::loss::{Loss, LossAt};
 pub use noise::{Noise, too_few_for_noise};
 pub use output_error::beginning::{NoiseCorrelation, counts_from};
 pub use output_error::fit::{Criteria, Fit};

@@ -3,11 +3,13 @@
 use dgd_runtime::for_identify::can_stream;
 use dgd_runtime::linearize::LinearAt;
 use dgd_runtime::model::{Model, Samples, observe, stream};
+use dgd_runtime::signature::Distribution;
 use dgd_runtime::{Inputs, Observations, Options, Problem, simulate, simulate_with_sensitivities};
 
 use crate::error::TrialFailure;
 use crate::keep_by_fields;
-use crate::loss::{Robust, Scaled};
+use crate::noise::density::{Counting, Likelihood, Seen, Spoilt};
+use crate::noise::loss::Robust;
 use crate::output_error::linearised;
 
 /// One experiment.
@@ -21,6 +23,9 @@ pub struct Recording {
     /// For each output of the model, its samples in SI, one for each time and NaN where there is
     /// none; `None` for an output that was not measured.
     pub measured: Vec<Option<Vec<f64>>>,
+    /// For each output of the model, the standard deviations of its samples in SI, one for each time, where they were
+    /// recorded; shorter, as nothing is, where none were.
+    pub deviations: Vec<Option<Vec<f64>>>,
     /// Start values that replace the model's, by position of the unknown, SI: first guesses of those
     /// that are free, given values of the others.
     pub start: Vec<(usize, f64)>,
@@ -37,6 +42,7 @@ impl Recording {
             times,
             inputs,
             measured,
+            deviations: Vec::new(),
             start: Vec::new(),
             counts_from: f64::NEG_INFINITY,
             linear: None,
@@ -46,18 +52,25 @@ impl Recording {
     /// The part before a time, all of which counts.
     pub(crate) fn head(&self, until: f64) -> Self {
         let len = self.times.partition_point(|t| *t < until);
+        let head = |all: &[Option<Vec<f64>>]| -> Vec<Option<Vec<f64>>> {
+            all.iter()
+                .map(|samples| samples.as_ref().map(|samples| samples[..len].to_vec()))
+                .collect()
+        };
         Self {
             times: self.times[..len].to_vec(),
             inputs: self.inputs.clone(),
-            measured: self
-                .measured
-                .iter()
-                .map(|samples| samples.as_ref().map(|samples| samples[..len].to_vec()))
-                .collect(),
+            measured: head(&self.measured),
+            deviations: head(&self.deviations),
             start: self.start.clone(),
             counts_from: f64::NEG_INFINITY,
             linear: self.linear.clone(),
         }
+    }
+
+    /// Recorded standard deviations of an output's samples.
+    pub fn deviations_of(&self, output: usize) -> Option<&[f64]> {
+        self.deviations.get(output)?.as_deref()
     }
 
     /// Samples of an output that count: (position, value).
@@ -168,36 +181,77 @@ pub(crate) struct Sums {
     pub information: Vec<f64>,
     /// What else there is under a loss that is not squares, of which all w are 1.
     pub robust: Option<Robust>,
+    /// What their likelihood is, where that counts: weights are in the sums then.
+    pub likelihood: Option<Likelihood>,
 }
 
-keep_by_fields!(Sums { samples, without_sensitivity, squares, gradient, information, robust });
+keep_by_fields!(Sums {
+    samples,
+    without_sensitivity,
+    squares,
+    gradient,
+    information,
+    robust,
+    likelihood
+});
 
 impl Sums {
-    fn zeros(n: usize, scaled: Option<Scaled>) -> Self {
+    fn zeros(n: usize, counting: Counting<'_>) -> Self {
         Self {
             gradient: vec![0.0; n],
             information: vec![0.0; n * n],
-            robust: scaled.map(|_| Robust::zeros(n)),
+            robust: matches!(counting, Counting::Robust(_)).then(|| Robust::zeros(n)),
+            likelihood: counting.distribution().map(|_| Likelihood::default()),
             ..Self::default()
         }
     }
 
     /// Σ σ² ρ(e/σ), which is Σ e² where the loss is squares.
     pub(crate) fn loss(&self) -> f64 {
-        self.robust.as_ref().map_or(self.squares, |robust| robust.loss)
+        match (&self.robust, &self.likelihood) {
+            (Some(robust), _) => robust.loss,
+            (None, Some(likelihood)) => likelihood.cost,
+            (None, None) => self.squares,
+        }
+    }
+
+    /// What its sums are multiplied by: 1/σ², where that is not in them.
+    pub(crate) fn weight(&self, sigma: f64) -> f64 {
+        if self.likelihood.is_some() { 1.0 } else { 1.0 / (sigma * sigma) }
     }
 
     /// Adds a sample: its error e and ∂e/∂z.
     #[inline]
-    fn add(&mut self, e: f64, slopes: &[f64], scaled: Option<Scaled>) {
+    fn add(&mut self, e: f64, slopes: &[f64], counting: Counting<'_>) {
         self.samples += 1;
         self.squares += e * e;
-        if let (Some(scaled), Some(robust)) = (scaled, &mut self.robust) {
+        if let (Counting::Robust(scaled), Some(robust)) = (counting, &mut self.robust) {
             let weight = robust.add(e, slopes, scaled);
             self.add_slopes(e, slopes, |slope| weight * slope);
         } else {
             self.add_slopes(e, slopes, |slope| slope);
         }
+    }
+
+    /// Adds a sample by its likelihood: ∂w/∂z and ∂σ/∂z.
+    fn add_likely(
+        &mut self,
+        seen: Seen,
+        distribution: Distribution,
+        slopes: &[f64],
+        of_sigma: &[f64],
+    ) {
+        let Some(likelihood) = &mut self.likelihood else {
+            unreachable!("sums are made for what counts")
+        };
+        self.samples += 1;
+        self.squares += (seen.simulated - seen.measured).powi(2);
+        let term = likelihood.add(seen, distribution);
+        if slopes.iter().chain(of_sigma).any(|slope| !slope.is_finite()) {
+            self.without_sensitivity += 1;
+            return;
+        }
+        term.add(slopes, of_sigma, &mut self.gradient, &mut self.information);
     }
 
     #[inline]
@@ -221,30 +275,26 @@ impl Sums {
     }
 }
 
-/// Sums over the samples of each measured output, with e = w − measured; `losses` are those of outputs
-/// whose loss is not squares.
+/// Sums over the samples of each measured output, with e = w − measured.
 pub(crate) fn sums(
     recording: &Recording,
     observations: &Observations,
-    columns: &[Column],
-    losses: &[Option<Scaled>],
+    of: SumsOf<'_>,
     output_name: impl Fn(usize) -> String,
 ) -> Result<Vec<Sums>, TrialFailure> {
+    let SumsOf { columns, counting } = of;
     let n_w = observations.n_w;
-    let mut slopes = vec![0.0; columns.len()];
+    let mut slopes = Slopes::of(columns);
     let mut all = Vec::with_capacity(n_w);
-    for (output, scaled) in losses.iter().copied().enumerate() {
-        let mut sums = Sums::zeros(columns.len(), scaled);
+    for (output, counting) in counting.iter().copied().enumerate() {
+        let mut sums = Sums::zeros(columns.len(), counting);
         for (k, measured) in recording.counted(output) {
-            let e = observations.w(k)[output] - measured;
-            if !e.is_finite() {
-                let (output, t) = (output_name(output), recording.times[k]);
-                return Err(TrialFailure::OutputNotFinite { output, t });
+            let (w, dw) =
+                (observations.w(k), if columns.is_empty() { &[][..] } else { observations.dw(k) });
+            let sample = Sample { k, output, measured, w, dw };
+            if let Some(spoilt) = sample.add(&mut sums, counting, &mut slopes) {
+                return Err(spoilt.failure(output_name(output), recording.times[k]));
             }
-            if !columns.is_empty() {
-                write_slopes(observations.dw(k), n_w, output, columns, &mut slopes);
-            }
-            sums.add(e, &slopes, scaled);
         }
         all.push(sums);
     }
@@ -265,11 +315,73 @@ pub(crate) fn write_slopes(
     }
 }
 
-/// Of what sums are taken: derivatives to some variables, and the loss of each output that counts.
+/// Room for the derivatives of a sample.
+struct Slopes<'a> {
+    columns: &'a [Column],
+    of_output: Vec<f64>,
+    of_sigma: Vec<f64>,
+}
+
+impl<'a> Slopes<'a> {
+    fn of(columns: &'a [Column]) -> Self {
+        let zeros = || vec![0.0; columns.len()];
+        Self { columns, of_output: zeros(), of_sigma: zeros() }
+    }
+}
+
+/// A measured sample, and the simulated outputs at its time with their sensitivities.
+struct Sample<'a> {
+    k: usize,
+    output: usize,
+    measured: f64,
+    w: &'a [f64],
+    dw: &'a [f64],
+}
+
+impl Sample<'_> {
+    /// Adds it to the sums of its output, or says what is wrong with it.
+    #[inline]
+    fn add(
+        &self,
+        sums: &mut Sums,
+        counting: Counting<'_>,
+        slopes: &mut Slopes<'_>,
+    ) -> Option<Spoilt> {
+        let Self { k, output, measured, w, dw } = *self;
+        let Slopes { columns, of_output, of_sigma } = slopes;
+        let Some(distribution) = counting.distribution() else {
+            let e = w[output] - measured;
+            if !e.is_finite() {
+                return Some(Spoilt::NotFinite);
+            }
+            if !columns.is_empty() {
+                write_slopes(dw, w.len(), output, columns, of_output);
+            }
+            sums.add(e, of_output, counting);
+            return None;
+        };
+        let seen = Seen { measured, simulated: w[output], sigma: counting.deviation(k, w) };
+        let spoilt = seen.spoilt(distribution);
+        if spoilt.is_none() {
+            if !columns.is_empty() {
+                write_slopes(dw, w.len(), output, columns, of_output);
+                if let Some(deviation) = counting.computed_by() {
+                    write_slopes(dw, w.len(), deviation, columns, of_sigma);
+                } else {
+                    of_sigma.fill(0.0);
+                }
+            }
+            sums.add_likely(seen, distribution, of_output, of_sigma);
+        }
+        spoilt
+    }
+}
+
+/// Of what sums are taken: derivatives to some variables, and how the samples of each output count.
 #[derive(Clone, Copy)]
 pub(crate) struct SumsOf<'a> {
     pub(crate) columns: &'a [Column],
-    pub(crate) losses: &'a [Option<Scaled>],
+    pub(crate) counting: &'a [Counting<'a>],
 }
 
 /// [`sums`] of a simulation, with derivatives; where it can be, each sample is added as it is reached.
@@ -282,20 +394,16 @@ pub(crate) fn simulated_sums(
     of: SumsOf<'_>,
     output_name: impl Fn(usize) -> String,
 ) -> Result<Vec<Sums>, TrialFailure> {
-    let SumsOf { columns, losses } = of;
     let problem = Problem { system: &system, p, inputs: &recording.inputs, start };
     if recording.linear.is_some() || !can_stream(&problem, options) {
         let observations = outputs_of(system, recording, p, start, options, Derivatives::Yes)?;
-        return sums(recording, &observations, columns, losses, output_name);
+        return sums(recording, &observations, of, output_name);
     }
-    let mut adding = Adding::new(recording, columns, losses);
+    let mut adding = Adding::new(recording, of);
     stream(&problem, &recording.times, options, &mut adding).map_err(TrialFailure::Simulation)?;
     match adding.spoilt {
         None => Ok(adding.sums),
-        Some((k, output)) => {
-            let (output, t) = (output_name(output), recording.times[k]);
-            Err(TrialFailure::OutputNotFinite { output, t })
-        }
+        Some((k, output, spoilt)) => Err(spoilt.failure(output_name(output), recording.times[k])),
     }
 }
 
@@ -305,16 +413,16 @@ struct Adding<'a> {
     measured: Vec<&'a [f64]>,
     /// Samples before this one do not count.
     first: usize,
-    columns: &'a [Column],
-    losses: &'a [Option<Scaled>],
-    slopes: Vec<f64>,
+    counting: &'a [Counting<'a>],
+    slopes: Slopes<'a>,
     sums: Vec<Sums>,
-    /// The first output that is not a number where it was measured, with its sample.
-    spoilt: Option<(usize, usize)>,
+    /// The first sample that cannot be compared where it was measured, and its output.
+    spoilt: Option<(usize, usize, Spoilt)>,
 }
 
 impl<'a> Adding<'a> {
-    fn new(recording: &'a Recording, columns: &'a [Column], losses: &'a [Option<Scaled>]) -> Self {
+    fn new(recording: &'a Recording, of: SumsOf<'a>) -> Self {
+        let SumsOf { columns, counting } = of;
         Self {
             measured: recording
                 .measured
@@ -322,10 +430,9 @@ impl<'a> Adding<'a> {
                 .map(|samples| samples.as_deref().unwrap_or_default())
                 .collect(),
             first: recording.times.partition_point(|t| *t < recording.counts_from),
-            columns,
-            losses,
-            slopes: vec![0.0; columns.len()],
-            sums: losses.iter().map(|scaled| Sums::zeros(columns.len(), *scaled)).collect(),
+            counting,
+            slopes: Slopes::of(columns),
+            sums: counting.iter().map(|of| Sums::zeros(columns.len(), *of)).collect(),
             spoilt: None,
         }
     }
@@ -342,13 +449,10 @@ impl Samples for Adding<'_> {
     fn take(&mut self, k: usize, w: &[f64], dw: &[f64]) {
         for (output, (sums, samples)) in self.sums.iter_mut().zip(&self.measured).enumerate() {
             let Some(measured) = samples.get(k).filter(|value| value.is_finite()) else { continue };
-            let e = w[output] - measured;
-            if !e.is_finite() {
-                self.spoilt.get_or_insert((k, output));
-                continue;
+            let sample = Sample { k, output, measured: *measured, w, dw };
+            if let Some(spoilt) = sample.add(sums, self.counting[output], &mut self.slopes) {
+                self.spoilt.get_or_insert((k, output, spoilt));
             }
-            write_slopes(dw, w.len(), output, self.columns, &mut self.slopes);
-            sums.add(e, &self.slopes, self.losses[output]);
         }
     }
 }

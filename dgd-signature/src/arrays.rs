@@ -129,6 +129,7 @@ mod tests {
             delayed_unknowns: List::Borrowed(&[]),
             differentiated_inputs: List::Borrowed(&[]),
             outputs: List::Borrowed(&[]),
+            densities: List::Borrowed(&[]),
             directions: List::Borrowed(&[]),
             jacobian: Pattern::of(&[(0, 0)]),
             sensitivity_jacobian: none(),

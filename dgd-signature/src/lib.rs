@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `signature` | [`Signature`], and the directions of sensitivities |
 //! | `quantity` | unknowns, parameters, inputs and outputs |
+//! | `density` | how readings scatter around outputs |
 //! | `unknowns` | names and units of all unknowns and equations, elements of arrays included |
 //! | `arrays` | additions to a description by arrays |
 //! | `pattern` | sparsity patterns of matrices |
@@ -21,6 +22,7 @@
 pub mod arrays;
 mod automaton;
 mod curve;
+mod density;
 mod features;
 pub mod number;
 mod past;
@@ -36,6 +38,7 @@ use std::borrow::Cow;
 pub use arrays::Arrays;
 pub use automaton::{Automaton, AutomatonKind, Clock, Crossing, Discrete, Transition, Trigger};
 pub use curve::Curve;
+pub use density::{Density, Distribution};
 pub use features::Features;
 pub use past::{DelayedInput, DelayedUnknown, PastLayout};
 pub use pattern::Pattern;

@@ -1,8 +1,8 @@
 //! Everything that a solver knows about a model except its functions.
 
 use crate::{
-    DelayedInput, DelayedUnknown, Discrete, Input, Labels, List, Output, Parameter, PastLayout,
-    Pattern, Text, Unit, Unknowns,
+    DelayedInput, DelayedUnknown, Density, Discrete, Input, Labels, List, Output, Parameter,
+    PastLayout, Pattern, Text, Unit, Unknowns,
 };
 
 /// Names, sizes, units, defaults and sparsity of a compiled model.
@@ -32,6 +32,8 @@ pub struct Signature {
     pub differentiated_inputs: List<DifferentiatedInput>,
     /// Outputs w.
     pub outputs: List<Output>,
+    /// How readings scatter around outputs whose `noise` is more than a number.
+    pub densities: List<Density>,
     /// Chosen directions θ.
     pub directions: List<Direction>,
     /// Pattern of ∂f/∂y: n × n.
@@ -89,6 +91,16 @@ impl Signature {
     /// If the length differs from the number of unknowns.
     pub fn write_mass(&self, mass: &mut [f64]) {
         self.unknowns.write_mass(mass);
+    }
+
+    /// How readings of an output scatter, where that is more than a number.
+    pub fn density(&self, output: usize) -> Option<Density> {
+        self.densities.iter().find(|density| density.output == output).copied()
+    }
+
+    /// Whether an output computes the standard deviation of another one: nobody measures it.
+    pub fn is_deviation(&self, output: usize) -> bool {
+        self.densities.iter().any(|density| density.deviation == output)
     }
 
     /// Name of the j-th direction: a parameter's name, or `x(0)` for a start value.

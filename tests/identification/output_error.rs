@@ -1,5 +1,7 @@
 //! Fits to recordings that were made with known parameters, start values and noise.
 
+#[path = "densities.rs"]
+mod densities;
 #[path = "linearised.rs"]
 mod linearised;
 #[path = "robust.rs"]

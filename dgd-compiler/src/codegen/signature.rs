@@ -6,8 +6,8 @@ use std::fmt::Debug;
 
 use dgd_signature::arrays::{Array, Family, OutputArray, Run};
 use dgd_signature::{
-    Automaton, DelayedInput, DelayedUnknown, DifferentiatedInput, Direction, Discrete, Input,
-    Output, Parameter, Pattern, Signature, Transition, Unit, Unknown,
+    Automaton, DelayedInput, DelayedUnknown, Density, DifferentiatedInput, Direction, Discrete,
+    Distribution, Input, Output, Parameter, Pattern, Signature, Transition, Unit, Unknown,
 };
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
@@ -28,6 +28,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
         delayed_unknowns,
         differentiated_inputs,
         outputs: _,
+        densities,
         directions,
         jacobian,
         sensitivity_jacobian,
@@ -41,6 +42,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
     let parameters = parameters.iter().map(parameter);
     let inputs = inputs.iter().map(input);
     let outputs = program.single_outputs().iter().map(output);
+    let densities = densities.iter().map(density);
     let delayed_inputs = delayed_inputs.iter().map(delayed_input);
     let delayed_unknowns = delayed_unknowns.iter().map(delayed_unknown);
     let differentiated_inputs = differentiated_inputs.iter().map(differentiated_input);
@@ -62,6 +64,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             delayed_unknowns: List::Borrowed(&[#(#delayed_unknowns),*]),
             differentiated_inputs: List::Borrowed(&[#(#differentiated_inputs),*]),
             outputs: List::Borrowed(&[#(#outputs),*]),
+            densities: List::Borrowed(&[#(#densities),*]),
             directions: List::Borrowed(&[#(#directions),*]),
             jacobian: #jacobian,
             sensitivity_jacobian: #dgdy,
@@ -144,6 +147,21 @@ fn output(of: &Output) -> TokenStream {
             noise: #noise,
             delay: #delay,
         }
+    }
+}
+
+fn density(of: &Density) -> TokenStream {
+    let [output, deviation] = [of.output, of.deviation].map(index);
+    let distribution = match of.distribution {
+        Distribution::Normal => quote!(Distribution::Normal),
+        Distribution::LogNormal => quote!(Distribution::LogNormal),
+        Distribution::Student { freedom } => {
+            let freedom = number(freedom);
+            quote!(Distribution::Student { freedom: #freedom })
+        }
+    };
+    quote! {
+        Density { output: #output, deviation: #deviation, distribution: #distribution }
     }
 }
 

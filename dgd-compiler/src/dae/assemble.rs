@@ -110,6 +110,7 @@ fn declared(model: &Model) -> Dae {
         delayed_unknowns: Vec::new(),
         differentiated_inputs: Vec::new(),
         outputs: Vec::new(),
+        densities: model.densities.clone(),
         output_arrays: Vec::new(),
         names: BTreeMap::new(),
         variants: model.variants.clone(),

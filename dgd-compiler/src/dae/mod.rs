@@ -19,7 +19,7 @@ mod transfer;
 use std::collections::BTreeMap;
 
 use crate::expr::{ExprId, Graph, Symbol};
-use crate::model::{Declared, Input, Parameter, Variant};
+use crate::model::{Declared, Density, Input, Parameter, Variant};
 use crate::source::Span;
 use crate::units::Unit;
 
@@ -74,6 +74,8 @@ pub struct Dae {
     pub differentiated_inputs: Vec<DifferentiatedInput>,
     /// Outputs; their values are expressions of `graph`.
     pub outputs: Vec<Output>,
+    /// How readings scatter where `noise` is more than a number.
+    pub densities: Vec<Density>,
     /// Outputs for each element of an array, after the others.
     pub output_arrays: Vec<OutputArray>,
     /// Names that the model gives to expressions.

@@ -1101,6 +1101,23 @@ Right:
 
     parameter c = 0.1 in 1e-3 .. 1, log
 "
+E507 "noise relative to a zero of its own" "
+2 % of 20 °C would be 0.4 K, and 2 % of the same temperature in °F 0.76 K: where the zero of a unit is not
+nothing, as that of °C, °F, barg and psig, noise in parts of the reading means nothing. Nor is 0.5 °C a
+difference within a formula.
+
+Wrong:
+
+    state T [K] = 300
+    equation cooling: der(T) = -T/100 [s]
+    output T [°C]  noise 0.1 [K] + 2 [%]*abs(T)
+
+Right:
+
+    state T [K] = 300
+    equation cooling: der(T) = -T/100 [s]
+    output T [K]  noise 0.1 [K] + 2 [%]*abs(T)
+"
 E510 "bound that follows an unknown" "
 `saturate` keeps an unknown within a bound that is made of parameters, constants, inputs and time.
 

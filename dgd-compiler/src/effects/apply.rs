@@ -271,7 +271,7 @@ impl Splicing {
                 visit::parts_mut(item, &mut |part| {
                     let Part::Expr(place, expr) = part else { return };
                     let hidden: Vec<&str> = match place {
-                        Role::Declaration => return,
+                        Role::Declaration | Role::Noise(_) => return,
                         Role::Start if splice.kind != EffectKind::Input => return,
                         Role::Body(_, arguments) => {
                             arguments.iter().map(|argument| argument.name.text.as_str()).collect()

@@ -1,8 +1,10 @@
 //! Parameters, unknowns, outputs and equations: one item at a time.
 
 use super::Declared;
+use super::check_units::Dim;
 use super::define::Definition;
-use super::expression::unit_of;
+use super::expression::{Typed, unit_of};
+use super::noise::{Noise, Noisy};
 use super::resolve::{Reading, Resolver};
 use super::{Equation, Output, Parameter, Unknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
@@ -82,7 +84,7 @@ impl<'a> Resolver<'a> {
         Ok(parameter)
     }
 
-    fn positive(
+    pub(super) fn positive(
         &mut self,
         expr: &'a Expr,
         unit: &Unit,
@@ -181,13 +183,23 @@ impl<'a> Resolver<'a> {
             }
             None => self.unknown_read(name, own_unit, diagnostics)?,
         };
-        let noise = self.noise(attributes, &unit, diagnostics)?;
+        let typed = Typed { id: value, dim: Dim::Of(unit.dimension) };
+        let read = Noisy { name: &name.text, value: typed, unit: unit.clone() };
+        let noise = match self.noise(&read, attributes, diagnostics)? {
+            Noise::Silent => None,
+            Noise::Known(noise) => Some(noise),
+            Noise::Formula(formula) => {
+                self.formulas.push((self.model.outputs.len(), formula));
+                None
+            }
+        };
         let declared =
             Declared { name: name.text.clone(), span: name.span, unit, doc: item.doc.clone() };
         Ok(Output { declared, value, noise })
     }
 
-    pub(super) fn noise(
+    /// The noise of each element of an array: a number.
+    pub(super) fn noise_of_elements(
         &mut self,
         attributes: &'a [Attribute],
         unit: &Unit,

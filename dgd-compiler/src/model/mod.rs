@@ -8,6 +8,7 @@ mod delay;
 mod expression;
 mod item;
 mod modes;
+mod noise;
 mod resolve;
 mod start;
 mod tables;
@@ -24,7 +25,7 @@ use crate::source::Span;
 use crate::units::{Dimension, Unit, describe, parse_unit};
 
 pub use crate::syntax::ast::{Bound, Name};
-pub use dgd_signature::{Crossing, Interpolation};
+pub use dgd_signature::{Crossing, Density, Interpolation};
 
 pub use crate::parts::InnerModel;
 pub use resolve::{ModelOptions, Setting, resolve, resolve_noting};
@@ -57,8 +58,10 @@ pub struct Model {
     pub sizes: Vec<(Name, i64)>,
     /// `let`s, ordered so that each needs only earlier ones.
     pub lets: Vec<Let>,
-    /// `output`s.
+    /// `output`s, then those that compute standard deviations.
     pub outputs: Vec<Output>,
+    /// How readings scatter where `noise` is more than a number.
+    pub densities: Vec<Density>,
     /// `output`s that read an array, element by element.
     pub output_arrays: Vec<OutputArray>,
     /// `equation`s that hold in every mode.

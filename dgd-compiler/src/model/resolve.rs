@@ -7,6 +7,7 @@ use super::choose::{check_settings, choose, leave_out_impossible, unknown_choice
 use super::define::{Definition, Scope, in_order};
 use super::expression::{Arguments, Lowering, Typed, is_plain, unit_of};
 use super::item::UnknownDeclaration;
+use super::noise::Formula;
 use super::{Constant, Declared, Input, Interpolation, Let, Model};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Symbol};
@@ -118,6 +119,7 @@ pub fn resolve_noting(
         lowering: Lowering::new(scope),
         settings,
         next_loop: 0,
+        formulas: Vec::new(),
         model: Model {
             name: header.name.text.clone(),
             doc: header.doc.clone(),
@@ -141,6 +143,7 @@ pub fn resolve_noting(
     resolver.open_starts(diagnostics)?;
 
     let mut model = resolver.model;
+    model.add_deviations(resolver.formulas);
     for (name, size) in &resolver.lowering.scope.sizes {
         let span = resolver.lowering.scope.names.get(name).map(|entry| entry.span);
         let name = Name { text: (*name).to_owned(), span: span.unwrap_or_default() };
@@ -176,6 +179,8 @@ pub(super) struct Resolver<'a> {
     pub(super) settings: BTreeMap<&'a str, &'a Expr>,
     /// Which of the loops comes next.
     pub(super) next_loop: usize,
+    /// Formulas of noise, by position of the output.
+    pub(super) formulas: Vec<(usize, Formula)>,
     pub(super) model: Model,
 }
 

@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use dgd_signature::Distribution;
+
 use super::{
-    Array, Automaton, Bound, Declared, Equation, Interpolation, Model, Origin, Parameter,
+    Array, Automaton, Bound, Declared, Density, Equation, Interpolation, Model, Origin, Parameter,
     Transition, Unknown,
 };
 use crate::expr::display::{listing, number};
@@ -204,11 +206,27 @@ impl Writer<'_> {
         }
     }
 
+    fn density_text(&self, density: &Density) -> String {
+        let sigma = &self.model.outputs[density.deviation].declared.name;
+        match density.distribution {
+            Distribution::Normal => format!("  noise {sigma}"),
+            Distribution::LogNormal => format!("  noise lognormal({sigma})"),
+            Distribution::Student { freedom } => {
+                format!("  noise student({}, {sigma})", number(freedom))
+            }
+        }
+    }
+
     /// Outputs, then those for each element of an array.
     fn outputs(&mut self) {
-        for output in &self.model.outputs {
+        for (i, output) in self.model.outputs.iter().enumerate() {
             let value = self.shown("    ", output.value);
-            let (head, noise) = (head(&output.declared), noise_text(output.noise));
+            let mut of_output = self.model.densities.iter().filter(|density| density.output == i);
+            let noise = match of_output.next() {
+                Some(density) => self.density_text(density),
+                None => noise_text(output.noise),
+            };
+            let head = head(&output.declared);
             self.line("  ", &format!("output {head} = {value}{noise}"));
         }
         for output in &self.model.output_arrays {

@@ -238,7 +238,12 @@ impl Reader<'_> {
                 }
                 self.unit(unit.as_ref());
                 self.exprs(value);
+                // Its noise may read it.
+                let symbol = self.find(|scope| scope.outputs.get(name.text.as_str()).copied());
+                let open = self.locals.len();
+                self.locals.extend(symbol.map(|symbol| (name.text.clone(), symbol)));
                 self.attributes(attributes);
+                self.locals.truncate(open);
             }
             ItemKind::Equation { left, right, attributes, .. } => {
                 self.exprs([left, right]);

@@ -49,6 +49,9 @@ pub(super) fn verify_names(
                 Role::Body(_, arguments) => {
                     arguments.iter().map(|argument| argument.name.text.as_str()).collect()
                 }
+                Role::Noise(own) => {
+                    vec![own.text.as_str(), "lognormal", "student"]
+                }
                 _ => Vec::new(),
             };
             unknown(expr, ast.source, &known, &hidden, &mut found);

@@ -147,6 +147,7 @@ fn of_single(
                 delay: output.delay,
             })
             .collect(),
+        densities: dae.densities.clone().into(),
         directions: directions.to_vec().into(),
         jacobian: pattern(ResultKind::Jacobian),
         sensitivity_jacobian: pattern(ResultKind::Dgdy),

@@ -63,7 +63,25 @@ impl Renaming {
                 let hidden: Vec<&str> = arguments.iter().map(|a| a.name.text.as_str()).collect();
                 self.rename_in(expr, &hidden);
             }
+            Part::Expr(Role::Noise(own), expr) => {
+                self.rename_in(expr, &[own.text.as_str()]);
+                if let Some(new) = self.map.get(&(Namespace::Output, own.text.clone())) {
+                    rename_name(expr, &own.text, new);
+                }
+            }
             Part::Expr(_, expr) => self.rename_in(expr, &[]),
         });
+    }
+}
+
+/// Gives a name that an expression reads another one.
+fn rename_name(expr: &mut Expr, old: &str, new: &str) {
+    if let ExprKind::Name(name) = &mut expr.kind
+        && name == old
+    {
+        new.clone_into(name);
+    }
+    for operand in visit::operands_mut(expr) {
+        rename_name(operand, old, new);
     }
 }

@@ -35,6 +35,8 @@ pub enum Role<'a> {
     Body(&'a Name, &'a [Argument]),
     /// What an output reads.
     Output(&'a Name),
+    /// The noise of an output, which it may read by its own name.
+    Noise(&'a Name),
     /// The left side of an equation.
     Left(&'a Name),
     /// The right side of an equation.
@@ -130,12 +132,18 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             attributes(all, visit);
         }
         ItemKind::Output { name, unit, value, attributes: all } => {
+            // Its noise reads it by the name that it has now.
+            let own = name.clone();
             visit(Part::Declares(Namespace::Output, name));
             visit(Part::Unit(unit));
             if let Some(value) = value {
                 visit(Part::Expr(Role::Output(name), value));
             }
-            attributes(all, visit);
+            for attribute in all {
+                if let AttributeKind::Noise(size) = &mut attribute.kind {
+                    visit(Part::Expr(Role::Noise(&own), size));
+                }
+            }
         }
         ItemKind::Equation { label, left, right, attributes: all } => {
             visit(Part::Declares(Namespace::Equation, label));

@@ -5,8 +5,9 @@ use dgd_runtime::model::Model;
 
 use crate::error::{EstimateError, TrialFailed};
 use crate::journal::{Digest, Journal, Kept, kept_success};
-use crate::loss::Loss;
 use crate::minimise::trust_region::{Minimum, Region, StoppingRule, minimise_watched};
+use crate::noise::Noise;
+use crate::noise::loss::Loss;
 use crate::output_error::fit::Fit;
 use crate::output_error::weighing::{Weighted, simulate_all, weigh};
 use crate::output_error::{OutputErrorProblem, Prior};
@@ -25,6 +26,7 @@ pub(crate) struct Around<'a> {
     p: &'a [f64],
     free: Vec<bool>,
     recordings: &'a [Recording],
+    noise: Vec<Option<Noise>>,
     priors: Vec<Prior>,
     loss: Loss,
     options: Options,
@@ -63,6 +65,7 @@ impl<'a> Around<'a> {
             p: problem.p,
             free: problem.free.clone(),
             recordings: problem.recordings,
+            noise: problem.noise.clone(),
             priors: problem.priors.clone(),
             loss: problem.loss,
             options: fit.simulated(&problem.options),
@@ -105,6 +108,7 @@ impl<'a> Around<'a> {
     pub(crate) fn problem<'s>(&'s self, system: &'s dyn Model) -> OutputErrorProblem<'s> {
         OutputErrorProblem {
             free: self.free.clone(),
+            noise: self.noise.clone(),
             priors: self.priors.clone(),
             loss: self.loss,
             options: self.options,

@@ -14,7 +14,7 @@ use dgd_runtime::model::{Model, Samples, stream};
 use dgd_runtime::{Options, Problem};
 
 use crate::error::TrialFailure;
-use crate::loss::Loss;
+use crate::noise::loss::Loss;
 use crate::recording::{Column, Derivatives, Recording, outputs_of, write_slopes};
 
 /// Parts that recordings are divided into. A standard deviation of ten numbers is known to a quarter; with

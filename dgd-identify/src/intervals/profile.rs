@@ -8,7 +8,7 @@
 //! From the estimate outwards on each side, the others start where they were last, moved on as they
 //! moved before ([`super::along`]). A side that never gets there is open: the data does not bound the
 //! estimate on that side, whatever its standard deviation says. σ is that of the fit all along. Under a
-//! loss that is not squares, d is the rise of Σ ρ(e/σ) over (H⁻¹ G H⁻¹)ᵢᵢ/(H⁻¹)ᵢᵢ ([`super::loss`]), so
+//! loss that is not squares, d is the rise of Σ ρ(e/σ) over (H⁻¹ G H⁻¹)ᵢᵢ/(H⁻¹)ᵢᵢ ([`crate::noise::loss`]), so
 //! that it rises as 1/std² of the estimate does.
 //!
 //! Sources: Venzon, Moolgavkar, A method for computing profile-likelihood-based confidence

@@ -30,6 +30,7 @@ use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 use crate::error::{EstimateError, TrialFailed};
 use crate::intervals::cells::{Cell, Divided, SimulatedAt, Weights, cells, cells_of, parts};
+use crate::noise::Noise;
 use crate::output_error::OutputErrorProblem;
 use crate::output_error::fit::{Fit, unseen};
 use crate::uncertainty::Estimate;
@@ -89,6 +90,12 @@ impl Fit {
         &self,
         problem: &OutputErrorProblem<'_>,
     ) -> Result<Option<Spread>, EstimateError> {
+        // Parts are weighed by σ of outputs, and single samples may have their own.
+        let is_likelihood =
+            |noise: &Option<Noise>| matches!(noise, Some(Noise::Density(_) | Noise::Recorded));
+        if problem.noise.iter().any(is_likelihood) {
+            return Ok(None);
+        }
         let options = self.simulated(&problem.options);
         let at = SpreadAt { p: &self.p, estimates: &self.estimates, sigma: &self.noise };
         spread(&OutputErrorProblem { options, ..problem.clone() }, at)

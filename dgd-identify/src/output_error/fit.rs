@@ -1,15 +1,16 @@
 //! What a fit found.
 
 use dgd_runtime::Options;
+use dgd_runtime::signature::Distribution;
 
 use crate::error::TrialFailed;
-use crate::loss::Loss;
 use crate::minimise::trust_region::{Minimum, Termination};
 use crate::noise::Noise;
+use crate::noise::loss::Loss;
 use crate::output_error::stepping::Stepping;
 use crate::output_error::weighing::{Weighted, curvature_and_influence, effective_priors, misfits};
 use crate::output_error::{OutputErrorProblem, Starts};
-use crate::recording::Misfit;
+use crate::recording::{Misfit, Sums};
 use crate::uncertainty::{Correlated, Estimate, Uncertainty, Undetermined};
 use crate::variables::Variables;
 
@@ -24,11 +25,13 @@ pub struct Fit {
     pub estimates: Vec<Estimate>,
     /// Changes of the estimates that no output sees.
     pub undetermined: Vec<Undetermined>,
-    /// σ of each output as the fit weighted it, SI; `None` where an output was not fitted.
+    /// σ of each output as the fit weighted it, SI; `None` where an output was not fitted. Where samples have σ of
+    /// their own, the root of their mean square.
     pub noise: Vec<Option<f64>>,
     /// What errors were taken by.
     pub loss: Loss,
-    /// Σ ρ(e/σ), priors included: Σ (e/σ)² where the loss is squares.
+    /// Σ ρ(e/σ), priors included: Σ (e/σ)² where the loss is squares. Of outputs that count by their likelihood what
+    /// depends on residuals.
     pub cost: f64,
     /// Samples that count, of all fitted outputs.
     pub samples: usize,
@@ -60,6 +63,8 @@ pub struct Fit {
     /// Information criteria; `None` under a loss other than squares, whose value is not a likelihood, and with priors,
     /// which hold parameters only in part.
     pub criteria: Option<Criteria>,
+    /// Whether readings of some output have Student's distribution, whose squares do not add up.
+    has_tails: bool,
     uncertainty: Uncertainty,
     slopes: Vec<f64>,
 }
@@ -149,9 +154,10 @@ impl Fit {
     }
 
     /// Σ (e/σ)² per degree of freedom: 1 where the model is true and the noise known; `None` without
-    /// degrees of freedom, and under a loss that is not squares.
+    /// degrees of freedom, under a loss that is not squares, and with readings of Student's distribution.
     pub fn reduced_chi_square(&self) -> Option<f64> {
-        let is_known = self.degrees_of_freedom > 0 && self.loss == Loss::Squares;
+        let is_squares = self.loss == Loss::Squares && !self.has_tails;
+        let is_known = self.degrees_of_freedom > 0 && is_squares;
         is_known.then(|| self.cost / self.degrees_of_freedom as f64)
     }
 }
@@ -218,6 +224,7 @@ pub(crate) fn finish(
     };
     let samples: usize = fitted().map(|(sums, _)| sums.samples).sum();
     let logarithms: f64 = fitted()
+        .filter(|(sums, _)| sums.likelihood.is_none())
         .map(|(sums, sigma)| sums.samples as f64 * (std::f64::consts::TAU * sigma * sigma).ln())
         .sum();
     let light = |i: usize| {
@@ -226,6 +233,10 @@ pub(crate) fn finish(
     };
     let free = held.iter().filter(|held| !**held).count();
     let deviance = logarithms + at.normal.cost;
+    let has_tails = problem.noise.iter().any(|noise| {
+        let Some(Noise::Density(density)) = noise else { return false };
+        matches!(density.distribution, Distribution::Student { .. })
+    });
     let levels = problem.noise.iter().filter(|noise| **noise == Some(Noise::Estimated)).count();
     let priors = effective_priors(problem, variables);
     let has_criteria = problem.loss == Loss::Squares && priors == 0;
@@ -238,7 +249,8 @@ pub(crate) fn finish(
         estimates,
         undetermined: uncertainty.undetermined.clone(),
         loss: problem.loss,
-        cost: at.normal.cost,
+        cost: at.normal.cost - at.normal.logarithms,
+        has_tails,
         samples,
         light_samples: (0..sigma.len()).map(light).collect(),
         samples_without_sensitivity: fitted().map(|(sums, _)| sums.without_sensitivity).sum(),
@@ -253,10 +265,20 @@ pub(crate) fn finish(
         stepping,
         options: Options { watched: None, ..problem.options },
         termination: total.termination.unwrap_or(Termination::EvaluationLimit),
-        noise: sigma,
+        noise: (0..sigma.len()).map(|i| noise_of(&at.sums, i).or(sigma[i])).collect(),
         uncertainty,
         slopes,
     }
+}
+
+/// The root of the mean variance of an output's readings, where they count by their likelihood.
+fn noise_of(sums: &[Vec<Sums>], output: usize) -> Option<f64> {
+    let of_output = || sums.iter().map(|of_recording| &of_recording[output]);
+    let likely = of_output().filter_map(|sums| sums.likelihood.as_ref());
+    let variances: Vec<f64> = likely.map(|likelihood| likelihood.variances).collect();
+    let samples: usize = of_output().map(|sums| sums.samples).sum();
+    let is_known = samples > 0 && !variances.is_empty();
+    is_known.then(|| (variances.iter().sum::<f64>() / samples as f64).sqrt())
 }
 
 /// Eigenvalues of JᵀJ below this part of the largest are not told from zero: sensitivities are

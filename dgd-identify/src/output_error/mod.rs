@@ -22,12 +22,14 @@ pub(crate) mod weighing;
 
 use dgd_runtime::model::Model;
 use dgd_runtime::parallel::in_parallel_by_model;
+use dgd_runtime::signature::Distribution;
 use dgd_runtime::{Direction, Observations, Options};
 
-use crate::error::{EstimateError, TrialFailed, WrongLength, verify_lengths};
+use crate::error::{EstimateError, TrialFailed, WrongLength, WrongReading, verify_lengths};
 use crate::journal::{Digest, Keeping, kept_success};
-use crate::loss::{self, Loss};
 use crate::minimise::trust_region::{Region, StoppingRule, Termination, minimise_watched};
+use crate::noise::density::Counting;
+use crate::noise::loss::{self, Loss};
 use crate::noise::{self, Noise};
 use crate::output_error::fit::{Fit, Total, finish, unseen};
 use crate::output_error::stepping::Accuracy;
@@ -35,7 +37,7 @@ use crate::output_error::weighing::{
     Weighted, effective_priors, misfits, output_names, simulate_all, weigh,
 };
 use crate::progress::{Of, Progress, Unwatched, Watch};
-use crate::recording::{Derivatives, Misfit, Recording, Sums, outputs_of, sums};
+use crate::recording::{Derivatives, Misfit, Recording, Sums, SumsOf, outputs_of, sums};
 use crate::variables::{Variable, Variables};
 
 /// Most fits with re-estimated noise.
@@ -388,8 +390,9 @@ pub fn evaluate(
         let recording = &recordings[r];
         outputs_of(system, recording, p, &starts[r], options, Derivatives::No).and_then(
             |observations| {
-                let losses = vec![None; names.len()];
-                let sums = sums(recording, &observations, &[], &losses, |i| names[i].clone())?;
+                let counting = vec![Counting::Squares; names.len()];
+                let of = SumsOf { columns: &[], counting: &counting };
+                let sums = sums(recording, &observations, of, |i| names[i].clone())?;
                 Ok((observations, sums))
             },
         )
@@ -420,6 +423,37 @@ fn verify(problem: &OutputErrorProblem<'_>) -> Result<(), EstimateError> {
             && !(sigma > 0.0 && sigma.is_finite())
         {
             return Err(EstimateError::Noise { output: output.name.to_string(), sigma });
+        }
+    }
+    verify_readings(problem)
+}
+
+/// Verifies that readings can be what the noise of their outputs says.
+fn verify_readings(problem: &OutputErrorProblem<'_>) -> Result<(), EstimateError> {
+    let outputs = problem.system.signature().outputs.iter().zip(&problem.noise).enumerate();
+    let used = outputs.filter_map(|(i, (output, noise))| Some((i, &output.name, (*noise)?)));
+    for (i, output, noise) in used {
+        let is_log = match noise {
+            Noise::Known(_) | Noise::Estimated => continue,
+            Noise::Recorded => false,
+            Noise::Density(density) => density.distribution == Distribution::LogNormal,
+        };
+        if problem.loss != Loss::Squares {
+            return Err(EstimateError::LossOfDensity { output: output.to_string() });
+        }
+        for (r, recording) in problem.recordings.iter().enumerate() {
+            let deviation = |k: usize| recording.deviations_of(i).map_or(f64::NAN, |all| all[k]);
+            let wrong = |(k, measured): (usize, f64)| match noise {
+                Noise::Recorded if !(deviation(k) > 0.0 && deviation(k).is_finite()) => {
+                    Some((k, WrongReading::Deviation(deviation(k))))
+                }
+                _ if is_log && measured <= 0.0 => Some((k, WrongReading::NotPositive(measured))),
+                _ => None,
+            };
+            if let Some((k, wrong)) = recording.counted(i).find_map(wrong) {
+                let (output, t) = (output.to_string(), recording.times[k]);
+                return Err(EstimateError::Reading { output, recording: r, t, wrong });
+            }
         }
     }
     Ok(())
@@ -457,6 +491,8 @@ fn least_noise(problem: &OutputErrorProblem<'_>) -> Vec<f64> {
 fn first_noise(problem: &OutputErrorProblem<'_>, least: &[f64]) -> Vec<Option<f64>> {
     let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
         Noise::Known(sigma) => Some(sigma),
+        // What counts by its likelihood has its σ within the sums.
+        Noise::Density(_) | Noise::Recorded => Some(1.0),
         Noise::Estimated => {
             Some(noise::scatter(problem.recordings, i).unwrap_or(0.0).max(least[i]))
         }
@@ -484,6 +520,8 @@ fn noise_of_medians(
     };
     let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
         Noise::Known(sigma) => Some(sigma),
+        // What counts by its likelihood has its σ within the sums.
+        Noise::Density(_) | Noise::Recorded => Some(1.0),
         Noise::Estimated => {
             let recordings = problem.recordings.iter().zip(&observations);
             let sizes = recordings.flat_map(|(recording, simulated)| {
@@ -506,6 +544,8 @@ fn estimated_noise(
 ) -> Vec<Option<f64>> {
     let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
         Noise::Known(sigma) => Some(sigma),
+        // What counts by its likelihood has its σ within the sums.
+        Noise::Density(_) | Noise::Recorded => Some(1.0),
         Noise::Estimated => {
             noise::of_residuals(sums, i, spread).map(|next| next.max(least[i])).or(sigma[i])
         }

@@ -2,12 +2,16 @@
 
 use dgd_runtime::model::Model;
 use dgd_runtime::parallel::in_parallel_by_model;
+use dgd_runtime::signature::Distribution;
 use nalgebra::DMatrix;
 
 use crate::error::{TrialFailed, TrialFailure};
 use crate::minimise::trust_region::NormalEquations;
+use crate::noise::Noise;
+use crate::noise::density::Counting;
+use crate::noise::loss::Loss;
 use crate::output_error::OutputErrorProblem;
-use crate::recording::{Misfit, Sums, SumsOf, simulated_sums};
+use crate::recording::{Misfit, Recording, Sums, SumsOf, simulated_sums};
 use crate::variables::Variables;
 
 /// Sums of all recordings with their weights.
@@ -29,8 +33,7 @@ pub(crate) fn simulate_all(
     z: &[f64],
     sigma: &[Option<f64>],
 ) -> Result<Vec<Vec<Sums>>, TrialFailed> {
-    let OutputErrorProblem { system, recordings, options, threads, .. } = problem;
-    let losses: Vec<_> = sigma.iter().map(|sigma| problem.loss.scaled(*sigma)).collect();
+    let OutputErrorProblem { system, recordings, options, threads, noise, loss, .. } = problem;
     let p = variables.parameters(problem.p, z);
     let names = output_names(*system);
     let results = in_parallel_by_model(*system, recordings.len(), *threads, |system, r| {
@@ -38,13 +41,34 @@ pub(crate) fn simulate_all(
         let start = variables.starts(r, &recording.start, z);
         let columns = variables.columns(r, z);
         let name = |i: usize| names[i].clone();
-        let of = SumsOf { columns: &columns, losses: &losses };
+        let counting = counting(noise, *loss, sigma, recording);
+        let of = SumsOf { columns: &columns, counting: &counting };
         simulated_sums(system, recording, &p, &start, options, of, name)
     });
     let failed = |(recording, result): (usize, Result<Vec<Sums>, TrialFailure>)| {
         result.map_err(|reason| TrialFailed { recording, reason })
     };
     results.into_iter().enumerate().map(failed).collect()
+}
+
+/// How the samples of each output of a recording count.
+fn counting<'r>(
+    noise: &[Option<Noise>],
+    loss: Loss,
+    sigma: &[Option<f64>],
+    recording: &'r Recording,
+) -> Vec<Counting<'r>> {
+    let of = |i: usize| match noise[i] {
+        Some(Noise::Density(density)) => Counting::Density(density),
+        Some(Noise::Recorded) => {
+            let rows = recording.deviations_of(i);
+            rows.map_or(Counting::Squares, |rows| Counting::Rows(rows, Distribution::Normal))
+        }
+        Some(Noise::Known(_) | Noise::Estimated) | None => {
+            loss.scaled(sigma[i]).map_or(Counting::Squares, Counting::Robust)
+        }
+    };
+    (0..sigma.len()).map(of).collect()
 }
 
 /// Weighs and adds up: recordings in their order, outputs in theirs, then priors.
@@ -59,8 +83,12 @@ pub(crate) fn weigh(
     for (r, of_recording) in sums.iter().enumerate() {
         for (sums, sigma) in of_recording.iter().zip(sigma) {
             let Some(sigma) = sigma else { continue };
-            let weight = 1.0 / (sigma * sigma);
+            let weight = sums.weight(*sigma);
             normal.cost += weight * sums.loss();
+            if let Some(likelihood) = &sums.likelihood {
+                normal.cost += likelihood.logarithms;
+                normal.logarithms += likelihood.logarithms;
+            }
             normal.is_whole &= sums.without_sensitivity == 0;
             for (i, gradient) in sums.gradient.iter().enumerate() {
                 normal.gradient[variables.position(r, i)] += weight * gradient;
@@ -99,7 +127,7 @@ fn add(
     }
 }
 
-/// H and G of the covariance H⁻¹ G H⁻¹ under a loss that is not squares ([`super::loss`]).
+/// H and G of the covariance H⁻¹ G H⁻¹ under a loss that is not squares ([`crate::noise::loss`]).
 pub(crate) fn curvature_and_influence(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,

@@ -335,6 +335,7 @@ impl<'a> Outer<'a> {
         let zeta = triangle.zeta().rows(projected, n).into_owned();
         Ok(NormalEquations {
             cost: zeta.norm_squared() + triangle.remainder(),
+            logarithms: 0.0,
             gradient: -(j.transpose() * zeta),
             information: j.transpose() * j,
             is_whole: true,

@@ -43,7 +43,7 @@ const KEYWORDS: [&str; 23] = [
 const CLAUSES: [&str; 5] = ["kind", "form", "null", "replace", "add"];
 /// Words that begin a line within a `modes` block and after a `when`.
 const IN_BLOCKS: [&str; 2] = ["start", "reset"];
-const ATTRIBUTES: [&str; 16] = [
+const ATTRIBUTES: [&str; 18] = [
     "in",
     "log",
     "fixed",
@@ -52,6 +52,8 @@ const ATTRIBUTES: [&str; 16] = [
     "hold",
     "linear",
     "noise",
+    "noise lognormal",
+    "noise student",
     "history",
     "exact",
     "pchip",

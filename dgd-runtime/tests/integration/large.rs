@@ -66,6 +66,7 @@ impl Diffusion {
                 delayed_unknowns: Vec::new().into(),
                 differentiated_inputs: Vec::new().into(),
                 outputs: Vec::new().into(),
+                densities: Vec::new().into(),
                 directions: vec![Direction::Parameter(0)].into(),
                 sensitivity_jacobian: pattern(&jacobian),
                 jacobian: pattern(&jacobian),

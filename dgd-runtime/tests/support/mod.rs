@@ -84,6 +84,7 @@ fn signature<E: Equations>() -> Signature {
             .iter()
             .map(|&(name, ..)| Output { name: name.into(), unit: unit(), noise: None, delay: None })
             .collect(),
+        densities: Vec::new().into(),
         directions: (0..n_s).map(Direction::Parameter).collect(),
         jacobian: full(n, n),
         sensitivity_jacobian: full(n * n_s, n),

@@ -32,7 +32,7 @@ use crate::output::provenance::{self, DataFile, Provenance};
 use crate::output::quantity::{of_differences, rounded};
 use crate::request::{Choices, DiscoverRequest, Start};
 use crate::run::recording;
-use crate::run::{executable, keeping, options, reservations, verify_memory_of_fit};
+use crate::run::{densities, executable, keeping, options, reservations, verify_memory_of_fit};
 use crate::session::Session;
 pub use adopt::{Adopted, adopt};
 use report::Subject;
@@ -443,6 +443,7 @@ fn recordings(
     let clock = recording::Clock::Time;
     let read = recording::Recording::read_all(paths, renames, dae, clock, compilation, session)?;
     let system = executable(compiled.program.clone(), &request.solve)?;
+    densities::refuse(system.signature(), "`dgd discover`")?;
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let integration = options(&request.solve)?;
     let with = |start: Start, read: &recording::Recording, path: &Path| {

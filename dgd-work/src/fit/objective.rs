@@ -2,7 +2,7 @@
 
 use dgd_execute::Loaded;
 use dgd_identify::{
-    OutputErrorProblem, Prior, Recording, Starts, TrialFailure, evaluate,
+    Noise, OutputErrorProblem, Prior, Recording, Starts, TrialFailure, evaluate,
     outputs_with_sensitivities,
 };
 use dgd_runtime::parallel::in_parallel_by_model;
@@ -11,7 +11,7 @@ use dgd_runtime::{Direction, Observations, Options, Problem, System, Unit, consi
 use super::task::Task;
 use crate::error::{WorkError, meant};
 use crate::request::{Estimator, FitRequest};
-use crate::run::recording;
+use crate::run::{densities, recording};
 use crate::session::Session;
 
 /// Something that a fit estimates, in its declared unit.
@@ -237,6 +237,17 @@ fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>
                 "the noise of `{name}` must be above 0: {sigma}"
             )));
         }
+    }
+    if outputs
+        .iter()
+        .zip(&task.noise)
+        .any(|(_, used)| matches!(used, Some(Noise::Density(_) | Noise::Recorded)))
+    {
+        densities::refuse(task.system.signature(), "the objective of a fit")?;
+        return Err(WorkError::Usage(
+            "the objective of a fit takes no column of standard deviations: leave out `std(…)`"
+                .to_owned(),
+        ));
     }
     let mut without = Vec::new();
     let sigma = outputs.iter().zip(&task.noise).map(|(output, used)| {

@@ -132,6 +132,7 @@ fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProbl
         noise.map(|noise| match noise {
             Noise::Known(sigma) => Level::Known(sigma),
             Noise::Estimated => Level::Estimated,
+            Noise::Density(_) | Noise::Recorded => unreachable!("refused when the task was loaded"),
         })
     };
     let Options { rtol, atol, .. } = given.options;

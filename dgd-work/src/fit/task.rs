@@ -27,10 +27,10 @@ use crate::fit::report::linearised::{self, Linearised};
 use crate::fit::report::outcome::Tested;
 use crate::model::Compilation;
 use crate::output::provenance::{self, DataFile, Provenance};
-use crate::request::{Estimator, FitRequest, LinearizeAt, NoiseFrom};
+use crate::request::{Estimator, FitRequest, LinearizeAt};
 use crate::run::recording::{self, Clock};
 use crate::run::{
-    executable, keeping, options, reservations, verify_memory_of_fit, with_method,
+    densities, executable, keeping, options, reservations, verify_memory_of_fit, with_method,
     with_method_per_sample, with_method_to_begin,
 };
 use crate::session::Session;
@@ -129,17 +129,7 @@ impl<'s> Task<'s> {
                 Some((Problem { system: &system, p: &p, inputs, start }, *times.first()?))
             });
         let options = with_method_to_begin(options, &request.solve, runs, session);
-        let mut noise: Vec<Option<Noise>> = (0..signature.outputs.len())
-            .map(|i| {
-                let measured = train.iter().any(|recording| recording.measured[i].is_some());
-                let declared = signature.outputs[i].noise;
-                let noise = match (request.noise, declared) {
-                    (NoiseFrom::Declared, Some(sigma)) => Noise::Known(sigma),
-                    (NoiseFrom::Declared, None) | (NoiseFrom::Estimated, _) => Noise::Estimated,
-                };
-                (used[i] && measured).then_some(noise)
-            })
-            .collect();
+        let mut noise = densities::of_outputs(signature, request, &used, &train, &valid)?;
         let estimates = match request.regression.estimator {
             Estimator::OutputError | Estimator::Linearised => {
                 estimates(signature, train.len(), |_| true)
@@ -270,7 +260,11 @@ impl<'s> Task<'s> {
         if self.valid.is_empty() {
             return Ok(None);
         }
-        let noise = fit.noise.iter().map(|sigma| sigma.map(Noise::Known)).collect();
+        let of_fit = |(noise, sigma): (&Option<Noise>, &Option<f64>)| match noise {
+            Some(Noise::Density(_) | Noise::Recorded) => *noise,
+            _ => sigma.map(Noise::Known),
+        };
+        let noise = problem.noise.iter().zip(&fit.noise).map(of_fit).collect();
         let held_out =
             OutputErrorProblem { p: &fit.p, recordings: &self.valid, noise, ..problem.clone() };
         self.simulated(&held_out, &request.valid).map(Some)
@@ -360,11 +354,20 @@ impl<'s> Task<'s> {
                     }
                     TrialFailure::Simulation(_)
                     | TrialFailure::OutputNotFinite { .. }
+                    | TrialFailure::Deviation { .. }
+                    | TrialFailure::Logarithm { .. }
                     | TrialFailure::NoSensitivity { .. } => ("simulated", String::new()),
                 };
                 let reason = named(&failed, paths);
                 WorkError::Computation(format!("the model cannot be {what}: {reason}{instead}"))
             }
+            EstimateError::Reading { recording, output, t, wrong } => {
+                let path = paths
+                    .get(recording)
+                    .map_or_else(String::new, |path| format!("`{}`: ", path.display()));
+                WorkError::Found(format!("{path}`{output}` at {t} s: {wrong}"))
+            }
+            EstimateError::LossOfDensity { .. } => WorkError::Usage(error.to_string()),
             EstimateError::Length(_)
             | EstimateError::Noise { .. }
             | EstimateError::NotPositive { .. }

@@ -1,5 +1,6 @@
 //! What commands that run a model once share: data, start values, times, the simulation itself.
 
+pub(crate) mod densities;
 pub(crate) mod equations;
 pub(crate) mod keeping;
 pub(crate) mod memory;

@@ -133,14 +133,26 @@ impl Recording {
         let input_columns =
             select::inputs_with(table, &known.inputs(), &known.names(), gaps, diagnostics);
         let output_columns = select::measured(table, &known.outputs(), diagnostics);
-        let (times, inputs, outputs) = (times.ok()?, input_columns.ok()?, output_columns.ok()?);
+        let deviations = select::deviations(table, &known.outputs(), diagnostics);
+        let (times, inputs) = (times.ok()?, input_columns.ok()?);
+        let (mut outputs, mut deviations) = (output_columns.ok()?, deviations.ok()?);
+        // What the model computes nobody measures.
+        for density in &known.dae.densities {
+            outputs[density.deviation] = None;
+            if deviations[density.output].take().is_some() {
+                let name = &known.dae.outputs[density.output].declared.name;
+                session.remark(&format!(
+                    "the column `std({name})` is not used, as the model's `noise` of `{name}` says it"
+                ));
+            }
+        }
         if let Some(note) = &table.time_note {
             session.note(note, sources);
         }
         if let Some(note) = select::unknown_note(table, &known.names()) {
             session.note(&note, sources);
         }
-        let measured = Measured { times: times.clone(), outputs };
+        let measured = Measured { times: times.clone(), outputs, deviations };
         let (digest, epoch) = (table.digest, table.epoch);
         Some(Recording { clock, digest, epoch, times, inputs, measured })
     }
@@ -173,7 +185,9 @@ impl Recording {
         let window = |samples: &Vec<f64>| samples[from..until].to_vec();
         let outputs = self.measured.outputs.iter();
         let measured = outputs.map(|samples| samples.as_ref().map(window)).collect();
+        let deviations = self.measured.deviations.iter();
         let mut experiment = Experiment::new(window(times), inputs, measured);
+        experiment.deviations = deviations.map(|all| all.as_ref().map(window)).collect();
         if args.start == Start::Measured {
             let problem = Problem { system, p, inputs: &experiment.inputs, start: &[] };
             experiment.start = measured_start(&problem, first, &self.measured, options)?;
@@ -207,14 +221,19 @@ pub(crate) struct Known<'a> {
     dae: &'a Dae,
     /// Names of outputs that are elements of arrays.
     elements: Vec<(String, &'a dgd_compiler::model::Declared)>,
+    /// Names of columns with standard deviations of readings.
+    deviations: Vec<String>,
 }
 
 impl<'a> Known<'a> {
     pub(crate) fn of(dae: &'a Dae) -> Self {
         let arrays = dae.output_arrays.iter();
-        let elements =
+        let elements: Vec<(String, &dgd_compiler::model::Declared)> =
             arrays.flat_map(|array| array.names().map(|name| (name, &array.declared))).collect();
-        Known { dae, elements }
+        let outputs = dae.outputs.iter().map(|output| output.declared.name.as_str());
+        let names = outputs.chain(elements.iter().map(|(name, _)| name.as_str()));
+        let deviations = names.map(select::deviation).collect();
+        Known { dae, elements, deviations }
     }
 
     pub(crate) fn inputs(&self) -> Vec<select::Declared<'_>> {
@@ -230,20 +249,18 @@ impl<'a> Known<'a> {
 
     /// Names of all columns that a recording has of a file.
     fn wanted(&self) -> Vec<&str> {
-        let Known { dae, elements } = self;
+        let Known { dae, elements, deviations } = self;
         let inputs = dae.inputs.iter().map(|input| input.declared.name.as_str());
         let outputs = dae.outputs.iter().map(|output| output.declared.name.as_str());
-        inputs.chain(outputs).chain(elements.iter().map(|(name, _)| name.as_str())).collect()
+        let elements = elements.iter().map(|(name, _)| name.as_str());
+        let deviations = deviations.iter().map(String::as_str);
+        inputs.chain(outputs).chain(elements).chain(deviations).collect()
     }
 
     /// Names of all columns that are not worth a remark.
     fn names(&self) -> Vec<&str> {
-        let Known { dae, elements } = self;
-        let inputs = dae.inputs.iter().map(|input| input.declared.name.as_str());
-        let outputs = dae.outputs.iter().map(|output| output.declared.name.as_str());
-        let unknowns = dae.unknowns.iter().map(|unknown| unknown.name.as_str());
-        let elements = elements.iter().map(|(name, _)| name.as_str());
-        inputs.chain(outputs).chain(unknowns).chain(elements).collect()
+        let unknowns = self.dae.unknowns.iter().map(|unknown| unknown.name.as_str());
+        self.wanted().into_iter().chain(unknowns).collect()
     }
 }
 
@@ -259,6 +276,8 @@ pub struct Measured {
     pub times: Vec<f64>,
     /// For each output of the model, its samples.
     pub outputs: Vec<Option<Vec<f64>>>,
+    /// For each output, the standard deviations of its samples, where the data has them.
+    pub deviations: Vec<Option<Vec<f64>>>,
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ use crate::model::Compilation;
 use crate::output::page;
 use crate::output::provenance::{self, DataFile, Provenance};
 use crate::request::{Solve, Start, TrackRequest};
-use crate::run::{executable, options, with_method};
+use crate::run::{densities, executable, options, with_method};
 use crate::session::Session;
 use report::Report;
 use rows::{LeftOut, Rows};
@@ -129,6 +129,7 @@ pub fn track(
     let provenance = Provenance::new(session, Some(of_model), vec![file]);
     session.spare(&compilation.sources)?;
     let system = executable(compiled.program.clone(), &request.solve)?;
+    densities::refuse(system.signature(), "`dgd track`")?;
     let solve = with_method(options(&request.solve)?, &request.solve, system.signature());
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let problem = FilterProblem {

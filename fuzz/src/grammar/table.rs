@@ -445,8 +445,14 @@ pub const TABLE: &[Row] = &[
     row(Output, 6, "output = e", |w, d| {
         let scale = w.scale();
         let (name, value) = (w.name("o"), w.scalar(d));
-        let noise = if w.random.chance(0.3) { "  noise 0.01" } else { "" };
         let unit = if scale.offset { &SCALES[0] } else { scale };
+        let noise = match w.random.between(0.0, 10.0) {
+            x if x < 3.0 => "  noise 0.01".to_owned(),
+            x if x < 3.5 => "  noise lognormal(0.1)".to_owned(),
+            x if x < 4.0 => format!("  noise 2 [%]*abs({name})"),
+            x if x < 4.5 => format!("  noise student(4, 1 [%]*abs({name}))"),
+            _ => String::new(),
+        };
         format!("output {name} {} = {}{noise}", unit.brackets(), unit.quantity(&value))
     }),
     row(Output, 1, "output of an unknown", |w, _| {

@@ -345,7 +345,7 @@ impl<'a> Resolver<'a> {
         };
         let declared = unit.unwrap_or_else(|| Ok(Unit::one()))?;
         let unit = unit_read(name, own, &declared, span, diagnostics)?;
-        let noise = self.noise(attributes, &unit, diagnostics)?;
+        let noise = self.noise_of_elements(attributes, &unit, diagnostics)?;
         let declared =
             Declared { name: name.text.clone(), span: name.span, unit, doc: item.doc.clone() };
         Ok(OutputArray { declared, array: index, noise })

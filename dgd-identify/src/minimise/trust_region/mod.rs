@@ -17,6 +17,9 @@
 //! logarithm is some decades away. Where no variable has influence, but for those at their bounds, there is no
 //! telling of a minimum: a plain has no slopes.
 //!
+//! Σ r² may be −2 ln of a likelihood, with its exact gradient and the information in the place of JᵀJ; changes are
+//! compared with its squares then, as the rest has no zero of its own.
+//!
 //! A trial that cannot be evaluated is a step that went too far: the radius becomes a quarter of it.
 //!
 //! Conn, Gould, Toint, Trust-Region Methods (2000), ch. 6 and 7; the size of the first step is that of Levenberg and
@@ -182,10 +185,10 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
             }
             let full = model.full()?;
             let promised = normal.promised(&full, &model.h);
-            is_reduced &= promised <= self.rule.reduction * normal.cost;
+            is_reduced &= promised <= self.rule.reduction * normal.squares();
             is_still &= is_small(&full, &self.minimum.x, self.rule.step);
             if k == 0 {
-                self.promise = promised / normal.cost;
+                self.promise = promised / normal.squares();
             }
         }
         if is_reduced {
@@ -219,7 +222,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
             let Some(step) = step else { return Some(self.stalled(&model)) };
             let promised = normal.promised(&step, &model.h);
             let is_nothing = is_small(&step, &self.minimum.x, self.rule.step)
-                || trials > 0 && promised <= self.rule.reduction * normal.cost;
+                || trials > 0 && promised <= self.rule.reduction * normal.squares();
             if is_nothing {
                 return Some(self.stalled(&model));
             }
@@ -296,7 +299,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
     fn stalled(&self, model: &Quadratic<'_>) -> Termination {
         let normal = self.normal();
         let promises_nothing = |full: DVector<f64>| {
-            normal.promised(&full, &model.h) <= self.rule.reduction * normal.cost
+            normal.promised(&full, &model.h) <= self.rule.reduction * normal.squares()
         };
         if self.near_failures {
             Termination::Blocked
@@ -330,7 +333,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
     fn reach(&self, i: usize) -> f64 {
         let reach = self.region.reach[i];
         let normal = self.normal();
-        if normal.information[(i, i)] > NO_INFLUENCE * normal.cost {
+        if normal.information[(i, i)] > NO_INFLUENCE * normal.squares() {
             return reach;
         }
         reach.min(self.minimum.x[i].abs().max(1.0))
@@ -364,7 +367,7 @@ pub(crate) fn is_flat(
     x: &[f64],
     first: &[f64],
 ) -> bool {
-    let is_lost = |i: usize| normal.information[(i, i)] <= part * normal.cost;
+    let is_lost = |i: usize| normal.information[(i, i)] <= part * normal.squares();
     let has_some = |i: usize| normal.information[(i, i)] > 0.0;
     let is_held = |i: usize| x[i] <= region.bounds[i].0 || x[i] >= region.bounds[i].1;
     part > 0.0
@@ -383,7 +386,7 @@ fn is_stationary(
     upper: &DVector<f64>,
     tolerance: f64,
 ) -> bool {
-    let size = normal.cost.sqrt();
+    let size = normal.squares().sqrt();
     (0..normal.gradient.len()).all(|i| {
         let g = normal.gradient[i];
         let held = (lower[i] >= 0.0 && g >= 0.0) || (upper[i] <= 0.0 && g <= 0.0);

@@ -5,8 +5,10 @@ use nalgebra::{DMatrix, DVector};
 /// A sum of squares at a point, and what is known of it nearby.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalEquations {
-    /// Σ r².
+    /// Σ r², or −2 ln of a likelihood.
     pub cost: f64,
+    /// What is in `cost` besides squares: where that is −2 ln of a likelihood, its logarithms of σ.
+    pub logarithms: f64,
     /// Jᵀr.
     pub gradient: DVector<f64>,
     /// JᵀJ.
@@ -20,10 +22,16 @@ impl NormalEquations {
     pub fn zeros(n: usize) -> Self {
         Self {
             cost: 0.0,
+            logarithms: 0.0,
             gradient: DVector::zeros(n),
             information: DMatrix::zeros(n, n),
             is_whole: true,
         }
+    }
+
+    /// Σ r² alone: what changes of the cost are compared with.
+    pub(super) fn squares(&self) -> f64 {
+        self.cost - self.logarithms
     }
 
     /// The reduction of Σ r² that the quadratic model with the curvature H promises of a step: −(2 gᵀδ + δᵀH δ).

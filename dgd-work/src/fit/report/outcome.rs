@@ -8,7 +8,7 @@ use dgd_identify::{
     Bound, Estimate, Evaluation, Fit, Misfit, Recording, Starts, Stepping, Term, Termination,
     Undetermined,
 };
-use dgd_runtime::{Direction, PerSampleChoice, Signature, Unit};
+use dgd_runtime::{Direction, Output, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
 
 use crate::fit::multi_start::Minima;
@@ -112,7 +112,7 @@ impl Outcome<'_> {
             })
             .collect();
         let mut outputs = Map::new();
-        for (i, output) in self.signature.outputs.iter().enumerate() {
+        for (i, output) in self.outputs() {
             let errors = self.errors(i);
             outputs.insert(
                 output.name.to_string(),
@@ -244,6 +244,12 @@ impl Outcome<'_> {
         json!(self.parameters().map(row).collect::<Vec<_>>())
     }
 
+    /// Outputs that can be measured, with their positions.
+    fn outputs(&self) -> impl Iterator<Item = (usize, &Output)> {
+        let outputs = self.signature.outputs.iter().enumerate();
+        outputs.filter(|(i, _)| !self.signature.is_deviation(*i))
+    }
+
     fn errors(&self, output: usize) -> OutputErrors {
         let unit = &self.signature.outputs[output].unit;
         let rms = |evaluation: &Evaluation| rms_of(evaluation, output, unit);
@@ -297,7 +303,7 @@ impl Outcome<'_> {
             ["output", "rms train", "rms valid", "noise", "unit", "fit train %", "fit valid %"]
                 .map(str::to_owned),
         ];
-        for (i, output) in self.signature.outputs.iter().enumerate() {
+        for (i, output) in self.outputs() {
             let errors = self.errors(i);
             let shown = |value: Option<f64>| {
                 value.map_or_else(|| "-".to_owned(), |value| significant(value, 3))

@@ -251,6 +251,7 @@ pub mod tank {
                     },
                 ],
             ),
+            densities: List::Borrowed(&[]),
             directions: List::Borrowed(
                 &[
                     Direction::Parameter(0),

@@ -249,6 +249,7 @@ pub mod spring {
                     },
                 ],
             ),
+            densities: List::Borrowed(&[]),
             directions: List::Borrowed(
                 &[Direction::Parameter(0), Direction::Parameter(1)],
             ),

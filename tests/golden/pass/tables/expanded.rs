@@ -182,6 +182,7 @@ pub mod tables {
             delayed_unknowns: List::Borrowed(&[]),
             differentiated_inputs: List::Borrowed(&[]),
             outputs: List::Borrowed(&[]),
+            densities: List::Borrowed(&[]),
             directions: List::Borrowed(&[Direction::Parameter(0)]),
             jacobian: Pattern::single(&[0, 1], &[0, 0]),
             sensitivity_jacobian: Pattern::single(&[0, 1], &[0, 0]),

@@ -1,4 +1,14 @@
 //! The standard deviation of each output's noise: the weight of its samples.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `loss` | what an error adds, where squares are not robust enough |
+//! | `density` | the likelihood of readings whose scatter is computed |
+
+pub(crate) mod density;
+pub(crate) mod loss;
+
+use dgd_runtime::signature::Density;
 
 use crate::recording::{Recording, Sums};
 
@@ -9,6 +19,10 @@ pub enum Noise {
     Known(f64),
     /// From the residuals of the fit, which is repeated with the new weights until they stay.
     Estimated,
+    /// As the model says, by an output of its own; its parameters take part in the fit.
+    Density(Density),
+    /// Each sample has its own, in [`Recording::deviations`].
+    Recorded,
 }
 
 /// Fewer samples of an output do not say how large its noise is.
@@ -26,7 +40,7 @@ pub fn too_few_for_noise(samples: usize, all: usize, estimates: usize) -> bool {
 /// what changes slowly hardly enters.
 ///
 /// Rice, Bandwidth choice for nonparametric regression, Ann. Stat. 12 (1984) 1215, (2.5).
-pub(super) fn scatter(recordings: &[Recording], output: usize) -> Option<f64> {
+pub(crate) fn scatter(recordings: &[Recording], output: usize) -> Option<f64> {
     let (mut squares, mut differences) = (0.0, 0_u32);
     for recording in recordings {
         let samples: Vec<(usize, f64)> = recording.counted(output).collect();
@@ -39,7 +53,7 @@ pub(super) fn scatter(recordings: &[Recording], output: usize) -> Option<f64> {
 }
 
 /// The least noise worth telling from none: what a simulation to `rtol` may be off by.
-pub(super) fn least(recordings: &[Recording], output: usize, rtol: f64, unit: f64) -> f64 {
+pub(crate) fn least(recordings: &[Recording], output: usize, rtol: f64, unit: f64) -> f64 {
     let samples = || recordings.iter().flat_map(|recording| recording.counted(output));
     let largest = samples().map(|(_, value)| value.abs()).fold(0.0, f64::max);
     rtol * if largest > 0.0 { largest } else { unit.abs() }
@@ -47,7 +61,7 @@ pub(super) fn least(recordings: &[Recording], output: usize, rtol: f64, unit: f6
 
 /// σ = √(Σ e² / n) · √(n_all / (n_all − n_free)): every output gives up degrees of freedom in
 /// proportion to its samples.
-pub(super) fn of_residuals(sums: &[Vec<Sums>], output: usize, spread: f64) -> Option<f64> {
+pub(crate) fn of_residuals(sums: &[Vec<Sums>], output: usize, spread: f64) -> Option<f64> {
     let (mut squares, mut samples) = (0.0, 0);
     for of_recording in sums {
         squares += of_recording[output].squares;

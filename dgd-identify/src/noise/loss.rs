@@ -93,7 +93,7 @@ impl Loss {
 
     /// Whether errors that are large enough pull less than smaller ones, so that there are several minima
     /// and none can be found from far away.
-    pub(super) fn is_redescending(self) -> bool {
+    pub(crate) fn is_redescending(self) -> bool {
         matches!(self, Self::Cauchy | Self::Tukey)
     }
 
@@ -122,7 +122,7 @@ impl Loss {
     }
 
     /// With an output's σ; `None` for squares, whose sums are the same whatever σ.
-    pub(super) fn scaled(self, sigma: Option<f64>) -> Option<Scaled> {
+    pub(crate) fn scaled(self, sigma: Option<f64>) -> Option<Scaled> {
         (self != Self::Squares).then_some(Scaled { loss: self, sigma: sigma? })
     }
 }
@@ -155,12 +155,12 @@ pub(crate) struct Robust {
 keep_by_fields!(Robust { loss, curvature, curvature_squares, influence, light, information });
 
 impl Robust {
-    pub(super) fn zeros(n: usize) -> Self {
+    pub(crate) fn zeros(n: usize) -> Self {
         Self { information: vec![0.0; n * n], ..Self::default() }
     }
 
     /// Adds an error and its slopes, and gives the weight of its sample.
-    pub(super) fn add(&mut self, e: f64, slopes: &[f64], scaled: Scaled) -> f64 {
+    pub(crate) fn add(&mut self, e: f64, slopes: &[f64], scaled: Scaled) -> f64 {
         let r = e / scaled.sigma;
         let LossAt { value, weight, curvature } = scaled.loss.at(r);
         self.loss += value * scaled.sigma.powi(2);
@@ -182,7 +182,7 @@ impl Robust {
 }
 
 /// σ that makes the median of the sizes of errors that of a normal deviate; `None` without errors.
-pub(super) fn scale(mut sizes: Vec<f64>) -> Option<f64> {
+pub(crate) fn scale(mut sizes: Vec<f64>) -> Option<f64> {
     if sizes.is_empty() {
         return None;
     }

@@ -1,0 +1,236 @@
+//! `noise`: how the readings of an output scatter.
+//!
+//! | as written | readings y around the output w |
+//! |---|---|
+//! | `noise 0.01 [bar]` | normal, with this standard deviation |
+//! | `noise σ`, a formula | normal; σ reads parameters, what outputs can read, and the output itself by its name |
+//! | `noise lognormal(σ)` | ln y is normal around ln w |
+//! | `noise student(ν, σ)` | (y − w)/σ has Student's t distribution with ν degrees of freedom |
+//!
+//! A formula is computed by an output of its own behind those that the model declares, so that all who
+//! evaluate outputs and their derivatives evaluate it.
+
+use dgd_signature::{Density, Distribution};
+
+use super::expression::{Arguments, Typed, unit_of};
+use super::resolve::{Reading, Resolver, not_finite};
+use super::{Declared, Model, Output};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::{ExprId, Symbol};
+use crate::source::Span;
+use crate::syntax::ast::{Attribute, AttributeKind, Expr, ExprKind};
+use crate::syntax::visit::operands;
+use crate::units::{Datum, Unit};
+
+/// What the `noise` of an output says.
+pub(super) enum Noise {
+    /// Nothing.
+    Silent,
+    /// This standard deviation, SI.
+    Known(f64),
+    /// More than a number.
+    Formula(Formula),
+}
+
+/// A density whose σ is an expression.
+pub(super) struct Formula {
+    distribution: Distribution,
+    deviation: ExprId,
+    unit: Unit,
+}
+
+/// An output with its noise, as messages and formulas see it.
+pub(super) struct Noisy<'a> {
+    pub(super) name: &'a str,
+    pub(super) value: Typed,
+    pub(super) unit: Unit,
+}
+
+impl<'a> Resolver<'a> {
+    /// The noise of an output.
+    pub(super) fn noise(
+        &mut self,
+        output: &Noisy<'a>,
+        attributes: &'a [Attribute],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Noise, Reported> {
+        let written = attributes.iter().find_map(|attribute| match &attribute.kind {
+            AttributeKind::Noise(expr) => Some(expr),
+            _ => None,
+        });
+        let Some(expr) = written else { return Ok(Noise::Silent) };
+        if let ExprKind::Call { function, arguments } = &expr.kind
+            && !self.lowering.scope.names.contains_key(function.text.as_str())
+        {
+            match (function.text.as_str(), arguments.as_slice()) {
+                ("lognormal", [sigma]) => {
+                    return self.lognormal(output, expr, sigma, diagnostics);
+                }
+                ("student", [freedom, sigma]) => {
+                    return self.student(output, freedom, sigma, diagnostics);
+                }
+                (name @ ("lognormal" | "student"), _) => {
+                    return Err(diagnostics.error(wrong_arguments(name, &output.unit, expr.span)));
+                }
+                _ => {}
+            }
+        }
+        let deviation = self.deviation(output, expr, &output.unit, diagnostics)?;
+        Ok(match self.lowering.number(deviation) {
+            Some(known) => Noise::Known(known),
+            None => Noise::Formula(Formula {
+                distribution: Distribution::Normal,
+                deviation,
+                unit: output.unit.of_differences(),
+            }),
+        })
+    }
+
+    fn lognormal(
+        &mut self,
+        output: &Noisy<'a>,
+        whole: &'a Expr,
+        sigma: &'a Expr,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Noise, Reported> {
+        if has_zero_of_its_own(&output.unit) {
+            return Err(diagnostics.error(relative(output, whole.span)));
+        }
+        let unit = Unit::one();
+        let deviation = self.deviation(output, sigma, &unit, diagnostics)?;
+        Ok(Noise::Formula(Formula { distribution: Distribution::LogNormal, deviation, unit }))
+    }
+
+    fn student(
+        &mut self,
+        output: &Noisy<'a>,
+        freedom: &'a Expr,
+        sigma: &'a Expr,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Noise, Reported> {
+        let what = "number of degrees of freedom";
+        let freedom = self.positive(freedom, &Unit::one(), what, diagnostics);
+        let deviation = self.deviation(output, sigma, &output.unit, diagnostics)?;
+        Ok(Noise::Formula(Formula {
+            distribution: Distribution::Student { freedom: freedom? },
+            deviation,
+            unit: output.unit.of_differences(),
+        }))
+    }
+
+    /// σ, in a unit. What is known of it is above zero.
+    fn deviation(
+        &mut self,
+        output: &Noisy<'a>,
+        expr: &'a Expr,
+        unit: &Unit,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<ExprId, Reported> {
+        let own = Arguments::from([(output.name, output.value)]);
+        let typed = self.lowering.in_unit(expr, unit, Reading::Size, &own, diagnostics)?;
+        match self.lowering.number(typed.id) {
+            Some(value) if !value.is_finite() => {
+                return Err(diagnostics.error(not_finite(value, expr.span)));
+            }
+            Some(value) if value <= 0.0 => {
+                let message = "the noise must be above zero";
+                return Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)));
+            }
+            Some(value) => return Ok(self.lowering.graph.constant(value)),
+            None => {}
+        }
+        if has_zero_of_its_own(&output.unit) {
+            let moves = |symbol: &Symbol| {
+                !matches!(
+                    symbol,
+                    Symbol::Constant(_) | Symbol::Parameter(_) | Symbol::Input(_) | Symbol::Time
+                )
+            };
+            let reads_itself = reads(expr, output.name);
+            if reads_itself || self.lowering.graph.symbols(typed.id).iter().any(moves) {
+                return Err(diagnostics.error(relative(output, expr.span)));
+            }
+        }
+        self.verify_differences(expr, diagnostics)?;
+        Ok(typed.id)
+    }
+
+    /// Refuses 0.5 °C within a formula, which would be 273.65 K.
+    fn verify_differences(
+        &self,
+        expr: &'a Expr,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        if let ExprKind::Number { unit: Some(written), text, .. } = &expr.kind {
+            let unit = unit_of(Some(written), diagnostics)?;
+            if unit.offset != 0.0 {
+                let differences = unit.of_differences().symbol;
+                let message = format!(
+                    "`{}` has a zero of its own, and a standard deviation is a difference",
+                    unit.symbol
+                );
+                return Err(diagnostics.error(
+                    Diagnostic::new(Code::E507, expr.span, message)
+                        .help(format!("write `{text} [{differences}]`")),
+                ));
+            }
+        }
+        for operand in operands(expr) {
+            self.verify_differences(operand, diagnostics)?;
+        }
+        Ok(())
+    }
+}
+
+impl Model {
+    /// Adds the outputs that compute what formulas say, behind all others.
+    pub(super) fn add_deviations(&mut self, formulas: Vec<(usize, Formula)>) {
+        for (output, Formula { distribution, deviation, unit }) in formulas {
+            let Declared { name, span, .. } = &self.outputs[output].declared;
+            let declared = Declared {
+                name: format!("std({name})"),
+                span: *span,
+                unit,
+                doc: vec![format!("Standard deviation of the readings of `{name}`.")],
+            };
+            self.densities.push(Density { output, deviation: self.outputs.len(), distribution });
+            self.outputs.push(Output { declared, value: deviation, noise: None });
+        }
+    }
+}
+
+/// Whether zero in a unit is not nothing: °C, barg.
+fn has_zero_of_its_own(unit: &Unit) -> bool {
+    unit.offset != 0.0 || unit.datum == Some(Datum::Gauge)
+}
+
+/// Whether an expression reads a name.
+fn reads(expr: &Expr, name: &str) -> bool {
+    let here = matches!(&expr.kind, ExprKind::Name(read) if read == name);
+    here || operands(expr).into_iter().any(|operand| reads(operand, name))
+}
+
+fn relative(output: &Noisy<'_>, span: Span) -> Diagnostic {
+    let symbol = &output.unit.symbol;
+    let from_zero = match output.unit.datum {
+        Some(_) => format!("{}a", output.unit.of_differences().symbol),
+        None => "K".to_owned(),
+    };
+    let message = format!(
+        "this noise is relative to `{}`, whose unit `{symbol}` has a zero of its own",
+        output.name
+    );
+    Diagnostic::new(Code::E507, span, message).help(format!(
+        "declare the output in a unit that begins at nothing: `{} [{from_zero}]`",
+        output.name
+    ))
+}
+
+fn wrong_arguments(name: &str, unit: &Unit, span: Span) -> Diagnostic {
+    let (expected, example) = match name {
+        "lognormal" => ("1 argument", "lognormal(0.1)".to_owned()),
+        _ => ("2 arguments", format!("student(4, 0.1 [{}])", unit.of_differences().symbol)),
+    };
+    Diagnostic::new(Code::E204, span, format!("`{name}` takes {expected}"))
+        .help(format!("write `noise {example}`"))
+}

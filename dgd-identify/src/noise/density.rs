@@ -1,0 +1,296 @@
+//! The likelihood of readings whose scatter is computed: σ by a formula, log-normal, Student's.
+//!
+//! ```text
+//!   D = Σ −2 ln of the density of a reading y where the model has w and σ
+//!
+//!   normal       r = (w − y)/σ          r² + ln 2πσ²
+//!   log-normal   r = (ln w − ln y)/σ    r² + ln 2πσ² + 2 ln y
+//!   Student's    r = (w − y)/σ          (ν + 1) ln(1 + r²/ν) + 2 ln σ + 2 ln [√(νπ) Γ(ν/2)/Γ((ν + 1)/2)]
+//! ```
+//!
+//! The normal equations get its exact gradient, and in the place of JᵀJ the expected information, which has no
+//! part that mixes w and σ:
+//!
+//! | | ½ ∂D/∂w | ½ ∂D/∂σ | of w | of σ |
+//! |---|---|---|---|---|
+//! | normal | r/σ | (1 − r²)/σ | 1/σ² | 2/σ² |
+//! | log-normal | r/(σ w) | (1 − r²)/σ | 1/(σ w)² | 2/σ² |
+//! | Student's | c r/σ, c = (ν + 1)/(ν + r²) | (1 − c r²)/σ | (ν + 1)/(ν + 3)/σ² | 2ν/(ν + 3)/σ² |
+//!
+//! Lange, Little, Taylor, Robust statistical modeling using the t distribution, J. Am. Stat. Assoc. 84 (1989)
+//! 881, appendix B, has the last row.
+
+use std::f64::consts::{PI, TAU};
+
+use dgd_runtime::signature::{Density, Distribution};
+use dgd_runtime::special::lgamma;
+
+use crate::error::TrialFailure;
+use crate::keep_by_fields;
+use crate::noise::loss::Scaled;
+
+/// How the samples of an output count.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Counting<'a> {
+    /// By their squares, whatever σ is.
+    Squares,
+    /// By a loss that is not squares.
+    Robust(Scaled),
+    /// By their likelihood; the output at a position of the density computes σ.
+    Density(Density),
+    /// By their likelihood, with a σ for each sample time.
+    Rows(&'a [f64], Distribution),
+}
+
+impl Counting<'_> {
+    /// What distribution samples have, where their likelihood counts.
+    pub(crate) fn distribution(self) -> Option<Distribution> {
+        match self {
+            Self::Squares | Self::Robust(_) => None,
+            Self::Density(Density { distribution, .. }) | Self::Rows(_, distribution) => {
+                Some(distribution)
+            }
+        }
+    }
+
+    /// σ of sample k, where the outputs are `w`.
+    pub(crate) fn deviation(self, k: usize, w: &[f64]) -> f64 {
+        match self {
+            Self::Squares | Self::Robust(_) => f64::NAN,
+            Self::Density(density) => w[density.deviation],
+            Self::Rows(deviations, _) => deviations[k],
+        }
+    }
+
+    /// The output that computes σ.
+    pub(crate) fn computed_by(self) -> Option<usize> {
+        match self {
+            Self::Density(density) => Some(density.deviation),
+            Self::Squares | Self::Robust(_) | Self::Rows(..) => None,
+        }
+    }
+}
+
+/// What is wrong with a simulated sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Spoilt {
+    /// It is not a finite number.
+    NotFinite,
+    /// Its standard deviation is not a positive number.
+    Deviation(f64),
+    /// Its logarithm is wanted, and it is not above zero.
+    Logarithm(f64),
+}
+
+impl Spoilt {
+    /// As a reason for a trial to fail.
+    pub(crate) fn failure(self, output: String, t: f64) -> TrialFailure {
+        match self {
+            Self::NotFinite => TrialFailure::OutputNotFinite { output, t },
+            Self::Deviation(sigma) => TrialFailure::Deviation { output, t, sigma },
+            Self::Logarithm(value) => TrialFailure::Logarithm { output, t, value },
+        }
+    }
+}
+
+/// A reading and what the model says of it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen {
+    pub measured: f64,
+    pub simulated: f64,
+    pub sigma: f64,
+}
+
+/// −2 ln of the density of a reading, and its derivatives as the module has them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Term {
+    /// What depends on the residual.
+    pub cost: f64,
+    /// All the rest.
+    pub logarithm: f64,
+    by_output: f64,
+    by_deviation: f64,
+    of_output: f64,
+    of_deviation: f64,
+}
+
+impl Seen {
+    /// What is wrong with it.
+    pub(crate) fn spoilt(self, distribution: Distribution) -> Option<Spoilt> {
+        let Self { simulated, sigma, .. } = self;
+        if !simulated.is_finite() {
+            return Some(Spoilt::NotFinite);
+        }
+        if !(sigma > 0.0 && sigma.is_finite()) {
+            return Some(Spoilt::Deviation(sigma));
+        }
+        let wants_logarithm = distribution == Distribution::LogNormal;
+        (wants_logarithm && simulated <= 0.0).then_some(Spoilt::Logarithm(simulated))
+    }
+
+    /// What it adds.
+    pub(crate) fn term(self, distribution: Distribution) -> Term {
+        let Self { measured, simulated, sigma } = self;
+        let normal = |r: f64, slope: f64| Term {
+            cost: r * r,
+            logarithm: (TAU * sigma * sigma).ln(),
+            by_output: r * slope,
+            by_deviation: (1.0 - r * r) / sigma,
+            of_output: slope * slope,
+            of_deviation: 2.0 / (sigma * sigma),
+        };
+        match distribution {
+            Distribution::Normal => normal((simulated - measured) / sigma, 1.0 / sigma),
+            Distribution::LogNormal => {
+                let r = (simulated.ln() - measured.ln()) / sigma;
+                let term = normal(r, 1.0 / (sigma * simulated));
+                Term { logarithm: term.logarithm + 2.0 * measured.ln(), ..term }
+            }
+            Distribution::Student { freedom } => {
+                let r = (simulated - measured) / sigma;
+                let weight = (freedom + 1.0) / (freedom + r * r);
+                let rest = 0.5 * (freedom * PI).ln() + lgamma(0.5 * freedom)
+                    - lgamma(0.5 * (freedom + 1.0));
+                let variance = sigma * sigma;
+                Term {
+                    cost: (freedom + 1.0) * (r * r / freedom).ln_1p(),
+                    logarithm: 2.0 * (sigma.ln() + rest),
+                    by_output: weight * r / sigma,
+                    by_deviation: (1.0 - weight * r * r) / sigma,
+                    of_output: (freedom + 1.0) / (freedom + 3.0) / variance,
+                    of_deviation: 2.0 * freedom / (freedom + 3.0) / variance,
+                }
+            }
+        }
+    }
+}
+
+impl Term {
+    /// Adds the derivatives: `slopes` are those of the output, `of_sigma` those of σ.
+    pub(crate) fn add(
+        self,
+        slopes: &[f64],
+        of_sigma: &[f64],
+        gradient: &mut [f64],
+        information: &mut [f64],
+    ) {
+        let n = slopes.len();
+        for (i, (a, b)) in slopes.iter().zip(of_sigma).enumerate() {
+            gradient[i] += self.by_output * a + self.by_deviation * b;
+            let (a, b) = (self.of_output * a, self.of_deviation * b);
+            let row = information[i * n..=i * n + i].iter_mut();
+            for (sum, (c, d)) in row.zip(slopes.iter().zip(of_sigma)) {
+                *sum += a * c + b * d;
+            }
+        }
+    }
+}
+
+/// What the samples of an output add by their likelihood.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Likelihood {
+    /// Of −2 ln of it, what depends on residuals.
+    pub cost: f64,
+    /// And all the rest.
+    pub logarithms: f64,
+    /// Σ of the variance of a reading; of a log-normal one (σ w)².
+    pub variances: f64,
+}
+
+keep_by_fields!(Likelihood { cost, logarithms, variances });
+
+impl Likelihood {
+    /// Adds a sample, and gives its derivatives.
+    pub(crate) fn add(&mut self, seen: Seen, distribution: Distribution) -> Term {
+        let term = seen.term(distribution);
+        self.cost += term.cost;
+        self.logarithms += term.logarithm;
+        let scale = match distribution {
+            Distribution::Normal | Distribution::Student { .. } => seen.sigma,
+            Distribution::LogNormal => seen.sigma * seen.simulated,
+        };
+        self.variances += scale * scale;
+        term
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: [Distribution; 3] =
+        [Distribution::Normal, Distribution::LogNormal, Distribution::Student { freedom: 4.0 }];
+
+    fn deviance(seen: Seen, distribution: Distribution) -> f64 {
+        let term = seen.term(distribution);
+        term.cost + term.logarithm
+    }
+
+    /// ∫ exp(−D/2) dy = 1, by the midpoint rule in a variable in which tails are thin.
+    #[test]
+    fn densities_integrate_to_one() {
+        for distribution in ALL {
+            let (n, width) = (40_000, 12.0);
+            let h = 2.0 * width / f64::from(n);
+            let sum: f64 = (0..n)
+                .map(|k| {
+                    // y = 2 + sinh x, or exp x where it is above zero.
+                    let x = -width + (f64::from(k) + 0.5) * h;
+                    let (measured, slope) = match distribution {
+                        Distribution::LogNormal => (x.exp(), x.exp()),
+                        _ => (2.0 + x.sinh(), x.cosh()),
+                    };
+                    let seen = Seen { measured, simulated: 2.0, sigma: 0.3 };
+                    (-0.5 * deviance(seen, distribution)).exp() * slope * h
+                })
+                .sum();
+            assert!((sum - 1.0).abs() < 1e-8, "{distribution:?}: {sum}");
+        }
+    }
+
+    #[test]
+    fn gradients_are_those_of_differences() {
+        let seen = Seen { measured: 2.3, simulated: 1.9, sigma: 0.25 };
+        for distribution in ALL {
+            let (mut gradient, mut information) = ([0.0; 2], [0.0; 4]);
+            let term = seen.term(distribution);
+            term.add(&[1.0, 0.0], &[0.0, 1.0], &mut gradient, &mut information);
+            let h = 1e-5;
+            let by = |of: &dyn Fn(f64) -> Seen| {
+                let [after, before] = [h, -h].map(|h| deviance(of(h), distribution));
+                0.5 * (after - before) / (2.0 * h)
+            };
+            let by_output = by(&|h| Seen { simulated: seen.simulated + h, ..seen });
+            let by_deviation = by(&|h| Seen { sigma: seen.sigma + h, ..seen });
+            assert!((gradient[0] - by_output).abs() < 1e-7, "{distribution:?}");
+            assert!((gradient[1] - by_deviation).abs() < 1e-7, "{distribution:?}");
+            assert_eq!(information[2], 0.0);
+        }
+    }
+
+    /// The information is the expectation of the gradient's square, by the same integral as above.
+    #[test]
+    fn the_information_is_what_gradients_scatter_by() {
+        for distribution in ALL {
+            let (n, width) = (40_000, 12.0);
+            let h = 2.0 * width / f64::from(n);
+            let (mut found, mut wanted) = ([0.0; 2], [0.0; 2]);
+            for k in 0..n {
+                let x = -width + (f64::from(k) + 0.5) * h;
+                let (measured, slope) = match distribution {
+                    Distribution::LogNormal => (x.exp(), x.exp()),
+                    _ => (2.0 + x.sinh(), x.cosh()),
+                };
+                let seen = Seen { measured, simulated: 2.0, sigma: 0.3 };
+                let term = seen.term(distribution);
+                let weight = (-0.5 * (term.cost + term.logarithm)).exp() * slope * h;
+                found[0] += weight * term.by_output.powi(2);
+                found[1] += weight * term.by_deviation.powi(2);
+                wanted = [term.of_output, term.of_deviation];
+            }
+            for (found, wanted) in found.into_iter().zip(wanted) {
+                assert!((found / wanted - 1.0).abs() < 1e-8, "{distribution:?}: {found} {wanted}");
+            }
+        }
+    }
+}

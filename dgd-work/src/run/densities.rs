@@ -1,0 +1,96 @@
+//! Where the noise of an output is more than a number: which work takes it, and which does not.
+
+use std::path::PathBuf;
+
+use dgd_identify::{Noise, Recording};
+use dgd_runtime::Signature;
+
+use crate::error::WorkError;
+use crate::request::{Estimator, FitRequest, NoiseFrom};
+
+/// Refuses a model whose outputs say more of their noise than a number, for work that takes a standard deviation.
+///
+/// # Errors
+///
+/// [`WorkError::Usage`], which names the output.
+pub(crate) fn refuse(signature: &Signature, who: &str) -> Result<(), WorkError> {
+    let Some(density) = signature.densities.first() else { return Ok(()) };
+    let name = &signature.outputs[density.output].name;
+    Err(WorkError::Usage(format!(
+        "the `noise` of `{name}` is more than a number, which {who} does not take: `dgd fit` by `--estimator \
+         output-error` does"
+    )))
+}
+
+/// The noise of each output that is used and measured.
+///
+/// # Errors
+///
+/// [`WorkError::Usage`]: a recording lacks the standard deviations that others have, or what is asked for takes none
+/// that change.
+pub(crate) fn of_outputs(
+    signature: &Signature,
+    request: &FitRequest,
+    used: &[bool],
+    train: &[Recording],
+    valid: &[Recording],
+) -> Result<Vec<Option<Noise>>, WorkError> {
+    let is_measured = |i: usize| train.iter().any(|recording| recording.measured[i].is_some());
+    let mut all = Vec::with_capacity(signature.outputs.len());
+    for (i, output) in signature.outputs.iter().enumerate() {
+        if !used[i] || !is_measured(i) || signature.is_deviation(i) {
+            all.push(None);
+            continue;
+        }
+        let has_column =
+            train.iter().chain(valid).any(|recording| recording.deviations_of(i).is_some());
+        all.push(Some(match (signature.density(i), output.noise, request.noise) {
+            (Some(density), ..) => {
+                let what = format!("the `noise` of `{}` is more than a number", output.name);
+                verify_takes_densities(request, &what)?;
+                Noise::Density(density)
+            }
+            _ if has_column => {
+                verify_takes_densities(request, &format!("`std({})` is a column", output.name))?;
+                verify_columns(i, &output.name, (&request.data, train))?;
+                verify_columns(i, &output.name, (&request.valid, valid))?;
+                Noise::Recorded
+            }
+            (None, Some(sigma), NoiseFrom::Declared) => Noise::Known(sigma),
+            (None, None, _) | (None, Some(_), NoiseFrom::Estimated) => Noise::Estimated,
+        }));
+    }
+    Ok(all)
+}
+
+/// Whether what is asked for knows likelihoods of single readings.
+fn verify_takes_densities(request: &FitRequest, what: &str) -> Result<(), WorkError> {
+    let refused = |who: &str| Err(WorkError::Usage(format!("{what}, which {who} does not take")));
+    let estimator = request.regression.estimator;
+    if estimator != Estimator::OutputError {
+        return refused(&format!("`--estimator {}`", estimator.name()));
+    }
+    if request.intervals.bootstrap > 0 {
+        return refused("`--bootstrap`");
+    }
+    if request.intervals.information {
+        return refused("`--information`");
+    }
+    Ok(())
+}
+
+/// Whether all recordings that measure an output have its standard deviations.
+fn verify_columns(
+    output: usize,
+    name: &str,
+    (paths, recordings): (&[PathBuf], &[Recording]),
+) -> Result<(), WorkError> {
+    let lacks = |recording: &Recording| {
+        recording.measured[output].is_some() && recording.deviations_of(output).is_none()
+    };
+    let Some(r) = recordings.iter().position(lacks) else { return Ok(()) };
+    Err(WorkError::Usage(format!(
+        "`{}` has no column `std({name})`, which other recordings have: give it to all or none",
+        paths[r].display()
+    )))
+}
