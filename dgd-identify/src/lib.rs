@@ -57,8 +57,9 @@ pub use output_error::multi_start::points::{DrawnFrom, StartingPoints, starting_
 pub use output_error::multi_start::{
     LocalMinimum, MultiStart, PointEnd, fit_from, fit_from_drawn, fit_from_point,
 };
+pub use output_error::prior::Prior;
 pub use output_error::stepping::Stepping;
-pub use output_error::{Evaluation, OutputErrorProblem, Prior, Starts, evaluate, fit, fit_starts};
+pub use output_error::{Evaluation, OutputErrorProblem, Starts, evaluate, fit, fit_starts};
 pub use progress::{Of, Progress, Unwatched, Watch};
 pub use recording::{Misfit, Recording, outputs_with_sensitivities};
 pub use uncertainty::{Correlated, Estimate, Term, Undetermined};

@@ -8,6 +8,7 @@
 //! | `signature` | [`Signature`], and the directions of sensitivities |
 //! | `quantity` | unknowns, parameters, inputs and outputs |
 //! | `density` | how readings scatter around outputs |
+//! | `prior` | what is known of a parameter beforehand |
 //! | `unknowns` | names and units of all unknowns and equations, elements of arrays included |
 //! | `arrays` | additions to a description by arrays |
 //! | `pattern` | sparsity patterns of matrices |
@@ -27,6 +28,7 @@ mod features;
 pub mod number;
 mod past;
 mod pattern;
+mod prior;
 mod quantity;
 mod signature;
 pub mod special;
@@ -42,6 +44,7 @@ pub use density::{Density, Distribution};
 pub use features::Features;
 pub use past::{DelayedInput, DelayedUnknown, PastLayout};
 pub use pattern::Pattern;
+pub use prior::PriorDensity;
 pub use quantity::{Input, Interpolation, Output, Parameter, Unknown};
 pub use signature::{DifferentiatedInput, Direction, Signature};
 pub use unit::Unit;

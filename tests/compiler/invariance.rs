@@ -234,7 +234,7 @@ fn converted(item: &Item) -> Option<Item> {
             AttributeKind::Nominal(size)
             | AttributeKind::Noise(size)
             | AttributeKind::History(size) => scaled(size, factor)?,
-            AttributeKind::PriorNormal(mean, std) => {
+            AttributeKind::Prior(_, mean, std) => {
                 scaled(mean, factor)?;
                 scaled(std, factor)?;
             }

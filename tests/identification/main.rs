@@ -12,6 +12,7 @@ mod filters;
 mod filters_with_a_past;
 mod nist;
 mod output_error;
+mod process_noise;
 mod regression;
 mod uncertainty;
 

@@ -4,6 +4,8 @@
 mod densities;
 #[path = "linearised.rs"]
 mod linearised;
+#[path = "priors.rs"]
+mod priors;
 #[path = "robust.rs"]
 mod robust;
 
@@ -559,7 +561,7 @@ fn a_prior_counts_as_one_more_measurement() {
     let recordings = [Recording::new(times, Inputs::none(), vec![Some(vec![5.0; 10])])];
     let problem = OutputErrorProblem {
         noise: vec![Some(Noise::Known(2.0))],
-        priors: vec![Prior { parameter: 0, mean: 3.0, std: 0.5 }],
+        priors: vec![Prior::normal(0, 3.0, 0.5)],
         ..OutputErrorProblem::new(&system, &[1.0], &recordings)
     };
     let found = fit(&problem).expect("a fit");
@@ -696,7 +698,7 @@ fn criteria_count_what_is_estimated() {
         let more = 2.0 * k * (k + 1.0) / (n - k - 1.0);
         close(criteria.aicc.expect("400 samples"), criteria.aic + more, 1e-8 * deviance.abs());
     }
-    let priors = vec![Prior { parameter: 0, mean: 0.5, std: 0.1 }];
+    let priors = vec![Prior::normal(0, 0.5, 0.1)];
     let held = fit(&OutputErrorProblem { priors, ..problem.clone() }).expect("a fit");
     assert_eq!(held.criteria, None);
     let robust = OutputErrorProblem { loss: dgd_identify::Loss::Huber, ..problem };

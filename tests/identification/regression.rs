@@ -439,7 +439,7 @@ output z [1] = c*0*x + x
         assert!((changes[0] / changes[1] + 2.0).abs() < 1e-9, "{changes:?}");
     }
     // A prior tells them apart.
-    problem.priors = vec![Prior { parameter: 0, mean: 3.0, std: 0.1 }];
+    problem.priors = vec![Prior::normal(0, 3.0, 0.1)];
     let fit = regress(&problem, RegressionMethod::LeastSquares).expect("a fit");
     assert!((value(&fit, "a") - 3.0).abs() < 1e-9 && (value(&fit, "b") - 1.0).abs() < 1e-3);
     assert_eq!(fit.rank, 2);

@@ -307,7 +307,7 @@ fn starting_points_fill_the_ranges_of_all_parameters() {
     let p = declared(&system);
     let recordings = waves();
     let mut problem = OutputErrorProblem::new(&system, &p, &recordings);
-    problem.priors = vec![Prior { parameter: 4, mean: 6.0, std: 0.5 }];
+    problem.priors = vec![Prior::normal(4, 6.0, 0.5)];
     problem.free[6] = false;
     let n = 33;
     let draw = |seed| {

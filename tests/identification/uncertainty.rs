@@ -428,7 +428,7 @@ fn bounds_close_a_profile_and_priors_count() {
     let recordings = [rows(1)];
     let problem = OutputErrorProblem {
         noise: vec![Some(Noise::Known(0.1))],
-        priors: vec![Prior { parameter: 1, mean: 2.0, std: 1e-3 }],
+        priors: vec![Prior::normal(1, 2.0, 1e-3)],
         ..OutputErrorProblem::new(&system, &p, &recordings)
     };
     let fit = fit(&problem).expect("a fit");

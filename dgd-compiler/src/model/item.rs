@@ -3,8 +3,9 @@
 use super::Declared;
 use super::check_units::Dim;
 use super::define::Definition;
+use super::density::prior::within_support;
+use super::density::reading::{Noise, Noisy};
 use super::expression::{Typed, unit_of};
-use super::noise::{Noise, Noisy};
 use super::resolve::{Reading, Resolver};
 use super::{Equation, Output, Parameter, Unknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
@@ -46,7 +47,7 @@ impl<'a> Resolver<'a> {
             nominal: None,
             prior: None,
         };
-        let mut bounds_span = None;
+        let (mut bounds_span, mut prior_span) = (None, None);
         for attribute in attributes {
             match &attribute.kind {
                 AttributeKind::Bounds(lower, upper) => {
@@ -64,11 +65,10 @@ impl<'a> Resolver<'a> {
                     parameter.nominal =
                         Some(self.positive(nominal, &unit, "nominal size", diagnostics)?);
                 }
-                AttributeKind::PriorNormal(mean, std) => {
-                    let mean = self.known(mean, &unit, Reading::Value, diagnostics)?;
-                    let std =
-                        self.positive(std, &unit, "standard deviation of a prior", diagnostics)?;
-                    parameter.prior = Some((mean, std));
+                AttributeKind::Prior(law, first, second) => {
+                    let prior = self.prior(*law, [first, second], &unit, diagnostics)?;
+                    parameter.prior = Some(prior);
+                    prior_span = Some(attribute.span);
                 }
                 AttributeKind::Hold
                 | AttributeKind::Linear
@@ -81,6 +81,9 @@ impl<'a> Resolver<'a> {
         }
         parameter.value = value?;
         check_bounds(&parameter, expr.span, bounds_span, diagnostics)?;
+        if let Some(span) = prior_span {
+            within_support(&mut parameter, expr.span, span, diagnostics)?;
+        }
         Ok(parameter)
     }
 
@@ -119,7 +122,7 @@ impl<'a> Resolver<'a> {
         };
         let mut nominal = None;
         let mut fixed = false;
-        let mut history = None;
+        let (mut history, mut noise) = (None, None);
         for attribute in attributes {
             match &attribute.kind {
                 AttributeKind::Nominal(expr) => {
@@ -131,18 +134,20 @@ impl<'a> Resolver<'a> {
                     self.check_history(typed.id, expr, diagnostics)?;
                     history = Some(typed.id);
                 }
+                AttributeKind::Noise(expr) => {
+                    noise = Some(self.process_noise(expr, &unit, diagnostics)?);
+                }
                 AttributeKind::Bounds(..)
                 | AttributeKind::Log
-                | AttributeKind::PriorNormal(..)
+                | AttributeKind::Prior(..)
                 | AttributeKind::Hold
                 | AttributeKind::Linear
-                | AttributeKind::Noise(_)
                 | AttributeKind::Exact
                 | AttributeKind::Shape(_)
                 | AttributeKind::Beyond(_) => {}
             }
         }
-        Ok(Unknown { declared, state, start, fixed, nominal, history })
+        Ok(Unknown { declared, state, start, fixed, nominal, history, noise })
     }
 
     /// Checks that a history reads only time and parameters.

@@ -5,10 +5,10 @@ mod check_units;
 mod choose;
 mod define;
 mod delay;
+mod density;
 mod expression;
 mod item;
 mod modes;
-mod noise;
 mod resolve;
 mod start;
 mod tables;
@@ -25,7 +25,7 @@ use crate::source::Span;
 use crate::units::{Dimension, Unit, describe, parse_unit};
 
 pub use crate::syntax::ast::{Bound, Name};
-pub use dgd_signature::{Crossing, Density, Interpolation};
+pub use dgd_signature::{Crossing, Density, Interpolation, PriorDensity};
 
 pub use crate::parts::InnerModel;
 pub use resolve::{ModelOptions, Setting, resolve, resolve_noting};
@@ -117,8 +117,8 @@ pub struct Parameter {
     pub fixed: bool,
     /// Size for scaling, SI.
     pub nominal: Option<f64>,
-    /// Mean and standard deviation of a normal prior, SI.
-    pub prior: Option<(f64, f64)>,
+    /// What is known of it beforehand, SI.
+    pub prior: Option<PriorDensity>,
 }
 
 /// An `input`.
@@ -145,6 +145,17 @@ pub struct Unknown {
     pub nominal: Option<f64>,
     /// What it was before the start, of time and parameters; `None` means its start value.
     pub history: Option<ExprId>,
+    /// How far it strays by itself, where that is declared.
+    pub noise: Option<ProcessNoise>,
+}
+
+/// How far a state strays by itself in a second: r of dx = f dt + r dβ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ProcessNoise {
+    /// This, SI.
+    Known(f64),
+    /// The parameter at this position.
+    Parameter(u32),
 }
 
 /// An array of `state`s or `unknown`s. Its start value holds for each element: in it,

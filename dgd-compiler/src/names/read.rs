@@ -290,7 +290,7 @@ impl Reader<'_> {
         for attribute in all {
             match &attribute.kind {
                 AttributeKind::Bounds(lower, upper) => self.exprs(lower.iter().chain(upper)),
-                AttributeKind::PriorNormal(mean, std) => self.exprs([mean, std]),
+                AttributeKind::Prior(_, mean, std) => self.exprs([mean, std]),
                 AttributeKind::Nominal(value)
                 | AttributeKind::Noise(value)
                 | AttributeKind::History(value) => self.expr(value),

@@ -656,6 +656,49 @@ pub struct Attribute {
     pub kind: AttributeKind,
 }
 
+/// A law of priors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PriorLaw {
+    /// `normal(mean, standard deviation)`
+    Normal,
+    /// `lognormal(median, standard deviation of the logarithm)`
+    LogNormal,
+    /// `uniform(lower, upper)`
+    Uniform,
+    /// `laplace(median, scale)`
+    Laplace,
+    /// `gamma(shape, scale)`
+    Gamma,
+}
+
+impl PriorLaw {
+    /// All of them.
+    pub const ALL: [Self; 5] =
+        [Self::Normal, Self::LogNormal, Self::Uniform, Self::Laplace, Self::Gamma];
+
+    /// Its word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Normal => "normal",
+            Self::LogNormal => "lognormal",
+            Self::Uniform => "uniform",
+            Self::Laplace => "laplace",
+            Self::Gamma => "gamma",
+        }
+    }
+
+    /// What its two numbers are.
+    pub fn numbers(self) -> [&'static str; 2] {
+        match self {
+            Self::Normal => ["mean", "standard deviation"],
+            Self::LogNormal => ["median", "standard deviation of the logarithm"],
+            Self::Uniform => ["lower end", "upper end"],
+            Self::Laplace => ["median", "scale"],
+            Self::Gamma => ["shape", "scale"],
+        }
+    }
+}
+
 /// The attributes of the language.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AttributeKind {
@@ -668,7 +711,7 @@ pub enum AttributeKind {
     /// `nominal V`: size for tolerances and scaling.
     Nominal(Expr),
     /// `prior normal(mean, std)`
-    PriorNormal(Expr, Expr),
+    Prior(PriorLaw, Expr, Expr),
     /// `hold`: a sample holds until the next.
     Hold,
     /// `linear` between samples.

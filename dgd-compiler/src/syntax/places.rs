@@ -79,8 +79,8 @@ fn placeless_attribute(attribute: &Attribute) -> Attribute {
             AttributeKind::Bounds(optional(lower), optional(upper))
         }
         AttributeKind::Nominal(size) => AttributeKind::Nominal(placeless(size)),
-        AttributeKind::PriorNormal(mean, std) => {
-            AttributeKind::PriorNormal(placeless(mean), placeless(std))
+        AttributeKind::Prior(law, first, second) => {
+            AttributeKind::Prior(*law, placeless(first), placeless(second))
         }
         AttributeKind::Noise(std) => AttributeKind::Noise(placeless(std)),
         AttributeKind::History(value) => AttributeKind::History(placeless(value)),

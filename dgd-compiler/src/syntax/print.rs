@@ -606,9 +606,12 @@ fn print_attribute(kind: &AttributeKind) -> String {
         AttributeKind::Log => "log".to_owned(),
         AttributeKind::Fixed => "fixed".to_owned(),
         AttributeKind::Nominal(size) => format!("nominal {}", print_expression(size)),
-        AttributeKind::PriorNormal(mean, std) => {
-            format!("prior normal({}, {})", print_expression(mean), print_expression(std))
-        }
+        AttributeKind::Prior(law, first, second) => format!(
+            "prior {}({}, {})",
+            law.word(),
+            print_expression(first),
+            print_expression(second)
+        ),
         AttributeKind::Hold => "hold".to_owned(),
         AttributeKind::Linear => "linear".to_owned(),
         AttributeKind::Noise(std) => format!("noise {}", print_expression(std)),

@@ -196,7 +196,7 @@ fn attributes(all: &mut [Attribute], visit: &mut dyn FnMut(Part<'_>)) {
             AttributeKind::Nominal(size)
             | AttributeKind::Noise(size)
             | AttributeKind::History(size) => vec![size],
-            AttributeKind::PriorNormal(mean, std) => vec![mean, std],
+            AttributeKind::Prior(_, mean, std) => vec![mean, std],
             AttributeKind::Log
             | AttributeKind::Fixed
             | AttributeKind::Hold

@@ -26,6 +26,7 @@ use crate::journal::Digest;
 use crate::minimise::trust_region::Termination;
 use crate::output_error::OutputErrorProblem;
 use crate::output_error::fit::Fit;
+use crate::output_error::prior::Prior;
 use crate::output_error::weighing::effective_priors;
 use crate::progress::{Of, Progress};
 use crate::random::Uniform;
@@ -135,7 +136,9 @@ pub fn bootstrap<G: FnMut() -> u64>(
         let mut resampled = around.problem(system);
         resampled.recordings = &recordings;
         for prior in &mut resampled.priors {
-            prior.mean = fit.p[prior.parameter] + prior.std * uniform.normal();
+            let Some((_, std)) = prior.as_normal() else { continue };
+            let mean = fit.p[prior.parameter] + std * uniform.normal();
+            *prior = Prior::normal(prior.parameter, mean, std);
         }
         match around.minimum(&resampled, around.z.clone(), &around.bounds) {
             Ok(minimum) if minimum.termination.is_converged() => {

@@ -228,9 +228,9 @@ impl Differentiated<'_> {
         for prior in &problem.priors {
             let Some(i) = self.variables.parameter(prior.parameter) else { continue };
             let variable = &self.variables.all[i];
-            let slope = variable.slope(self.z[i]) / prior.std;
-            sum.gradient[i] += slope * (variable.value(self.z[i]) - prior.mean) / prior.std;
-            sum.information[(i, i)] += slope * slope;
+            let term = prior.term(variable.value(self.z[i]), variable.slope(self.z[i]));
+            sum.gradient[i] += term.gradient;
+            sum.information[(i, i)] += term.information;
         }
         sum
     }

@@ -8,7 +8,9 @@ use crate::minimise::trust_region::{Minimum, Termination};
 use crate::noise::Noise;
 use crate::noise::loss::Loss;
 use crate::output_error::stepping::Stepping;
-use crate::output_error::weighing::{Weighted, curvature_and_influence, effective_priors, misfits};
+use crate::output_error::weighing::{
+    Weighted, curvature_and_influence, effective_priors, information, misfits,
+};
 use crate::output_error::{OutputErrorProblem, Starts};
 use crate::recording::{Misfit, Sums};
 use crate::uncertainty::{Correlated, Estimate, Uncertainty, Undetermined};
@@ -200,7 +202,7 @@ pub(crate) fn finish(
     let held: Vec<bool> = bounds.iter().map(Option::is_some).collect();
     let cutoff = unseen(problem.options.rtol);
     let uncertainty = if problem.loss == Loss::Squares {
-        Uncertainty::new(&at.normal.information, &held, cutoff)
+        Uncertainty::new(&information(problem, variables, z, at), &held, cutoff)
     } else {
         let (h, g) = curvature_and_influence(problem, variables, z, &sigma, at);
         Uncertainty::new(&h, &held, cutoff).with_influence(&g)

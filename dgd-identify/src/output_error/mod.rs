@@ -17,6 +17,7 @@ pub(crate) mod beginning;
 pub(crate) mod fit;
 pub(crate) mod linearised;
 pub(crate) mod multi_start;
+pub(crate) mod prior;
 pub(crate) mod stepping;
 pub(crate) mod weighing;
 
@@ -32,6 +33,7 @@ use crate::noise::density::Counting;
 use crate::noise::loss::{self, Loss};
 use crate::noise::{self, Noise};
 use crate::output_error::fit::{Fit, Total, finish, unseen};
+use crate::output_error::prior::Prior;
 use crate::output_error::stepping::Accuracy;
 use crate::output_error::weighing::{
     Weighted, effective_priors, misfits, output_names, simulate_all, weigh,
@@ -61,17 +63,6 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Start values by position of the unknown, SI.
 pub type Starts = Vec<(usize, f64)>;
-
-/// What is known of a parameter beforehand.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Prior {
-    /// Position of the parameter.
-    pub parameter: usize,
-    /// Mean, SI.
-    pub mean: f64,
-    /// Standard deviation, SI.
-    pub std: f64,
-}
 
 /// What to fit to what.
 #[derive(Debug, Clone)]

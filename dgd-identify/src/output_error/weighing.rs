@@ -11,6 +11,7 @@ use crate::noise::Noise;
 use crate::noise::density::Counting;
 use crate::noise::loss::Loss;
 use crate::output_error::OutputErrorProblem;
+use crate::output_error::prior::PriorTerm;
 use crate::recording::{Misfit, Recording, Sums, SumsOf, simulated_sums};
 use crate::variables::Variables;
 
@@ -99,11 +100,11 @@ pub(crate) fn weigh(
     for prior in &problem.priors {
         let Some(i) = variables.parameter(prior.parameter) else { continue };
         let variable = &variables.all[i];
-        let (r, slope) =
-            ((variable.value(z[i]) - prior.mean) / prior.std, variable.slope(z[i]) / prior.std);
-        normal.cost += r * r;
-        normal.gradient[i] += slope * r;
-        normal.information[(i, i)] += slope * slope;
+        let term = prior.term(variable.value(z[i]), variable.slope(z[i]));
+        normal.cost += term.cost + term.logarithm;
+        normal.logarithms += term.logarithm;
+        normal.gradient[i] += term.gradient;
+        normal.information[(i, i)] += term.curvature;
     }
     normal.information.fill_upper_triangle_with_lower_triangle();
     Weighted { normal, sums }
@@ -161,24 +162,41 @@ pub(crate) fn curvature_and_influence(
             add(&mut g, variables, r, influence / (sigma * sigma), &sums.information);
         }
     }
-    for (i, slope) in prior_slopes(problem, variables, z) {
-        h[(i, i)] += slope * slope;
-        g[(i, i)] += slope * slope;
+    for (i, term) in prior_terms(problem, variables, z) {
+        h[(i, i)] += term.information;
+        g[(i, i)] += term.information;
     }
     h.fill_upper_triangle_with_lower_triangle();
     g.fill_upper_triangle_with_lower_triangle();
     (h, g)
 }
 
-/// Positions of the variables with a prior, and ∂((p − mean)/std)/∂z.
-fn prior_slopes(
+/// The information of a fit at z: steps may have been made with another curvature of the priors.
+pub(crate) fn information(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,
     z: &[f64],
-) -> impl Iterator<Item = (usize, f64)> {
+    at: &Weighted,
+) -> DMatrix<f64> {
+    let mut information = at.normal.information.clone();
+    for (i, term) in prior_terms(problem, variables, z) {
+        if term.information != term.curvature {
+            information[(i, i)] += term.information - term.curvature;
+        }
+    }
+    information
+}
+
+/// Positions of the variables with a prior, and what it adds at z.
+fn prior_terms(
+    problem: &OutputErrorProblem<'_>,
+    variables: &Variables,
+    z: &[f64],
+) -> impl Iterator<Item = (usize, PriorTerm)> {
     problem.priors.iter().filter_map(|prior| {
         let i = variables.parameter(prior.parameter)?;
-        Some((i, variables.all[i].slope(z[i]) / prior.std))
+        let variable = &variables.all[i];
+        Some((i, prior.term(variable.value(z[i]), variable.slope(z[i]))))
     })
 }
 

@@ -15,6 +15,13 @@ pub enum RegressionError {
     NothingFree,
     /// No sample of an output in use.
     NothingMeasured,
+    /// A prior that is not one more row.
+    Prior {
+        /// The parameter.
+        parameter: String,
+        /// The law of its prior.
+        law: &'static str,
+    },
     /// A parameter that no equation and no measured output in use reads.
     NotRead {
         /// The parameter.
@@ -116,6 +123,11 @@ impl fmt::Display for RegressionError {
             Self::NothingMeasured => {
                 write!(f, "nothing is measured: the recordings have no sample of an output in use")
             }
+            Self::Prior { parameter, law } => write!(
+                f,
+                "the prior of `{parameter}` is `{law}`, and a row of a regression is normal: fits that simulate \
+                 take it"
+            ),
             Self::NotRead { parameter } => write!(
                 f,
                 "parameter `{parameter}` is in no equation and in no measured output in use"

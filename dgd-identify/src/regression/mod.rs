@@ -39,7 +39,7 @@ mod trace;
 use crate::minimise::nelder_mead::SimplexRule;
 use crate::minimise::trust_region::StoppingRule;
 use crate::noise::Noise;
-use crate::output_error::Prior;
+use crate::output_error::prior::Prior;
 use crate::progress::{Unwatched, Watch};
 use crate::recording::Recording;
 use crate::regression::finish::Found;

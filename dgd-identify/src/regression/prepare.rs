@@ -5,6 +5,7 @@ use dgd_runtime::{Direction, Output, Pattern, Problem};
 
 use crate::error::verify_lengths;
 use crate::noise::Noise;
+use crate::output_error::prior::Prior;
 use crate::recording::Recording;
 use crate::regression::error::{RegressionError, Unsteady};
 use crate::regression::known::modes::remembered;
@@ -38,6 +39,12 @@ impl<'a> Prepared<'a> {
             .collect();
         if free.is_empty() {
             return Err(RegressionError::NothingFree);
+        }
+        let is_other =
+            |prior: &&Prior| free.contains(&prior.parameter) && prior.as_normal().is_none();
+        if let Some(prior) = problem.priors.iter().find(is_other) {
+            let parameter = signature.parameters[prior.parameter].name.to_string();
+            return Err(RegressionError::Prior { parameter, law: prior.density.name() });
         }
         let prepared = Self {
             problem,

@@ -66,7 +66,10 @@ fn sum(
     })?;
     for prior in &prepared.problem.priors {
         if prepared.free.contains(&prior.parameter) {
-            sum.cost += ((p[prior.parameter] - prior.mean) / prior.std).powi(2);
+            let Some((mean, std)) = prior.as_normal() else {
+                unreachable!("others are refused when rows are prepared")
+            };
+            sum.cost += ((p[prior.parameter] - mean) / std).powi(2);
         }
     }
     Ok(sum)

@@ -58,7 +58,10 @@ pub(crate) fn triangle(
         for (phi, (j, factor)) in phi.iter_mut().zip(columns) {
             *phi = if *j == at { *factor } else { 0.0 };
         }
-        triangle.push(&phi, prior.mean - p[prior.parameter], 1.0 / prior.std);
+        let Some((mean, std)) = prior.as_normal() else {
+            unreachable!("others are refused when rows are prepared")
+        };
+        triangle.push(&phi, mean - p[prior.parameter], 1.0 / std);
     }
     triangle.reduce();
     Ok(triangle)

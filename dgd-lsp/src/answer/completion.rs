@@ -43,12 +43,16 @@ const KEYWORDS: [&str; 23] = [
 const CLAUSES: [&str; 5] = ["kind", "form", "null", "replace", "add"];
 /// Words that begin a line within a `modes` block and after a `when`.
 const IN_BLOCKS: [&str; 2] = ["start", "reset"];
-const ATTRIBUTES: [&str; 18] = [
+const ATTRIBUTES: [&str; 22] = [
     "in",
     "log",
     "fixed",
     "nominal",
     "prior normal",
+    "prior lognormal",
+    "prior uniform",
+    "prior laplace",
+    "prior gamma",
     "hold",
     "linear",
     "noise",

@@ -48,10 +48,18 @@ pub struct Objective {
     names: Vec<String>,
     /// SI; nothing where an output is not compared.
     noise: Vec<Option<f64>>,
-    priors: Vec<Prior>,
+    priors: Vec<NormalPrior>,
     options: Options,
     threads: usize,
     variables: Vec<Variable>,
+}
+
+/// A prior that is one more residual, SI.
+#[derive(Debug, Clone, Copy)]
+struct NormalPrior {
+    parameter: usize,
+    mean: f64,
+    std: f64,
 }
 
 /// Prepares the residuals of a fit. `noise` has standard deviations of outputs in their units, in place of those
@@ -74,7 +82,7 @@ pub fn objective(
     let problem = task.problem();
     // It is asked for values when whoever listened may be gone.
     let options = Options { watched: None, ..problem.options };
-    let mut priors = problem.priors.clone();
+    let priors = problem.priors.clone();
     let noise = noise_of(&task, noise)?;
     let names = recording::names(&request.data);
     let Task { system, p, train: recordings, .. } = task;
@@ -85,7 +93,20 @@ pub fn objective(
         ));
     }
     // Of what is not estimated nothing is weighed.
-    priors.retain(|prior| variables.iter().any(|v| v.of == Direction::Parameter(prior.parameter)));
+    let is_estimated =
+        |prior: &&Prior| variables.iter().any(|v| v.of == Direction::Parameter(prior.parameter));
+    let mut normal = Vec::new();
+    for prior in priors.iter().filter(is_estimated) {
+        let Some((mean, std)) = prior.as_normal() else {
+            let name = &system.signature().parameters[prior.parameter].name;
+            return Err(WorkError::Usage(format!(
+                "the prior of `{name}` is `{}`, which is not a residual: the objective of a fit takes normal ones",
+                prior.density.name()
+            )));
+        };
+        normal.push(NormalPrior { parameter: prior.parameter, mean, std });
+    }
+    let priors = normal;
     let threads = session.threads;
     Ok(Objective { system, p, recordings, names, noise, priors, options, threads, variables })
 }

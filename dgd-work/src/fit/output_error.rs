@@ -28,6 +28,15 @@ pub(super) fn run(
 ) -> Result<Found, WorkError> {
     let signature = task.system.signature();
     let problem = OutputErrorProblem { loss: request.search.loss, ..task.problem() };
+    if request.intervals.bootstrap > 0
+        && let Some(prior) = problem.priors.iter().find(|prior| prior.as_normal().is_none())
+    {
+        return Err(WorkError::Usage(format!(
+            "the prior of `{}` is `{}`, and `--bootstrap` draws from normal ones",
+            signature.parameters[prior.parameter].name,
+            prior.density.name()
+        )));
+    }
     let fitted = |problem: &OutputErrorProblem<'_>| {
         let found = request.search.fit(problem, task.session.seed);
         found.map_err(|error| task.failed(error, &request.data))

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use dgd_compiler::model::ProcessNoise;
 use dgd_compiler::pipeline::Compiled;
 use dgd_identify::filter::{
     FilterProblem, Level, LevelEstimate, PredictionError, PredictionErrorProblem, Row,
@@ -26,7 +27,7 @@ use crate::fit::report::outcome::{Tested, bound_name, digits_of, entry, name_of,
 use crate::output::figure::{self, Line, Subject};
 use crate::output::table::{push_table, significant};
 use crate::request::FitRequest;
-use crate::run::recording;
+use crate::run::{densities, recording};
 
 /// Differences of innovations need at least this tolerance.
 const TIGHT: f64 = 1e-8;
@@ -128,16 +129,22 @@ fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProbl
     let defaults = PredictionErrorProblem::new(task.system.as_model(), &task.p, &task.train);
     let is_free = |direction: &Direction| is_free(&task.compiled, request, direction);
     let given = task.problem();
+    let refused = || unreachable!("refused when the task was loaded");
     let level = |noise: &Option<Noise>| {
         noise.map(|noise| match noise {
             Noise::Known(sigma) => Level::Known(sigma),
             Noise::Estimated => Level::Estimated,
-            Noise::Density(_) | Noise::Recorded => unreachable!("refused when the task was loaded"),
+            Noise::Density(density) => {
+                let parameter = densities::parameter_of(&task.compiled.model, density);
+                parameter.map_or_else(refused, Level::Parameter)
+            }
+            Noise::Recorded => refused(),
         })
     };
     let Options { rtol, atol, .. } = given.options;
     PredictionErrorProblem {
         free: task.system.signature().directions.iter().map(is_free).collect(),
+        rates: rates(task),
         noise: given.noise.iter().map(level).collect(),
         options: Options { rtol: rtol.min(TIGHT), atol: atol.min(TIGHT), ..given.options },
         stopping: StoppingRule {
@@ -149,6 +156,21 @@ fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProbl
         watch: given.watch,
         ..defaults
     }
+}
+
+/// How far each state strays by itself: what the model declares, else it is estimated.
+fn rates(task: &Task<'_>) -> Vec<Level> {
+    let system = task.system.as_model();
+    let unknowns = &task.compiled.model.unknowns;
+    let level = |i: usize| {
+        let name = task.system.signature().unknowns.name(i);
+        match unknowns.iter().find(|unknown| unknown.declared.name == *name)?.noise? {
+            ProcessNoise::Known(rate) => Some(Level::Known(rate)),
+            ProcessNoise::Parameter(i) => Some(Level::Parameter(i as usize)),
+        }
+    };
+    let states = FilterProblem::new(system, &task.p).states().into_iter();
+    states.map(|i| level(i).unwrap_or(Level::Estimated)).collect()
 }
 
 /// Whether a direction is estimated. All states have one; start values of some are given.
@@ -303,10 +325,9 @@ impl Outcome<'_> {
     /// Names of what changes together without a change of the likelihood.
     fn undetermined(&self) -> Vec<Vec<String>> {
         let n = self.found.estimates.len();
-        let sought_rates = self
-            .states()
-            .into_iter()
-            .map(|i| format!("process noise of {}", self.signature().unknowns.name(i)));
+        let sought_rates = (self.states().into_iter().zip(rates(self.task)))
+            .filter(|(_, level)| *level == Level::Estimated)
+            .map(|(i, _)| format!("process noise of {}", self.signature().unknowns.name(i)));
         let outputs = self.signature().outputs.iter().zip(&self.task.noise);
         let sought_noise = outputs
             .filter(|(_, noise)| **noise == Some(Noise::Estimated))

@@ -210,6 +210,7 @@ fn simulated(
 fn failed(task: &Task<'_>, request: &FitRequest, error: RegressionError) -> WorkError {
     match error {
         RegressionError::NothingFree
+        | RegressionError::Prior { .. }
         | RegressionError::Filter
         | RegressionError::StartVariance
         | RegressionError::Forgetting => WorkError::Usage(error.to_string()),

@@ -16,6 +16,7 @@ use dgd_identify::{
     fit_starts, nonlinear, operating_points,
 };
 use dgd_runtime::linearize::NotLinearised;
+use dgd_runtime::signature::PriorDensity;
 use dgd_runtime::signature::number::short;
 use dgd_runtime::{Direction, Options, Problem, Signature, System};
 
@@ -129,7 +130,8 @@ impl<'s> Task<'s> {
                 Some((Problem { system: &system, p: &p, inputs, start }, *times.first()?))
             });
         let options = with_method_to_begin(options, &request.solve, runs, session);
-        let mut noise = densities::of_outputs(signature, request, &used, &train, &valid)?;
+        let mut noise =
+            densities::of_outputs(signature, &compiled.model, request, &used, &train, &valid)?;
         let estimates = match request.regression.estimator {
             Estimator::OutputError | Estimator::Linearised => {
                 estimates(signature, train.len(), |_| true)
@@ -218,7 +220,9 @@ impl<'s> Task<'s> {
     pub(super) fn problem(&self) -> OutputErrorProblem<'_> {
         let parameters = self.compiled.dae.parameters.iter().enumerate();
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
-            declared.prior.map(|(mean, std)| Prior { parameter, mean, std })
+            // A uniform one is bounds.
+            let density = declared.prior.filter(|of| !matches!(of, PriorDensity::Uniform { .. }));
+            density.map(|density| Prior { parameter, density })
         };
         let mut stopping = StoppingRule::default();
         if self.compiled.dae.is_static() {

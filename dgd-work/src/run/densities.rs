@@ -2,8 +2,11 @@
 
 use std::path::PathBuf;
 
+use dgd_compiler::expr::{Node, Symbol};
+use dgd_compiler::model::Model;
 use dgd_identify::{Noise, Recording};
 use dgd_runtime::Signature;
+use dgd_runtime::signature::{Density, Distribution};
 
 use crate::error::WorkError;
 use crate::request::{Estimator, FitRequest, NoiseFrom};
@@ -30,6 +33,7 @@ pub(crate) fn refuse(signature: &Signature, who: &str) -> Result<(), WorkError> 
 /// that change.
 pub(crate) fn of_outputs(
     signature: &Signature,
+    model: &Model,
     request: &FitRequest,
     used: &[bool],
     train: &[Recording],
@@ -46,8 +50,13 @@ pub(crate) fn of_outputs(
             train.iter().chain(valid).any(|recording| recording.deviations_of(i).is_some());
         all.push(Some(match (signature.density(i), output.noise, request.noise) {
             (Some(density), ..) => {
-                let what = format!("the `noise` of `{}` is more than a number", output.name);
-                verify_takes_densities(request, &what)?;
+                // The filter of a prediction error knows one σ of an output, whether given or a parameter.
+                let is_level = request.regression.estimator == Estimator::PredictionError
+                    && parameter_of(model, density).is_some();
+                if !is_level {
+                    let what = format!("the `noise` of `{}` is more than a number", output.name);
+                    verify_takes_densities(request, &what)?;
+                }
                 Noise::Density(density)
             }
             _ if has_column => {
@@ -61,6 +70,15 @@ pub(crate) fn of_outputs(
         }));
     }
     Ok(all)
+}
+
+/// The parameter that is the standard deviation of a normal density as it stands.
+pub(crate) fn parameter_of(model: &Model, density: Density) -> Option<usize> {
+    let is_normal = density.distribution == Distribution::Normal;
+    match model.graph.node(model.outputs[density.deviation].value) {
+        Node::Symbol(Symbol::Parameter(i)) if is_normal => Some(i as usize),
+        _ => None,
+    }
 }
 
 /// Whether what is asked for knows likelihoods of single readings.

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use dgd_compiler::diagnostics::{Code, Diagnostic};
+use dgd_compiler::model::ProcessNoise;
 use dgd_compiler::pipeline::Compiled;
 use dgd_compiler::syntax;
 use dgd_compiler::syntax::ast::{Expr, ExprKind, Name};
@@ -118,6 +119,15 @@ pub(super) fn verify_deviations(request: &TrackRequest) -> Result<(), WorkError>
         }
     }
     Ok(())
+}
+
+/// How far the model says that a state strays by itself, SI.
+fn declared_rate(compiled: &Compiled, problem: &FilterProblem<'_>, state: &str) -> Option<f64> {
+    let unknowns = &compiled.model.unknowns;
+    match unknowns.iter().find(|unknown| unknown.declared.name == state)?.noise? {
+        ProcessNoise::Known(rate) => Some(rate),
+        ProcessNoise::Parameter(i) => Some(problem.p[i as usize]),
+    }
 }
 
 /// Reads `NAME=VALUE`, the value in the declared unit or in one that is given.
@@ -237,11 +247,14 @@ impl Settings {
         let priors = std::iter::repeat_n(None, n_states).chain(priors);
         for (k, ((name, walk), prior)) in states.chain(named).zip(walks).zip(priors).enumerate() {
             let mut origin = if k < n_states { usual } else { usual_parameter };
-            if let Some((_, std)) = prior {
-                (walk.start, origin[0]) = (std, Origin::Declared);
+            if let Some(prior) = prior {
+                (walk.start, origin[0]) = (prior.std(), Origin::Declared);
             }
             if let Some(value) = find(&asked.start_std, &name) {
                 (walk.start, origin[0]) = (value, Origin::Asked);
+            }
+            if let Some(rate) = declared_rate(compiled, problem, &name).filter(|_| k < n_states) {
+                (walk.rate, origin[1]) = (rate, Origin::Declared);
             }
             if let Some(value) = find(&asked.process_noise, &name) {
                 (walk.rate, origin[1]) = (value / MINUTE.sqrt(), Origin::Asked);

@@ -277,7 +277,9 @@ pub const TABLE: &[Row] = &[
         w.declare(&name, scale, Kind::State);
         let nominal =
             if w.random.chance(0.2) { format!("  nominal {}", scale.size) } else { String::new() };
-        format!("state {name} {} = {start:.2}{nominal}", scale.brackets())
+        let noise = if w.random.chance(0.1) { ", noise 0.01" } else { "" };
+        let noise = if nominal.is_empty() { noise.trim_start_matches(',') } else { noise };
+        format!("state {name} {} = {start:.2}{nominal}{noise}", scale.brackets())
     }),
     row(State, 2, "state with a computed start", |w, _| {
         let scale = w.scale();
@@ -563,7 +565,12 @@ fn parameter(w: &mut Writer) -> String {
     let positive = scale.value(w.random.between(0.2, 1.5));
     w.declare(&name, scale, Kind::Parameter);
     let declared = format!("parameter {name} {}", scale.brackets());
-    match w.random.below(5) {
+    match w.random.below(7) {
+        // What is above zero has no zero of its own.
+        5 if !scale.offset => {
+            format!("{declared} = {positive:.3}  prior lognormal({positive:.3}, 0.3)")
+        }
+        6 => format!("{declared} = {value:.3}  prior laplace({value:.3}, {})", scale.size),
         0 => format!("{declared} = {positive:.3}  in 0.01 .. 10000, log"),
         1 => format!("{declared} = {value:.3}  in -1000 .. 1000, fixed"),
         2 => format!("{declared} = {value:.3}  in -1000 .., nominal {}", scale.size),

@@ -187,7 +187,7 @@ fn rescaled(case: &Case) -> Option<Case> {
                 AttributeKind::Nominal(size)
                 | AttributeKind::Noise(size)
                 | AttributeKind::History(size) => scaled(size, factor),
-                AttributeKind::PriorNormal(mean, std) => {
+                AttributeKind::Prior(_, mean, std) => {
                     scaled(mean, factor);
                     scaled(std, factor);
                 }

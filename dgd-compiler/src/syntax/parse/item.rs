@@ -14,8 +14,8 @@ use super::table::{self, table};
 use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, dotted, name, token, word};
 use crate::diagnostics::{Code, Diagnostic, Edit, Fix, suggestion};
 use crate::syntax::ast::{
-    Argument, Attribute, AttributeKind, Bound, Expr, ExprKind, ItemKind, LocalLet, Name, Shape,
-    Unit, UnknownKind,
+    Argument, Attribute, AttributeKind, Bound, Expr, ExprKind, ItemKind, LocalLet, Name, PriorLaw,
+    Shape, Unit, UnknownKind,
 };
 use crate::units::parse_unit;
 
@@ -180,7 +180,11 @@ fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> 
         ));
     }
     let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
-    let (rest, attributes) = attributes(&["fixed", "nominal", "history"], what, rest)?;
+    let allowed: &[&str] = match declared_as {
+        UnknownKind::State => &["fixed", "nominal", "history", "noise"],
+        UnknownKind::Unknown | UnknownKind::Held => &["fixed", "nominal", "history"],
+    };
+    let (rest, attributes) = attributes(allowed, what, rest)?;
     Ok((rest, ItemKind::Unknown { declared: declared_as, name, unit, start, attributes }))
 }
 
@@ -425,17 +429,23 @@ fn bound(input: Tokens<'_>) -> Parsed<'_, Option<Expr>> {
     }
 }
 
-/// `normal(mean, std)`
+/// `normal(mean, standard deviation)`, or another law of two numbers.
 fn prior(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
-    let rest = word("normal", "`normal(mean, standard deviation)`")(input)?.0;
+    let named = |law: &PriorLaw| word(law.word(), "")(input).ok().map(|(rest, _)| (*law, rest));
+    let Some((law, rest)) = PriorLaw::ALL.iter().find_map(named) else {
+        let laws = "`normal(mean, standard deviation)`, `lognormal(…)`, `uniform(…)`, `laplace(…)` or `gamma(…)`";
+        return word("normal", laws)(input).map(|_| unreachable!("tried before"));
+    };
+    let second = match law {
+        PriorLaw::Normal => "`,` and the standard deviation",
+        PriorLaw::LogNormal => "`,` and the standard deviation of the logarithm",
+        PriorLaw::Uniform => "`,` and the upper end",
+        PriorLaw::Laplace | PriorLaw::Gamma => "`,` and the scale",
+    };
     let open = rest.span();
-    let (rest, (_, mean, _, std)) = (
-        token(TokenKind::Open, "`(`"),
-        expression,
-        token(TokenKind::Comma, "`,` and the standard deviation"),
-        expression,
-    )
-        .parse(rest)?;
+    let (rest, (_, a, _, b)) =
+        (token(TokenKind::Open, "`(`"), expression, token(TokenKind::Comma, second), expression)
+            .parse(rest)?;
     let rest = close(open, rest)?.0;
-    Ok((rest, AttributeKind::PriorNormal(mean, std)))
+    Ok((rest, AttributeKind::Prior(law, a, b)))
 }

@@ -17,7 +17,7 @@ use super::problem::{FilterProblem, Sample, Tuning, Walk, usual_tuning};
 use crate::error::{EstimateError, TrialFailed, TrialFailure, WrongLength};
 use crate::minimise::trust_region::NormalEquations;
 use crate::noise;
-use crate::output_error::Prior;
+use crate::output_error::prior::Prior;
 use crate::recording::Recording;
 use crate::variables::{Variable, Variables};
 use levels::Sought;
@@ -91,7 +91,7 @@ impl<'p> Search<'p> {
         let mut rates = Vec::with_capacity(problem.rates.len());
         for (level, walk) in problem.rates.iter().zip(&usual.states) {
             rates.push(match level {
-                Level::Known(_) => None,
+                Level::Known(_) | Level::Parameter(_) => None,
                 Level::Estimated => Some(Sought::rate(walk.rate, MOST_RATE * walk.rate)),
             });
         }
@@ -102,7 +102,7 @@ impl<'p> Search<'p> {
                 noise::least(recordings, i, problem.options.rtol.max(1e-6), output.unit.factor);
             least.push(match level {
                 Some(Level::Known(sigma)) => *sigma,
-                Some(Level::Estimated) | None => lowest,
+                Some(Level::Estimated | Level::Parameter(_)) | None => lowest,
             });
             noise.push(match level {
                 Some(Level::Estimated) => {
@@ -113,7 +113,7 @@ impl<'p> Search<'p> {
                     let output = output.name.to_string();
                     return Err(EstimateError::Noise { output, sigma: *sigma });
                 }
-                Some(Level::Known(_)) | None => None,
+                Some(Level::Known(_) | Level::Parameter(_)) | None => None,
             });
         }
         let mut search = Self {
@@ -200,10 +200,12 @@ impl<'p> Search<'p> {
 
     /// Rates and noise at z.
     pub(in crate::filter) fn tuning(&self, z: &[f64]) -> Tuning {
+        let p = self.variables.parameters(self.p, z);
         let mut levels = z[self.variables.len()..].iter();
         let mut level = |sought: &Option<Sought>, known: Level| match (sought, known) {
             (Some(sought), _) => sought.level(levels.next().copied().unwrap_or(0.0)),
             (None, Level::Known(value)) => value,
+            (None, Level::Parameter(i)) => p[i],
             (None, Level::Estimated) => 0.0,
         };
         let rates = self.rates.iter().zip(self.known_rates);
@@ -296,15 +298,15 @@ impl<'p> Search<'p> {
         filter_side_by_side(system, along, &all, threads, take)
     }
 
-    /// ((p − mean) / std)² of parameters that are free.
+    /// What is known beforehand of parameters that are free.
     fn add_priors(&self, sum: &mut NormalEquations, z: &[f64]) {
-        for Prior { parameter, mean, std } in self.priors {
-            let Some(i) = self.variables.parameter(*parameter) else { continue };
+        for prior in self.priors {
+            let Some(i) = self.variables.parameter(prior.parameter) else { continue };
             let variable = &self.variables.all[i];
-            let (e, slope) = ((variable.value(z[i]) - mean) / std, variable.slope(z[i]) / std);
-            sum.cost += e * e;
-            sum.gradient[i] += e * slope;
-            sum.information[(i, i)] += slope * slope;
+            let term = prior.term(variable.value(z[i]), variable.slope(z[i]));
+            sum.cost += term.cost + term.logarithm;
+            sum.gradient[i] += term.gradient;
+            sum.information[(i, i)] += term.curvature;
         }
     }
 

@@ -35,7 +35,8 @@ use crate::filter::problem::{FilterProblem, Tuning, Walk, states_of};
 use crate::minimise::trust_region::{
     Minimum, NormalEquations, Region, StoppingRule, Termination, minimise_watched,
 };
-use crate::output_error::{NEGLIGIBLE_REDUCTION, Prior, Starts};
+use crate::output_error::prior::Prior;
+use crate::output_error::{NEGLIGIBLE_REDUCTION, Starts};
 use crate::progress::{Of, Progress, Unwatched, Watch};
 use crate::recording::Recording;
 use crate::uncertainty::{Estimate, Uncertainty, Undetermined};
@@ -55,6 +56,8 @@ pub enum Level {
     Known(f64),
     /// It is estimated.
     Estimated,
+    /// It is the parameter at this position.
+    Parameter(usize),
 }
 
 /// What to estimate from what.

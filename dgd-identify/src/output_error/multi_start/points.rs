@@ -17,6 +17,7 @@
 
 use dgd_runtime::Direction;
 use dgd_runtime::for_identify::parameter_size;
+use dgd_runtime::signature::PriorDensity;
 
 use crate::output_error::{OutputErrorProblem, Starts, evaluate};
 use crate::random::Uniform;
@@ -163,12 +164,13 @@ impl Range {
             by_factors,
         };
         if let Some(prior) = problem.priors.iter().find(|prior| prior.parameter == i) {
-            let half = OF_PRIOR * prior.std;
-            if parameter.log && prior.mean > 0.0 {
-                let factor = 1.0 + half / prior.mean;
-                return within(prior.mean / factor, prior.mean * factor, true);
+            let (mean, half) = (prior.density.mean(), OF_PRIOR * prior.density.std());
+            let of_logarithm = matches!(prior.density, PriorDensity::LogNormal { .. });
+            if (parameter.log || of_logarithm) && mean > 0.0 {
+                let factor = 1.0 + half / mean;
+                return within(mean / factor, mean * factor, true);
             }
-            return within(prior.mean - half, prior.mean + half, false);
+            return within(mean - half, mean + half, false);
         }
         if from == DrawnFrom::Bounds && (upper - lower).is_finite() {
             let by_factors = parameter.log && lower > 0.0;

@@ -12,18 +12,18 @@
 
 use dgd_signature::{Density, Distribution};
 
-use super::expression::{Arguments, Typed, unit_of};
-use super::resolve::{Reading, Resolver, not_finite};
-use super::{Declared, Model, Output};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Symbol};
+use crate::model::expression::{Arguments, Typed, unit_of};
+use crate::model::resolve::{Reading, Resolver, not_finite};
+use crate::model::{Declared, Model, Output};
 use crate::source::Span;
 use crate::syntax::ast::{Attribute, AttributeKind, Expr, ExprKind};
 use crate::syntax::visit::operands;
 use crate::units::{Datum, Unit};
 
 /// What the `noise` of an output says.
-pub(super) enum Noise {
+pub(in crate::model) enum Noise {
     /// Nothing.
     Silent,
     /// This standard deviation, SI.
@@ -33,22 +33,22 @@ pub(super) enum Noise {
 }
 
 /// A density whose σ is an expression.
-pub(super) struct Formula {
+pub(in crate::model) struct Formula {
     distribution: Distribution,
     deviation: ExprId,
     unit: Unit,
 }
 
 /// An output with its noise, as messages and formulas see it.
-pub(super) struct Noisy<'a> {
-    pub(super) name: &'a str,
-    pub(super) value: Typed,
-    pub(super) unit: Unit,
+pub(in crate::model) struct Noisy<'a> {
+    pub(in crate::model) name: &'a str,
+    pub(in crate::model) value: Typed,
+    pub(in crate::model) unit: Unit,
 }
 
 impl<'a> Resolver<'a> {
     /// The noise of an output.
-    pub(super) fn noise(
+    pub(in crate::model) fn noise(
         &mut self,
         output: &Noisy<'a>,
         attributes: &'a [Attribute],
@@ -184,7 +184,7 @@ impl<'a> Resolver<'a> {
 
 impl Model {
     /// Adds the outputs that compute what formulas say, behind all others.
-    pub(super) fn add_deviations(&mut self, formulas: Vec<(usize, Formula)>) {
+    pub(in crate::model) fn add_deviations(&mut self, formulas: Vec<(usize, Formula)>) {
         for (output, Formula { distribution, deviation, unit }) in formulas {
             let Declared { name, span, .. } = &self.outputs[output].declared;
             let declared = Declared {

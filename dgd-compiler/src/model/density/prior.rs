@@ -1,0 +1,118 @@
+//! `prior`: what is known of a parameter before a fit.
+
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::display::number;
+use crate::model::resolve::{Reading, Resolver};
+use crate::model::{Parameter, PriorDensity};
+use crate::source::Span;
+use crate::syntax::ast::{Expr, PriorLaw};
+use crate::units::Unit;
+
+impl<'a> Resolver<'a> {
+    /// Its density; locations and scales are in the unit of the parameter.
+    pub(in crate::model) fn prior(
+        &mut self,
+        law: PriorLaw,
+        [first, second]: [&'a Expr; 2],
+        unit: &Unit,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<PriorDensity, Reported> {
+        let what = |k: usize| format!("{} of a prior", law.numbers()[k]);
+        Ok(match law {
+            PriorLaw::Normal => {
+                let mean = self.known(first, unit, Reading::Value, diagnostics)?;
+                let std = self.positive(second, unit, &what(1), diagnostics)?;
+                PriorDensity::Normal { mean, std }
+            }
+            PriorLaw::LogNormal => {
+                verify_nothing_is_zero(law, unit, first.span, diagnostics)?;
+                let median = self.positive(first, unit, &what(0), diagnostics);
+                let sigma = self.positive(second, &Unit::one(), &what(1), diagnostics)?;
+                PriorDensity::LogNormal { median: median?, sigma }
+            }
+            PriorLaw::Uniform => {
+                let lower = self.known(first, unit, Reading::Value, diagnostics);
+                let upper = self.known(second, unit, Reading::Value, diagnostics)?;
+                let lower = lower?;
+                if lower >= upper {
+                    let message = "the ends of this prior leave nothing between them";
+                    let span = Span { end: second.span.end, ..first.span };
+                    return Err(diagnostics.error(
+                        Diagnostic::new(Code::E502, span, message)
+                            .help("write the smaller end first"),
+                    ));
+                }
+                PriorDensity::Uniform { lower, upper }
+            }
+            PriorLaw::Laplace => {
+                let median = self.known(first, unit, Reading::Value, diagnostics)?;
+                let scale = self.positive(second, unit, &what(1), diagnostics)?;
+                PriorDensity::Laplace { median, scale }
+            }
+            PriorLaw::Gamma => {
+                verify_nothing_is_zero(law, unit, second.span, diagnostics)?;
+                let shape = self.positive(first, &Unit::one(), &what(0), diagnostics);
+                let scale = self.positive(second, unit, &what(1), diagnostics)?;
+                let shape = shape?;
+                if shape < 1.0 {
+                    let message = "below a shape of 1 this density is largest at zero, without end";
+                    return Err(diagnostics.error(
+                        Diagnostic::new(Code::E502, first.span, message)
+                            .help("write a shape of 1 or more"),
+                    ));
+                }
+                PriorDensity::Gamma { shape, scale }
+            }
+        })
+    }
+}
+
+/// Refuses a density of what is above zero in a unit in which zero is not nothing.
+fn verify_nothing_is_zero(
+    law: PriorLaw,
+    unit: &Unit,
+    span: Span,
+    diagnostics: &mut Diagnostics,
+) -> Result<(), Reported> {
+    if unit.offset == 0.0 {
+        return Ok(());
+    }
+    let message = format!(
+        "a prior `{}` is of what begins at nothing, and `{}` has a zero of its own",
+        law.word(),
+        unit.symbol
+    );
+    let help = format!("declare the parameter in `{}`", unit.of_differences().symbol);
+    Err(diagnostics.error(Diagnostic::new(Code::E507, span, message).help(help)))
+}
+
+/// Narrows the bounds of a parameter to where its prior is not zero, and checks that its value lies there.
+pub(in crate::model) fn within_support(
+    parameter: &mut Parameter,
+    value: Span,
+    prior: Span,
+    diagnostics: &mut Diagnostics,
+) -> Result<(), Reported> {
+    let (lower, upper) = match parameter.prior {
+        Some(PriorDensity::Uniform { lower, upper }) => (lower, upper),
+        Some(PriorDensity::LogNormal { .. } | PriorDensity::Gamma { .. }) => (0.0, f64::INFINITY),
+        Some(PriorDensity::Normal { .. } | PriorDensity::Laplace { .. }) | None => return Ok(()),
+    };
+    let begins_at_zero = upper == f64::INFINITY;
+    parameter.lower = parameter.lower.max(lower);
+    parameter.upper = parameter.upper.min(upper);
+    let is_within = parameter.value >= lower && parameter.value <= upper;
+    if is_within && !(begins_at_zero && parameter.value == 0.0) {
+        return Ok(());
+    }
+    let unit = &parameter.declared.unit;
+    let message = format!(
+        "`{}` = {} {} is where its prior is zero",
+        parameter.declared.name,
+        number(unit.from_si(parameter.value)),
+        unit.symbol
+    );
+    Err(diagnostics.error(
+        Diagnostic::new(Code::E501, value, message).label(prior, "the prior is declared here"),
+    ))
+}
