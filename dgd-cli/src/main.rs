@@ -2,6 +2,12 @@
 
 use std::process::ExitCode;
 
+use dgd_scratch::Scratch;
+
+/// What `--memory` limits; a library cannot choose it for the programs that use it.
+#[global_allocator]
+static ALLOCATOR: Scratch = Scratch;
+
 fn main() -> ExitCode {
     dgd_cli::run()
 }

@@ -1,13 +1,10 @@
 //! `--memory`: data beyond it lie in a file, by the allocator of this program.
 
-use dgd_scratch::{Limits, Scratch, Trouble, begin, default_folder};
+use dgd_scratch::{Limits, Trouble, begin, default_folder};
 
 use crate::args::{Command, Global};
 use crate::console;
 use crate::failure::CommandError;
-
-#[global_allocator]
-static ALLOCATOR: Scratch = Scratch;
 
 /// Limits the memory of this process, where the command line says so. `job run` has others compute.
 pub(crate) fn limit(command: &Command, global: &Global) -> Result<(), CommandError> {

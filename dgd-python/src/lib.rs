@@ -20,7 +20,12 @@ mod workers;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+use dgd_scratch::Scratch;
 use pyo3::prelude::*;
+
+/// What `--memory` of the command limits.
+#[global_allocator]
+static ALLOCATOR: Scratch = Scratch;
 
 /// The version of dgd.
 const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -24,7 +24,7 @@ use crate::watch::Watch;
 const BLOCK: usize = 1 << 16;
 
 /// Bytes of the smallest vector that lies in the file.
-const LEAST: usize = BLOCK;
+pub(crate) const LEAST: usize = BLOCK;
 
 /// Bytes that are copied at a time.
 const COPIED: usize = 4 << 20;
@@ -122,7 +122,7 @@ impl Arena {
         self.blocks.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn has(&self, pointer: *mut u8) -> bool {
+    pub(crate) fn has(&self, pointer: *mut u8) -> bool {
         (self.base..self.base + self.bytes).contains(&(pointer as usize))
     }
 

@@ -42,6 +42,8 @@ pub enum Refusal {
     Twice,
     /// The system is not Linux.
     System,
+    /// The program has another allocator than [`Scratch`].
+    Allocator,
     /// Files of this folder are held in memory themselves.
     InMemory(PathBuf),
     /// The process holds so many bytes before it has begun, and may hold no more than so many.
@@ -60,6 +62,7 @@ impl fmt::Display for Refusal {
         match self {
             Refusal::Twice => f.write_str("memory is limited already"),
             Refusal::System => f.write_str("memory is limited on Linux only"),
+            Refusal::Allocator => f.write_str("this program's memory cannot be limited"),
             Refusal::InMemory(folder) => {
                 write!(
                     f,

@@ -4,13 +4,14 @@
 //! copies a large vector looks, too.
 
 use std::fs::{File, OpenOptions};
+use std::hint::black_box;
 use std::io;
 use std::os::unix::fs::{FileExt, OpenOptionsExt};
 use std::path::Path;
 use std::sync::Mutex;
 use std::time::Duration;
 
-use crate::arena::{Arena, ask_for_short_slices, is_in_memory, page};
+use crate::arena::{Arena, LEAST, ask_for_short_slices, is_in_memory, page};
 use crate::{Limits, Refusal, Trouble};
 
 /// How often the thread looks.
@@ -43,6 +44,9 @@ pub(crate) fn begin(limits: &Limits, ends: fn(Trouble) -> !) -> Result<(), Refus
         return Err(Refusal::InMemory(folder.clone()));
     }
     let arena = Arena::begin(file, watch, ends).map_err(refused)?;
+    if !arena.has(black_box(Vec::<u8>::with_capacity(LEAST)).as_mut_ptr()) {
+        return Err(Refusal::Allocator);
+    }
     let thread = std::thread::Builder::new().name("scratch".to_owned());
     thread.spawn(move || watch_over(arena)).map_err(refused)?;
     Ok(())
