@@ -39,8 +39,9 @@ const MOST_ROUNDS: usize = 3;
 /// Multiple of the best misfit up to which an unfinished fit may still become the best.
 const NEAR_THE_BEST: f64 = 3.0;
 
-/// A fit continues while a round reduces the error to less than this fraction.
-const GOES_ON: f64 = 0.99;
+/// A fit continues while a round reduces the error to less than this fraction; the second is for one that is hopelessly
+/// far from the noise, which has to approach it fast.
+const GOES_ON: [f64; 2] = [0.99, 0.5];
 
 /// When to simulate validation recordings with a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -237,15 +238,18 @@ impl Search<'_> {
             if open.is_empty() {
                 break;
             }
-            let before: Vec<Option<f64>> =
-                open.iter().map(|one| self.training_error(*one).map(|(sum, _)| sum)).collect();
+            let before: Vec<Option<(f64, usize)>> =
+                open.iter().map(|one| self.training_error(*one)).collect();
             let wanted = open.iter().map(|one| self.continued(*one)).collect();
             self.refit(wanted, EVALUATIONS, HeldOut::Later);
             // A fit that gains hardly anything in that many simulations will not improve much.
             let mut gains = before.into_iter();
             open.retain(|one| {
-                let now = self.training_error(*one).map(|(sum, _)| sum);
-                matches!((gains.next().flatten(), now), (Some(before), Some(now)) if now < GOES_ON * before)
+                let before = gains.next().flatten();
+                before.zip(self.training_error(*one)).is_some_and(|((before, _), (now, n))| {
+                    let is_hopeless = now > HOPELESS * n as f64;
+                    now < GOES_ON[usize::from(is_hopeless)] * before
+                })
             });
         }
         self.hold_out(structures);
