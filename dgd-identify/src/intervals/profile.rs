@@ -26,6 +26,7 @@ use crate::intervals::along::{HeldMinimum, Way};
 use crate::intervals::around::Around;
 use crate::journal::Kept;
 use crate::keep_by_fields;
+use crate::minimise::trust_region::Termination;
 use crate::output_error::OutputErrorProblem;
 use crate::output_error::fit::Fit;
 use crate::progress::{Of, Progress};
@@ -301,15 +302,23 @@ impl Along<'_> {
         });
         let mut stayed = from.z.clone();
         stayed[self.i] = held;
+        let mut best: Option<HeldMinimum> = None;
         for z in moved_on.into_iter().chain([stayed]) {
             evaluations.set(evaluations.get() + 1);
             let Ok(minimum) = self.around.minimum(self.problem, z, &bounds) else { continue };
             evaluations.set(evaluations.get() + minimum.evaluations);
-            if minimum.termination.is_converged() {
+            let is_converged = minimum.termination.is_converged();
+            // Where events pass readings, the sum has kinks, at which no step helps although slopes promise something.
+            if is_converged || minimum.termination == Termination::Stalled {
                 let deviance = (minimum.at.as_ref().cost - self.least) * self.worth;
-                return Some(HeldMinimum { z: minimum.x, deviance });
+                if best.as_ref().is_none_or(|best| deviance < best.deviance) {
+                    best = Some(HeldMinimum { z: minimum.x, deviance });
+                }
+            }
+            if is_converged {
+                break;
             }
         }
-        None
+        best
     }
 }
