@@ -129,3 +129,88 @@ fn missing_table(fleet: &Fleet) -> Markup {
 fn said(name: &str) -> String {
     if name.contains(' ') { name.to_owned() } else { format!("`{name}`") }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::super::reading::{By, Estimate, Found};
+    use super::super::{Counts, WellFound, changes, first, unlike};
+    use super::*;
+    use crate::identity::Identity;
+
+    /// Bytes of the largest page of so many wells that a browser opens at once.
+    const MOST_BYTES: usize = 4_000_000;
+
+    /// Wells at two occasions with two parameters, none like another and all of a kind, but for one.
+    fn fleet(n: usize, odd: usize) -> Fleet {
+        let parameters = [("tau", "s"), ("gain", "K/W")].map(|(a, b)| (a.to_owned(), b.to_owned()));
+        let estimate = |value: f64, std: f64, unit: &str| {
+            let band = Some((value - 2.0 * std, value + 2.0 * std));
+            Estimate { value, std: Some(std), band, by: By::Std, unit: unit.to_owned() }
+        };
+        let found = |w: usize, when: &str, later: f64| {
+            // Two sequences that fill the unit square evenly.
+            let [a, b] = [0.754_877_666, 0.569_840_291].map(|step| (step * w as f64).fract());
+            let gain = if w == odd { 9.0 } else { 0.5 + 0.1 * b };
+            let estimates = vec![
+                ("tau".to_owned(), estimate(100.0 + 10.0 * a + later, 0.5, "s")),
+                ("gain".to_owned(), estimate(gain, 0.001, "K/W")),
+            ];
+            let (fit, degrees_of_freedom) = (Some(Ok(())), Some(500.0));
+            Found { when: when.to_owned(), estimates, fit, degrees_of_freedom, ..Found::default() }
+        };
+        let well = |w: usize| WellFound {
+            name: format!("W-{w}"),
+            occasions: vec![found(w, "2024-03", 0.0), found(w, "2025-03", 0.1)],
+            lacks: Vec::new(),
+            changes: Vec::new(),
+        };
+        let mut wells: Vec<WellFound> = (0..n).map(well).collect();
+        changes::find(&mut wells);
+        let compared = unlike::compare(&wells, &parameters);
+        let first = first::order(&wells, &compared, &parameters);
+        let text = |text: &str| text.to_owned();
+        let identity = Identity {
+            version: text("1"),
+            build: text("b"),
+            platform: text("p"),
+            arithmetic: text("a"),
+        };
+        let counts = Counts { pieces: 2 * n, done: 2 * n, failed: 0 };
+        let models = vec![("m.dgd".to_owned(), n)];
+        let parameters = parameters.to_vec();
+        Fleet { counts, parameters, wells, compared, first, identity, seed: 0, models }
+    }
+
+    #[test]
+    fn ten_thousand_wells_are_a_hundred_pages_and_the_first_leads_to_the_odd_one() {
+        let (n, odd) = (10_000, 7_777);
+        let fleet = fleet(n, odd);
+        let files: Vec<(String, String)> = (fleet.files("dgd job report").into_iter())
+            .map(|(name, bytes)| (name, String::from_utf8(bytes).expect("text")))
+            .collect();
+        assert_eq!(files.len(), 1 + n / EACH + 2);
+        let text = |name: &str| &files.iter().find(|file| file.0 == name).expect("it is there").1;
+        let index = text("index.html");
+        let numbers = 1..=n / EACH;
+        assert!(numbers.clone().all(|k| index.contains(&format!("href=\"{}\"", name(k)))));
+        assert!(index.contains(&format!("href=\"wells_78.html\">W-{odd}</a>")), "the odd one");
+        let mut known = BTreeSet::new();
+        for k in numbers {
+            let page = text(&name(k));
+            let own = (k - 1) * EACH..k * EACH;
+            // A well stands in the figure, in the table and in the rows of its page, and on no other.
+            let is_there = |w: usize| page.contains(&format!(">W-{w}<"));
+            assert!(own.clone().all(is_there), "page {k}");
+            assert!(!is_there(own.start.wrapping_sub(1)) && !is_there(own.end), "page {k}");
+            known.extend(own);
+        }
+        assert_eq!(known.len(), n);
+        for (name, text) in files.iter().filter(|file| file.0.ends_with(".html")) {
+            assert!(text.len() < MOST_BYTES, "{name} has {} bytes", text.len());
+        }
+        assert_eq!(text("wells.csv").lines().count(), 1 + 2 * n);
+        assert_eq!(fleet.first.len(), 1, "one is odd, and none has moved");
+    }
+}
