@@ -4,6 +4,7 @@
 export const MODELS = {
   "bench_two_state.dgd": { data: "time [s],w [1]\n0,0.8\n60,0.9\n300,0.8\n" },
   "booster_line.dgd": { data: "time [s],q_ssp [lpm],q_boost [lpm],q_tf [lpm]\n0,1700,1500,200\n60,1700,1500,200\n120,1700,0,200\n600,1700,1500,200\n" },
+  "chemostat.dgd": { data: "time [s],D [1/h]\n0,0.1\n3600,0.3\n36000,0.3\n", every: 600 },
   "controlled_level.dgd": { data: "time [s],demand [cm]\n0,7\n10,9\n400,9\n" },
   "cstr.dgd": { data: "time [s],q_f [l/min],T_c [degC]\n0,100,26.85\n60,100,31.85\n600,100,31.85\n" },
   "delayed_sensor.dgd": { data: "time [s],q_pump [lpm],heat [kW]\n-100,300,0\n30,300,20\n60,360,20\n120,240,5\n300,240,5\n", until: 200 },

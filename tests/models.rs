@@ -674,6 +674,7 @@ agreement! {
     booster_line: "models/booster_line.dgd";
     booster_line_sealed: "models/booster_line.dgd", top = sealed;
     chemical_akzo_nobel: "models/test_set/chemical_akzo_nobel.dgd";
+    chemostat: "models/chemostat.dgd";
     controlled_level: "models/controlled_level.dgd";
     cstr: "models/cstr.dgd";
     delayed_sensor: "models/delayed_sensor.dgd";

@@ -3,9 +3,11 @@
 use dgd_compiler::program::{self, FunctionKind, Program, Taylor};
 use dgd_runtime::integrate::integrate;
 use dgd_runtime::linalg::Factorisation;
+use dgd_runtime::linearize::start_at_rest;
 use dgd_runtime::taylor::{KeptSeries, NoTaylor, Terms};
 use dgd_runtime::{
-    Failure, Options, Point, Problem, Signature, Solution, Solved, Storage, System, Wanted,
+    Failure, InitialError, Options, Point, Problem, Signature, Solution, Solved, Storage, System,
+    Wanted,
 };
 
 use crate::interpret::Interpreter;
@@ -78,6 +80,16 @@ impl<P: Perform> Solved for Executed<P> {
         wanted: Wanted<'_>,
     ) -> Result<Solution, Failure> {
         P::integrate(problem, times, options, wanted)
+    }
+
+    fn start_at_rest(
+        problem: &Problem<'_, Self>,
+        t: f64,
+        options: &Options,
+        y: &mut [f64],
+        s: Option<&mut [f64]>,
+    ) -> Result<(), InitialError> {
+        start_at_rest(problem, t, options, y, s)
     }
 }
 

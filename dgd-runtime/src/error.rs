@@ -265,6 +265,13 @@ pub enum InitialError {
         /// The time, s.
         t: f64,
     },
+    /// The model starts at rest, and no rest is found.
+    NoRest {
+        /// The time, s.
+        t: f64,
+        /// Why.
+        reason: String,
+    },
     /// An equation or its derivative is not finite at the start values.
     NotFinite {
         /// The equation.
@@ -468,6 +475,12 @@ impl fmt::Display for BadRequest {
 impl fmt::Display for InitialError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::NoRest { t, reason } => {
+                write!(
+                    f,
+                    "the model starts at rest, and is not found at rest at t = {t} s: {reason}"
+                )
+            }
             Self::StartNotFinite { unknown, t } => {
                 write!(f, "the start value of `{unknown}` at t = {t} s is not finite")
             }

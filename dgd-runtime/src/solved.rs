@@ -1,7 +1,7 @@
 //! The trait of models that can be solved: their matrices, runs, and functions for ensembles.
 
 use crate::ensemble::lanes::{self, LanePoint, Lanes};
-use crate::error::Failure;
+use crate::error::{Failure, InitialError};
 use crate::linalg::Factorisation;
 use crate::problem::{Options, Problem, Wanted};
 use crate::solution::Solution;
@@ -28,6 +28,26 @@ pub trait Solved: System {
     ) -> Result<Solution, Failure>
     where
         Self: Sized;
+
+    /// Replaces start values, and their sensitivities, by those at rest where the model begins there
+    /// ([`start_at_rest`](crate::linearize::start_at_rest)); a model that does not need not say so.
+    ///
+    /// # Errors
+    ///
+    /// [`InitialError`]: there is no rest.
+    #[inline]
+    fn start_at_rest(
+        _problem: &Problem<'_, Self>,
+        _t: f64,
+        _options: &Options,
+        _y: &mut [f64],
+        _s: Option<&mut [f64]>,
+    ) -> Result<(), InitialError>
+    where
+        Self: Sized,
+    {
+        Ok(())
+    }
 
     /// [`System::rhs`] for several members of an ensemble, equal to it bit for bit. Called only for models that have no
     /// discrete numbers and are small enough for lanes.

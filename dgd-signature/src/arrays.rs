@@ -137,6 +137,7 @@ mod tests {
             input_jacobian: none(),
             output_jacobians: [none(), none(), none()],
             discrete: Discrete::NONE,
+            starts_at_rest: false,
         };
         let family = |count, differential, lower| Family {
             count,

@@ -48,6 +48,8 @@ pub struct Signature {
     pub output_jacobians: [Pattern; 3],
     /// Modes, transitions and conditions on time.
     pub discrete: Discrete,
+    /// Whether a run begins at rest, and start values are where that is looked for.
+    pub starts_at_rest: bool,
 }
 
 /// A direction of sensitivities.

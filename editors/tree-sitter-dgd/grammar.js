@@ -33,6 +33,7 @@ module.exports = grammar({
         $.when,
         $.every,
         $.saturate,
+        $.start_steady,
         $.clause,
       ),
 
@@ -164,6 +165,8 @@ module.exports = grammar({
       ),
     setting: ($) => seq($.dotted, "=", $._expression),
     binding: ($) => seq($.dotted, "=", $._expression),
+    start_steady: (_) => seq("start", "steady"),
+
     saturate: ($) => seq("saturate", $.dotted, choice(">=", "<="), $._expression),
 
     clause: ($) =>

@@ -8,6 +8,8 @@ mod linearised;
 mod priors;
 #[path = "robust.rs"]
 mod robust;
+#[path = "steady.rs"]
+mod steady;
 
 use std::num::NonZeroU32;
 use std::sync::Mutex;

@@ -83,6 +83,19 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
         .map(|function| function::method(program, function, sources));
     let taylor = taylor::methods(program);
     let lanes = on_stack.then(|| lanes::methods(program));
+    let rest = program.signature.starts_at_rest.then(|| {
+        quote! {
+            fn start_at_rest(
+                problem: &::dgd::__runtime::Problem<'_, Self>,
+                t: f64,
+                options: &::dgd::__runtime::Options,
+                y: &mut [f64],
+                s: ::core::option::Option<&mut [f64]>,
+            ) -> ::core::result::Result<(), ::dgd::__runtime::InitialError> {
+                ::dgd::__runtime::linearize::start_at_rest(problem, t, options, y, s)
+            }
+        }
+    });
     quote! {
         #[automatically_derived]
         impl ::dgd::__runtime::System for Model {
@@ -115,6 +128,8 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
             ) -> ::core::result::Result<::dgd::__runtime::Solution, ::dgd::__runtime::Failure> {
                 ::dgd::__runtime::integrate::integrate(problem, times, options, wanted)
             }
+
+            #rest
 
             #lanes
         }

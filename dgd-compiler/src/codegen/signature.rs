@@ -36,6 +36,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
         input_jacobian,
         output_jacobians,
         discrete: modes,
+        starts_at_rest,
     } = &program.signature;
     let equations = &equations.single;
     let unknowns = unknowns.single.iter().map(unknown);
@@ -72,6 +73,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             input_jacobian: #input_jacobian,
             output_jacobians: [#(#output_jacobians),*],
             discrete: #discrete,
+            starts_at_rest: #starts_at_rest,
         }
     };
     let (of, value) = if program.signature.unknowns.arrays.is_empty() {

@@ -10,6 +10,7 @@ use super::modes::Combinations;
 use super::rates::{Varying, take_slopes};
 use super::readers::DerivativeReader;
 use super::renumber::renumber;
+use super::rest;
 use super::transfer::transfer;
 use super::{Dae, delays};
 use crate::diagnostics::{Diagnostics, Reported};
@@ -90,7 +91,9 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     // After this: no slopes of inputs; they are inputs of their own.
     take_slopes(&mut dae);
     // After this: no elements of arrays; they are unknowns.
-    families::place(dae, model, &origins, diagnostics)
+    let dae = families::place(dae, model, &origins, diagnostics)?;
+    // After this: a model that starts at rest can be at rest, and nobody estimates its start values.
+    rest::verify(dae, model, diagnostics)
 }
 
 /// A system with what a model declares and no equations yet.
@@ -111,6 +114,7 @@ fn declared(model: &Model) -> Dae {
         differentiated_inputs: Vec::new(),
         outputs: Vec::new(),
         densities: model.densities.clone(),
+        starts_at_rest: model.starts_at_rest.is_some(),
         output_arrays: Vec::new(),
         names: BTreeMap::new(),
         variants: model.variants.clone(),

@@ -13,6 +13,7 @@ mod modes;
 mod rates;
 mod readers;
 mod renumber;
+mod rest;
 pub mod text;
 mod transfer;
 
@@ -72,6 +73,8 @@ pub struct Dae {
     pub delayed_unknowns: Vec<DelayedUnknown>,
     /// Inputs that equations are differentiated through: they must not jump.
     pub differentiated_inputs: Vec<DifferentiatedInput>,
+    /// Whether a run begins at rest.
+    pub starts_at_rest: bool,
     /// Outputs; their values are expressions of `graph`.
     pub outputs: Vec<Output>,
     /// How readings scatter where `noise` is more than a number.

@@ -1118,6 +1118,25 @@ Right:
     equation cooling: der(T) = -T/100 [s]
     output T [K]  noise 0.1 [K] + 2 [%]*abs(T)
 "
+E508 "start that cannot be steady" "
+`start steady` begins a run where nothing moves with the inputs of its first row. What depends on the time itself
+never rests, a `modes` block does not say in which mode that is, and a `history` says that something was elsewhere.
+
+Wrong:
+
+    start steady
+
+    state T [K] = 300
+    equation heating: der(T) = 1 [K/s]*sin(time/1 [s]) - T/100 [s]
+
+Right:
+
+    start steady
+
+    input T_room [K]
+    state T [K] = 300
+    equation heating: der(T) = (T_room - T)/100 [s]
+"
 E510 "bound that follows an unknown" "
 `saturate` keeps an unknown within a bound that is made of parameters, constants, inputs and time.
 

@@ -39,6 +39,7 @@ impl Declarations {
                     | ItemKind::When(_)
                     | ItemKind::Every { .. }
                     | ItemKind::Unit { .. }
+                    | ItemKind::StartSteady
                     | ItemKind::Saturate { .. } => return,
                     ItemKind::Constant { name, unit, .. }
                     | ItemKind::Let { name, unit, .. }

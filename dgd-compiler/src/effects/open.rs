@@ -67,6 +67,7 @@ impl Definitions {
                 | ItemKind::When(_)
                 | ItemKind::Every { .. }
                 | ItemKind::Unit { .. }
+                | ItemKind::StartSteady
                 | ItemKind::Saturate { .. }
                 | ItemKind::Size { .. }
                 | ItemKind::Array { .. }

@@ -103,6 +103,7 @@ fn verify_changes(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostic
                 | ItemKind::When(_)
                 | ItemKind::Every { .. }
                 | ItemKind::Saturate { .. }
+                | ItemKind::StartSteady
         );
     });
     if !acts {

@@ -283,6 +283,7 @@ impl<'a> Scope<'a> {
                 | ItemKind::When(_)
                 | ItemKind::Every { .. }
                 | ItemKind::Unit { .. }
+                | ItemKind::StartSteady
                 | ItemKind::Saturate { .. } => continue,
             };
             let unit = unit

@@ -72,6 +72,8 @@ pub struct Model {
     pub automata: Vec<Automaton>,
     /// `saturate`.
     pub saturations: Vec<Saturation>,
+    /// Where it says that runs begin at rest, if it does.
+    pub starts_at_rest: Option<Span>,
     /// `variant`s and what was chosen.
     pub variants: Vec<Variant>,
     /// `part`s and parts of those; what they hold is in the lists above.

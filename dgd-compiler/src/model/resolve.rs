@@ -143,6 +143,7 @@ pub fn resolve_noting(
     resolver.open_starts(diagnostics)?;
 
     let mut model = resolver.model;
+    verify_start(&model, header.name.span, diagnostics)?;
     model.add_deviations(resolver.formulas);
     for (name, size) in &resolver.lowering.scope.sizes {
         let span = resolver.lowering.scope.names.get(name).map(|entry| entry.span);
@@ -152,6 +153,19 @@ pub fn resolve_noting(
     model.graph = resolver.lowering.graph;
     model.variants = variants;
     Ok(model)
+}
+
+/// Only the whole model can start at rest: a part of it rests where the others do.
+fn verify_start(model: &Model, main: Span, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
+    let Some(span) = model.starts_at_rest.filter(|span| span.source != main.source) else {
+        return Ok(());
+    };
+    let message =
+        format!("only the whole model can start at rest, and this is not `{}`", model.name);
+    Err(diagnostics.error(
+        Diagnostic::new(Code::E508, span, message)
+            .help("move `start steady` to the model that is simulated"),
+    ))
 }
 
 /// Parts, of which one may stand in several choices of a variant.
@@ -307,6 +321,9 @@ impl<'a> Resolver<'a> {
             ItemKind::Every { period, resets } => {
                 let automaton = self.every(item, period, resets, diagnostics)?;
                 self.model.automata.push(automaton);
+            }
+            ItemKind::StartSteady => {
+                self.model.starts_at_rest = Some(item.span);
             }
             ItemKind::Saturate { name, side, bound } => {
                 let saturation = self.saturation(item, name, *side, bound, diagnostics)?;

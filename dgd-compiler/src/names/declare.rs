@@ -75,6 +75,7 @@ impl Names {
                 | ItemKind::When(_)
                 | ItemKind::Every { .. }
                 | ItemKind::Unit { .. }
+                | ItemKind::StartSteady
                 | ItemKind::Saturate { .. } => continue,
             };
             self.declare_in(scope, |s| &mut s.values, name, kind);

@@ -279,6 +279,7 @@ impl Reader<'_> {
                 self.expr(period);
                 self.resets(resets);
             }
+            ItemKind::StartSteady => {}
             ItemKind::Saturate { name, bound, .. } => {
                 self.name(name);
                 self.expr(bound);

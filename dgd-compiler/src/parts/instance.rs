@@ -182,6 +182,7 @@ fn give(
         | ItemKind::When(_)
         | ItemKind::Every { .. }
         | ItemKind::Unit { .. }
+        | ItemKind::StartSteady
         | ItemKind::Saturate { .. }
         | ItemKind::Part { .. }
         | ItemKind::Binding { .. } => {}

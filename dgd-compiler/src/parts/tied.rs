@@ -65,6 +65,7 @@ pub(super) fn tie(whole: &mut ExpandedModel) {
             | ItemKind::When(_)
             | ItemKind::Every { .. }
             | ItemKind::Unit { .. }
+            | ItemKind::StartSteady
             | ItemKind::Saturate { .. }
             | ItemKind::Part { .. }
             | ItemKind::Binding { .. } => return,

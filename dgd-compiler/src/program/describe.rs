@@ -161,6 +161,7 @@ fn of_single(
             event_jacobian: pattern(ResultKind::EventJacobian),
             reset_jacobian: pattern(ResultKind::ResetJacobian),
         },
+        starts_at_rest: dae.starts_at_rest,
     }
 }
 

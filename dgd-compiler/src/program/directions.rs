@@ -48,9 +48,12 @@ pub fn choose(
         Directions::All => (0..dae.parameters.len()).map(Direction::Parameter).collect(),
         Directions::Named(names) => named(dae, names, diagnostics),
         Directions::Estimated { free, fixed } => {
-            let free = named(dae, free, diagnostics);
+            let found = named(dae, free, diagnostics);
             let fixed = named(dae, fixed, diagnostics);
-            estimated(dae, &free, &fixed)
+            if dae.starts_at_rest {
+                refuse_starts(dae, free, diagnostics);
+            }
+            estimated(dae, &found, &fixed)
         }
         Directions::Tracked { free, fixed } => {
             let free = named(dae, free, diagnostics);
@@ -60,6 +63,22 @@ pub fn choose(
     };
     diagnostics.check()?;
     Ok(chosen)
+}
+
+/// Where a model starts at rest follows from its parameters, and is nothing to estimate.
+fn refuse_starts(dae: &Dae, free: &[Name], diagnostics: &mut Diagnostics) {
+    for name in free {
+        if dae.unknowns.iter().any(|unknown| unknown.name == name.text) {
+            let message = format!(
+                "the model starts at rest, so the start value of `{}` is not free",
+                name.text
+            );
+            diagnostics.error(
+                Diagnostic::new(Code::E508, name.span, message)
+                    .help("leave out `start steady` to estimate start values"),
+            );
+        }
+    }
 }
 
 /// What a fit estimates: parameters and start values, but none of `fixed`.

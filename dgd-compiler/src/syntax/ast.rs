@@ -396,6 +396,8 @@ pub enum ItemKind {
         /// Unknowns that it resets, with their new values.
         resets: Vec<Reset>,
     },
+    /// `start steady`: a run begins where the whole model is at rest.
+    StartSteady,
     /// `saturate q >= 0`
     Saturate {
         /// What stays within the bound.

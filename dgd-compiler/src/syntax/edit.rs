@@ -101,6 +101,7 @@ fn collect(
             | ItemKind::When(_)
             | ItemKind::Every { .. }
             | ItemKind::Unit { .. }
+            | ItemKind::StartSteady
             | ItemKind::Saturate { .. } => {}
         }
     }

@@ -215,6 +215,7 @@ fn placeless_item(item: &Item) -> Item {
             period: placeless(period),
             resets: resets.iter().map(placeless_reset).collect(),
         },
+        ItemKind::StartSteady => ItemKind::StartSteady,
         ItemKind::Saturate { name, side, bound } => {
             ItemKind::Saturate { name: placeless_name(name), side: *side, bound: placeless(bound) }
         }

@@ -463,6 +463,7 @@ impl Printer {
             ItemKind::Every { period, resets } => {
                 self.reaction(&format!("every {}", print_expression(period)), resets);
             }
+            ItemKind::StartSteady => self.line("start steady"),
             ItemKind::Saturate { name, side, bound } => {
                 let sign = match side {
                     Bound::Lower => ">=",

@@ -177,6 +177,7 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             visit(Part::Expr(Role::Transition, period));
             reaction(&mut [], resets, visit);
         }
+        ItemKind::StartSteady => {}
         ItemKind::Saturate { name, bound, .. } => {
             visit(Part::Resets(name));
             visit(Part::Expr(Role::Transition, bound));

@@ -14,7 +14,7 @@ use lsp_types::{CompletionItem, CompletionItemKind, CompletionParams};
 use super::Context;
 
 /// Words that begin an item, and attributes that end one.
-const KEYWORDS: [&str; 23] = [
+const KEYWORDS: [&str; 24] = [
     "model",
     "effect",
     "import",
@@ -38,6 +38,7 @@ const KEYWORDS: [&str; 23] = [
     "when",
     "every",
     "saturate",
+    "start steady",
 ];
 /// Words that begin a clause of an effect.
 const CLAUSES: [&str; 5] = ["kind", "form", "null", "replace", "add"];

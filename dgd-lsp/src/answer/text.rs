@@ -66,6 +66,7 @@ fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<Docu
             | ItemKind::Binding { .. }
             | ItemKind::When(_)
             | ItemKind::Every { .. }
+            | ItemKind::StartSteady
             | ItemKind::Saturate { .. } => continue,
         };
         let range = places::range_of(item.span, sources, context.columns);

@@ -244,6 +244,9 @@ impl<'a, S: Solved> Pack<'a, S> {
         let mut u = S::Inputs::zeros(problem.inputs.len());
         segment.value(from, u.as_mut());
         let at = Point { t: from, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
+        if self.system.signature().starts_at_rest {
+            return None;
+        }
         start_values(&problem, at, self.row.as_mut()).ok()?;
         unknown_sizes(self.system, self.row.as_ref(), self.slope.as_mut());
         set_lane(&mut self.sizes, l, self.slope.as_ref());

@@ -38,6 +38,7 @@ mod parametric;
 mod point;
 mod poles;
 mod singular;
+mod start;
 mod steady;
 
 pub use nalgebra::DMatrix;
@@ -52,6 +53,7 @@ pub use error::{LinearizeError, NotLinearised, SteadyStateError};
 pub use parametric::LinearAt;
 pub use point::OperatingPoint;
 pub use poles::{Pole, Poles, Stability};
+pub use start::start_at_rest;
 pub use steady::{Rest, rest, steady_state};
 
 pub use exponential::Responses;

@@ -14,7 +14,7 @@ pub mod for_identify;
 use std::fmt;
 
 use crate::codegen::taylor::{KeptSeries, NoTaylor, Terms};
-use crate::error::{Failure, IntegrateError};
+use crate::error::{Failure, InitialError, IntegrateError};
 use crate::integrate::fixed_step::{self, Measured, PerSampleChoice};
 use crate::linalg::AutoLu;
 use crate::observe::{self, Observations};
@@ -136,6 +136,20 @@ macro_rules! declare {
                 wanted: Wanted<'_>,
             ) -> Result<Solution, Failure>;
 
+            /// Start values at rest, as [`Solved::start_at_rest`].
+            ///
+            /// # Errors
+            ///
+            /// [`InitialError`]: there is no rest.
+            fn start_at_rest(
+                &self,
+                given: Given<'_>,
+                t: f64,
+                options: &Options,
+                y: &mut [f64],
+                s: Option<&mut [f64]>,
+            ) -> Result<(), InitialError>;
+
             #[doc(hidden)]
             fn observe(&self, given: Given<'_>, solution: &Solution) -> Observations;
 
@@ -205,6 +219,17 @@ macro_rules! implement {
                 wanted: Wanted<'_>,
             ) -> Result<Solution, Failure> {
                 <S as Solved>::integrate(&given.to(self), times, options, wanted)
+            }
+
+            fn start_at_rest(
+                &self,
+                given: Given<'_>,
+                t: f64,
+                options: &Options,
+                y: &mut [f64],
+                s: Option<&mut [f64]>,
+            ) -> Result<(), InitialError> {
+                <S as Solved>::start_at_rest(&given.to(self), t, options, y, s)
             }
 
             fn observe(&self, given: Given<'_>, solution: &Solution) -> Observations {
@@ -281,6 +306,16 @@ macro_rules! implement {
                 wanted: Wanted<'_>,
             ) -> Result<Solution, Failure> {
                 Model::integrate(*problem.system, Given::of(problem), times, options, wanted)
+            }
+
+            fn start_at_rest(
+                problem: &Problem<'_, Self>,
+                t: f64,
+                options: &Options,
+                y: &mut [f64],
+                s: Option<&mut [f64]>,
+            ) -> Result<(), InitialError> {
+                Model::start_at_rest(*problem.system, Given::of(problem), t, options, y, s)
             }
         }
     };

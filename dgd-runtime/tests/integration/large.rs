@@ -67,6 +67,7 @@ impl Diffusion {
                 differentiated_inputs: Vec::new().into(),
                 outputs: Vec::new().into(),
                 densities: Vec::new().into(),
+                starts_at_rest: false,
                 directions: vec![Direction::Parameter(0)].into(),
                 sensitivity_jacobian: pattern(&jacobian),
                 jacobian: pattern(&jacobian),

@@ -85,6 +85,7 @@ fn signature<E: Equations>() -> Signature {
             .map(|&(name, ..)| Output { name: name.into(), unit: unit(), noise: None, delay: None })
             .collect(),
         densities: Vec::new().into(),
+        starts_at_rest: false,
         directions: (0..n_s).map(Direction::Parameter).collect(),
         jacobian: full(n, n),
         sensitivity_jacobian: full(n * n_s, n),

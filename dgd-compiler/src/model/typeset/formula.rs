@@ -260,6 +260,7 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
             occasion: Occasion::Every(expression(period)),
             resets: resets_of(resets),
         })),
+        ItemKind::StartSteady => {}
         ItemKind::Saturate { name, side, bound } => {
             let left = Formula::Symbol(Symbol::of(&name.text));
             push(Line::Bound { left, side: *side, right: expression(bound) });

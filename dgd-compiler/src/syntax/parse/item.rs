@@ -39,6 +39,7 @@ const SIMPLE: &[(&str, Rule)] = &[
     ("output", output),
     ("part", part::part),
     ("saturate", saturate),
+    ("start", start),
     ("size", size),
 ];
 
@@ -301,6 +302,12 @@ fn equation(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 /// `saturate x >= e`
+/// `start steady`
+fn start(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let rest = word("steady", "`steady`: the model starts where it is at rest")(input)?.0;
+    Ok((rest, ItemKind::StartSteady))
+}
+
 fn saturate(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let (rest, name) = dotted(input)?;
     let side = match rest.first() {

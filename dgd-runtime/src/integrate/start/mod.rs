@@ -11,7 +11,7 @@ use crate::integrate::methods::stepper::Base;
 use crate::integrate::simulation::Simulation;
 use crate::integrate::start::consistent::start_values;
 use crate::linalg::Singular;
-use crate::problem::{Problem, parameter_size, unknown_sizes};
+use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::solution::Solution;
 use crate::solved::Solved;
 use crate::system::{Direction, Point};
@@ -29,6 +29,17 @@ impl<S: Solved> Simulation<'_, S> {
         let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
         start_values(self.problem, at, self.y.as_mut()).map_err(IntegrateError::Initial)?;
+        let begins_at_rest = self.resumed.is_none() && system.signature().starts_at_rest;
+        if begins_at_rest {
+            let options = Options {
+                rtol: self.tolerances.rtol,
+                atol: self.tolerances.atol,
+                watched: self.watched,
+                ..Options::default()
+            };
+            S::start_at_rest(self.problem, self.t, &options, self.y.as_mut(), None)
+                .map_err(IntegrateError::Initial)?;
+        }
         unknown_sizes(system, self.y.as_ref(), self.sizes.as_mut());
         if let Some(d) = &mut self.directions {
             system.start_sensitivities(at, d.s.as_mut());
@@ -39,6 +50,17 @@ impl<S: Solved> Simulation<'_, S> {
                 for (column, direction) in columns.zip(directions.iter()) {
                     column[i] = f64::from(u8::from(*direction == Direction::Start(i)));
                 }
+            }
+            if begins_at_rest {
+                let mut y = self.y.as_ref().to_vec();
+                let options = Options {
+                    rtol: self.tolerances.rtol,
+                    atol: self.tolerances.atol,
+                    watched: self.watched,
+                    ..Options::default()
+                };
+                S::start_at_rest(self.problem, self.t, &options, &mut y, Some(d.s.as_mut()))
+                    .map_err(IntegrateError::Initial)?;
             }
             let columns = d.sizes.as_mut().chunks_exact_mut(n.max(1));
             for (column, direction) in columns.zip(directions.iter()) {

@@ -304,6 +304,7 @@ pub mod tank {
                 event_jacobian: Pattern::single(&[0, 1], &[0, 1]),
                 reset_jacobian: Pattern::single(&[0], &[0]),
             },
+            starts_at_rest: false,
         }
     };
     #[automatically_derived]

@@ -263,6 +263,7 @@ pub mod spring {
                 Pattern::single(&[1], &[0]),
             ],
             discrete: Discrete::NONE,
+            starts_at_rest: false,
         }
     };
     #[automatically_derived]

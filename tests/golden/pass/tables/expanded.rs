@@ -280,6 +280,7 @@ pub mod tables {
                 ),
                 reset_jacobian: Pattern::single(&[], &[]),
             },
+            starts_at_rest: false,
         }
     };
     /// `smooth''`

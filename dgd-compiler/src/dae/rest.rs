@@ -1,0 +1,51 @@
+//! Whether a model that starts at rest can be at rest.
+
+use super::{AutomatonKind, Dae};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::Symbol;
+use crate::model::Model;
+
+/// Refuses what depends on time, by name, and modes; no start value is estimated then.
+pub(super) fn verify(
+    mut dae: Dae,
+    model: &Model,
+    diagnostics: &mut Diagnostics,
+) -> Result<Dae, Reported> {
+    let Some(span) = model.starts_at_rest else { return Ok(dae) };
+    let reads_time = |id| dae.graph.symbols(id).contains(&Symbol::Time);
+    let single = dae.unknowns.iter().map(|x| (x.rhs, x.mass, &x.equation, x.span));
+    let families = dae.families.iter().map(|f| (f.rhs, f.mass, &f.equation, f.span));
+    let moving =
+        single.chain(families).find(|(rhs, mass, ..)| reads_time(*rhs) || reads_time(*mass));
+    let modes = dae.automata.iter().find(|automaton| automaton.kind == AutomatonKind::Modes);
+    let with_history = dae.unknowns.iter().find(|unknown| unknown.history.is_some());
+    let (message, place) = if let Some((.., equation, place)) = moving {
+        (
+            format!("equation `{equation}` reads the time, so there is no rest to start from"),
+            Some(place),
+        )
+    } else if !dae.time_conditions.is_empty() {
+        (
+            "a condition or a clock on time is in the model, so there is no rest to start from"
+                .to_owned(),
+            None,
+        )
+    } else if let Some(automaton) = modes {
+        let name = &automaton.name;
+        (format!("`start steady` does not know in which mode of `{name}` the model rests"), None)
+    } else if let Some(unknown) = with_history {
+        let name = &unknown.name;
+        (format!("`{name}` has a `history`, and what is at rest was always where it is"), None)
+    } else {
+        for unknown in &mut dae.unknowns {
+            unknown.fixed = true;
+        }
+        return Ok(dae);
+    };
+    let mut diagnostic = Diagnostic::new(Code::E508, span, message)
+        .help("leave out `start steady`, or let an input say what changes with time");
+    if let Some(place) = place {
+        diagnostic = diagnostic.label(place, "this equation");
+    }
+    Err(diagnostics.error(diagnostic))
+}

@@ -1,0 +1,183 @@
+//! The start of a run at rest, and how it moves with θ.
+//!
+//! ```text
+//!   0 = f(y₀, u₀, θ)  for all equations but those of states that name what is conserved,
+//!   cₖᵀ y₀ = cₖᵀ x₀                                    x₀: the declared start values
+//!
+//!   ∂f/∂y S = −∂f/∂θ,      cₖᵀ S = cₖᵀ dx₀/dθ − dcₖᵀ/dθ (y₀ − x₀)
+//! ```
+//!
+//! dcₖ/dθ is a difference, as coefficients are those of a null space.
+
+use nalgebra::DMatrix;
+
+use super::conserved::Conserved;
+use super::held::Held;
+use super::steady::{Rest, rest};
+use crate::error::InitialError;
+use crate::integrate::start::consistent::start_values;
+use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
+use crate::signal::{Inputs, Side};
+use crate::solved::Solved;
+use crate::system::{Direction, Point, Storage};
+
+/// Steps of differences of coefficients, in sizes of parameters.
+const STEP: f64 = 1e-4;
+
+/// Writes the unknowns at rest with the inputs as they are at `t` into `y`, found from the declared start values, and
+/// what they change by with θ into `s`.
+///
+/// Where start values of all unknowns are given, nothing is written: these are where a run begins.
+///
+/// # Errors
+///
+/// [`InitialError::NoRest`], and that of a start value which is not finite.
+pub fn start_at_rest<S: Solved>(
+    problem: &Problem<'_, S>,
+    t: f64,
+    options: &Options,
+    y: &mut [f64],
+    s: Option<&mut [f64]>,
+) -> Result<(), InitialError> {
+    let n = y.len();
+    if !problem.system.signature().starts_at_rest || problem.start.len() >= n {
+        return Ok(());
+    }
+    let no_rest = |reason: String| InitialError::NoRest { t, reason };
+    let inputs = problem.inputs_read().map_err(|error| no_rest(error.to_string()))?;
+    let mut u = S::Inputs::zeros(inputs.len());
+    inputs.value(t, Side::Right, u.as_mut());
+    let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
+    let mut declared = vec![0.0; n];
+    start_values(problem, at, &mut declared)?;
+    let full: Vec<(usize, f64)> = declared.iter().copied().enumerate().collect();
+    let held = Inputs::constant(&u.as_ref()[..problem.inputs.len()]);
+    let search = Problem { inputs: &held, start: &full, ..*problem };
+    let found = rest(&search, t, options).map_err(|error| no_rest(error.to_string()))?;
+    y.copy_from_slice(&found.at.y);
+    if let Some(s) = s {
+        let slopes = Slopes { problem, rest: &found, declared: &declared };
+        let solved = slopes.of_start(at, s);
+        solved.ok_or_else(|| {
+            no_rest("derivatives to what is estimated are not defined there".to_owned())
+        })?;
+    }
+    Ok(())
+}
+
+struct Slopes<'a, S: Solved> {
+    problem: &'a Problem<'a, S>,
+    rest: &'a Rest,
+    declared: &'a [f64],
+}
+
+impl<S: Solved> Slopes<'_, S> {
+    /// S, n × n_s by columns; `None` where it is not determined.
+    fn of_start(&self, at: Point<'_>, s: &mut [f64]) -> Option<()> {
+        let system = self.problem.system;
+        let signature = system.signature();
+        let (n, n_s) = (self.declared.len(), signature.directions.len());
+        let mut of_declared = vec![0.0; n * n_s];
+        system.start_sensitivities(at, &mut of_declared);
+        for &(i, _) in self.problem.start {
+            for (column, direction) in
+                of_declared.chunks_exact_mut(n).zip(signature.directions.iter())
+            {
+                column[i] = f64::from(u8::from(*direction == Direction::Start(i)));
+            }
+        }
+        let place = self.rest.at.point(self.problem.p);
+        let none = vec![0.0; n * n_s];
+        let (mut f, mut g) = (vec![0.0; n], vec![0.0; n * n_s]);
+        system.sensitivity_rhs(place, &none, &mut f, &mut g);
+        let still = S::Inputs::zeros(signature.n_u());
+        let mut dfdt = vec![0.0; n];
+        let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
+        system.linearize(place, still.as_ref(), &mut f, jacobian.as_mut(), &mut dfdt);
+        let mut matrix = DMatrix::zeros(n, n);
+        for ((row, column), value) in signature.jacobian.positions().zip(jacobian.as_ref()) {
+            matrix[(row, column)] += *value;
+        }
+        let mut right = -DMatrix::from_column_slice(n, n_s, &g);
+        let moved = self.coefficients_moved()?;
+        for (k, own) in self.rest.conserved.iter().enumerate() {
+            let row = own.named_by;
+            matrix.row_mut(row).fill(0.0);
+            for (state, c) in &own.terms {
+                matrix[(row, *state)] = *c;
+            }
+            for j in 0..n_s {
+                let kept: f64 = own.terms.iter().map(|(i, c)| c * of_declared[j * n + i]).sum();
+                let away = |i: usize| self.rest.at.y[i] - self.declared[i];
+                let turned: f64 = (0..n).map(|i| moved[j][k][i] * away(i)).sum();
+                right[(row, j)] = kept - turned;
+            }
+        }
+        let mut sizes = vec![0.0; n];
+        unknown_sizes(system, &self.rest.at.y, &mut sizes);
+        // Unknowns in units of their sizes, rows in units of their largest entries.
+        for (mut column, size) in matrix.column_iter_mut().zip(&sizes) {
+            column *= *size;
+        }
+        for i in 0..n {
+            let largest = matrix.row(i).amax();
+            if largest > 0.0 {
+                matrix.row_mut(i).unscale_mut(largest);
+                right.row_mut(i).unscale_mut(largest);
+            }
+        }
+        if !matrix.lu().solve_mut(&mut right) || right.iter().any(|value| !value.is_finite()) {
+            return None;
+        }
+        for (mut row, size) in right.row_iter_mut().zip(&sizes) {
+            row *= *size;
+        }
+        s.copy_from_slice(right.as_slice());
+        Some(())
+    }
+
+    /// dcₖ/dθⱼ over all unknowns, by direction and combination.
+    fn coefficients_moved(&self) -> Option<Vec<Vec<Vec<f64>>>> {
+        let signature = self.problem.system.signature();
+        let n = self.declared.len();
+        let m = self.rest.conserved.len();
+        let still = vec![vec![0.0; n]; m];
+        let moved = signature.directions.iter().map(|direction| {
+            let Direction::Parameter(i) = *direction else { return Some(still.clone()) };
+            if m == 0 {
+                return Some(Vec::new());
+            }
+            let step = STEP * parameter_size(self.problem.system, i);
+            let [after, before] = [step, -step].map(|step| self.conserved_at(i, step));
+            let (after, before) = (after?, before?);
+            let of = |a: &Conserved, b: &Conserved| {
+                let mut slope = vec![0.0; n];
+                for (sign, own) in [(1.0, a), (-1.0, b)] {
+                    for (state, c) in &own.terms {
+                        slope[*state] += sign * c / (2.0 * step);
+                    }
+                }
+                slope
+            };
+            let all = after.iter().zip(&before);
+            let names = |all: &[Conserved]| all.iter().map(|own| own.named_by).collect::<Vec<_>>();
+            let is_same =
+                names(&after) == names(&self.rest.conserved) && names(&after) == names(&before);
+            is_same.then(|| all.map(|(a, b)| of(a, b)).collect())
+        });
+        moved.collect()
+    }
+
+    /// What is conserved at the point with another value of a parameter.
+    fn conserved_at(&self, parameter: usize, step: f64) -> Option<Vec<Conserved>> {
+        let mut p = self.problem.p.to_vec();
+        p[parameter] += step;
+        let problem = Problem { p: &p, ..*self.problem };
+        let mut sizes = vec![0.0; self.declared.len()];
+        unknown_sizes(self.problem.system, self.declared, &mut sizes);
+        let at = &self.rest.at;
+        let held = Held { problem: &problem, t: at.t, u: &at.u, sizes: &sizes };
+        let found = held.conserved(&at.y, &at.z, self.declared);
+        (found.len() == self.rest.conserved.len()).then_some(found)
+    }
+}
