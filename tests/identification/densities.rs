@@ -134,12 +134,12 @@ fn noise_in_parts_of_the_reading_is_estimated() {
     agrees(
         &found,
         &[
-            (5.05796103, 0.102160153),
-            (0.0311839841, 0.000497375576),
-            (0.0150357805, 0.0148701153),
-            (0.0584007459, 0.0133519338),
+            (5.057_961_03, 0.102_160_153),
+            (0.031_183_984_1, 0.000_497_375_576),
+            (0.015_035_780_5, 0.014_870_115_3),
+            (0.058_400_745_9, 0.013_351_933_8),
         ],
-        -66.0182464,
+        -66.018_246_4,
     );
     // Along an estimate −2 ln of the likelihood rises from its least value, to 1.959964² at the ends.
     let along = profile(&problem, &found, 3).expect("it can be simulated");
@@ -157,8 +157,12 @@ fn log_normal_noise_is_estimated() {
     let found = fit(&problem(&system, &p, &recordings)).expect("it can be simulated");
     agrees(
         &found,
-        &[(4.99798758, 0.148517589), (0.0300267595, 0.000655665749), (0.0957361807, 0.0107036304)],
-        -39.1382981,
+        &[
+            (4.997_987_58, 0.148_517_589),
+            (0.030_026_759_5, 0.000_655_665_749),
+            (0.095_736_180_7, 0.010_703_630_4),
+        ],
+        -39.138_298_1,
     );
 }
 
@@ -174,11 +178,11 @@ fn noise_with_student_s_tails_is_estimated() {
     agrees(
         &found,
         &[
-            (4.93049664, 0.0240195635),
-            (0.0296419223, 0.000227635882),
-            (0.0425949852, 0.00629988328),
+            (4.930_496_64, 0.024_019_563_5),
+            (0.029_641_922_3, 0.000_227_635_882),
+            (0.042_594_985_2, 0.006_299_883_28),
         ],
-        -122.459253,
+        -122.459_253,
     );
     assert_eq!(found.reduced_chi_square(), None);
 }
@@ -195,10 +199,14 @@ fn outputs_share_a_parameter_of_their_noise() {
     let found = fit(&problem(&system, &p, &recordings)).expect("it can be simulated");
     agrees(
         &found,
-        &[(4.97385499, 0.0185125356), (0.029814676, 0.000174696649), (0.0548283286, 0.00433455997)],
-        -182.085784,
+        &[
+            (4.973_854_99, 0.018_512_535_6),
+            (0.029_814_676, 0.000_174_696_649),
+            (0.054_828_328_6, 0.004_334_559_97),
+        ],
+        -182.085_784,
     );
-    close(found.noise[1].expect("fitted"), 2.0 * 0.0548283286);
+    close(found.noise[1].expect("fitted"), 2.0 * 0.054_828_328_6);
 }
 
 /// Σ ((w − y)/σ)² + ln 2πσ² with σ row by row.
@@ -209,7 +217,11 @@ fn each_reading_has_its_own_deviation() {
     recording.deviations = vec![Some(STD.to_vec())];
     let (p, mut recordings) = (declared(&system), [recording]);
     let found = fit(&problem(&system, &p, &recordings)).expect("it can be simulated");
-    agrees(&found, &[(5.02956181, 0.126077963), (0.030986152, 0.000720513349)], -57.0765195);
+    agrees(
+        &found,
+        &[(5.029_561_81, 0.126_077_963), (0.030_986_152, 0.000_720_513_349)],
+        -57.076_519_5,
+    );
     recordings[0].deviations = vec![Some([&[0.3; 5][..], &[0.0], &STD[6..]].concat())];
     let error = fit(&problem(&system, &p, &recordings)).expect_err("one of them is zero");
     let wrong = WrongReading::Deviation(0.0);

@@ -56,7 +56,7 @@ fn agrees(density: PriorDensity, wanted: [(f64, f64); 2]) {
 fn a_normal_prior_is_one_more_measurement() {
     agrees(
         PriorDensity::Normal { mean: 0.035, std: 0.0005 },
-        [(5.05586646, 0.0250342802), (0.032264309, 0.000382900232)],
+        [(5.055_866_46, 0.025_034_280_2), (0.032_264_309, 0.000_382_900_232)],
     );
 }
 
@@ -65,7 +65,7 @@ fn a_normal_prior_is_one_more_measurement() {
 fn a_log_normal_prior_is_one_of_the_parameter() {
     agrees(
         PriorDensity::LogNormal { median: 0.035, sigma: 0.02 },
-        [(5.02188652, 0.0262340085), (0.0314139942, 0.0004314766)],
+        [(5.021_886_52, 0.026_234_008_5), (0.031_413_994_2, 0.000_431_476_6)],
     );
 }
 
@@ -74,7 +74,7 @@ fn a_log_normal_prior_is_one_of_the_parameter() {
 fn laplace_s_prior_pulls_alike_from_near_and_far() {
     agrees(
         PriorDensity::Laplace { median: 0.035, scale: 0.0005 },
-        [(4.92823046, 0.0246744459), (0.0290993378, 0.000381167353)],
+        [(4.928_230_46, 0.024_674_445_9), (0.029_099_337_8, 0.000_381_167_353)],
     );
 }
 
@@ -83,7 +83,7 @@ fn laplace_s_prior_pulls_alike_from_near_and_far() {
 fn a_gamma_prior_has_its_shape() {
     agrees(
         PriorDensity::Gamma { shape: 3500.0, scale: 1e-5 },
-        [(5.03978035, 0.0254130927), (0.0318610404, 0.000399175719)],
+        [(5.039_780_35, 0.025_413_092_7), (0.031_861_040_4, 0.000_399_175_719)],
     );
 }
 

@@ -42,15 +42,18 @@ fn a_rate_and_a_noise_that_are_parameters_are_estimated() {
     problem.noise = vec![Some(Level::Parameter(2)), None];
     let found = prediction_error(&problem).expect("it can be filtered");
     assert!(found.termination.is_converged(), "{:?}", found.termination);
-    let wanted =
-        [(17.6359606, 1.78208912), (0.0323664007, 0.00831919287), (0.0677620143, 0.00953156794)];
+    let wanted = [
+        (17.635_960_6, 1.782_089_12),
+        (0.032_366_400_7, 0.008_319_192_87),
+        (0.067_762_014_3, 0.009_531_567_94),
+    ];
     for (estimate, (value, std)) in found.estimates.iter().zip(wanted) {
         // A search ends where it promises 1e-6 of the deviance: a thousandth of a standard deviation.
         assert!((estimate.value - value).abs() < 1e-3 * std, "{}: {value}", estimate.value);
         let found = estimate.std.expect("determined");
         assert!((found / std - 1.0).abs() < 1e-4, "std {found}: {std}");
     }
-    assert!((found.deviance - (-120.033585)).abs() < 1e-6, "{}", found.deviance);
+    assert!((found.deviance - (-120.033_585)).abs() < 1e-6, "{}", found.deviance);
     assert_eq!(found.rates[0].value, found.p[1]);
     assert_eq!(found.rates[0].log_std, None);
 }

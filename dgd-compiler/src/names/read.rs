@@ -181,7 +181,7 @@ impl Reader<'_> {
 
     fn item(&mut self, item: &Item) {
         match &item.kind {
-            ItemKind::Import { .. } => {}
+            ItemKind::Import { .. } | ItemKind::StartSteady => {}
             ItemKind::Size { value, .. } | ItemKind::Unit { value, .. } => self.expr(value),
             ItemKind::Constant { unit, value, .. } | ItemKind::Let { unit, value, .. } => {
                 self.unit(unit.as_ref());
@@ -279,7 +279,6 @@ impl Reader<'_> {
                 self.expr(period);
                 self.resets(resets);
             }
-            ItemKind::StartSteady => {}
             ItemKind::Saturate { name, bound, .. } => {
                 self.name(name);
                 self.expr(bound);

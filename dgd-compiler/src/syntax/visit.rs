@@ -63,7 +63,7 @@ pub enum Part<'a> {
 /// The order is the same for two items that differ only in names, units and expressions.
 pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
     match &mut item.kind {
-        ItemKind::Import { .. } => {}
+        ItemKind::Import { .. } | ItemKind::StartSteady => {}
         ItemKind::Constant { name, unit, value } => {
             declared(name, unit, visit);
             visit(Part::Expr(Role::Declaration, value));
@@ -177,7 +177,6 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             visit(Part::Expr(Role::Transition, period));
             reaction(&mut [], resets, visit);
         }
-        ItemKind::StartSteady => {}
         ItemKind::Saturate { name, bound, .. } => {
             visit(Part::Resets(name));
             visit(Part::Expr(Role::Transition, bound));

@@ -192,7 +192,7 @@ pub(crate) fn finish(
     variables: &Variables,
     z: &[f64],
     at: &Weighted,
-    sigma: Vec<Option<f64>>,
+    sigma: &[Option<f64>],
     stepping: Stepping,
     total: Total,
 ) -> Fit {
@@ -204,7 +204,7 @@ pub(crate) fn finish(
     let uncertainty = if problem.loss == Loss::Squares {
         Uncertainty::new(&information(problem, variables, z, at), &held, cutoff)
     } else {
-        let (h, g) = curvature_and_influence(problem, variables, z, &sigma, at);
+        let (h, g) = curvature_and_influence(problem, variables, z, sigma, at);
         Uncertainty::new(&h, &held, cutoff).with_influence(&g)
     };
     let slopes: Vec<f64> =
@@ -221,7 +221,7 @@ pub(crate) fn finish(
         .collect();
 
     let fitted = || {
-        let all = at.sums.iter().flat_map(|of_recording| of_recording.iter().zip(&sigma));
+        let all = at.sums.iter().flat_map(|of_recording| of_recording.iter().zip(sigma));
         all.filter_map(|(sums, sigma)| Some((sums, (*sigma)?)))
     };
     let samples: usize = fitted().map(|(sums, _)| sums.samples).sum();

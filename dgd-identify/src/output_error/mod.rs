@@ -177,7 +177,7 @@ pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
         last = Some((std::mem::replace(&mut accuracy, next), ended));
     };
     let stepped = OutputErrorProblem { options: accuracy.applied(), ..problem.clone() };
-    Ok(finish(&stepped, &variables, &z, &at, sigma, accuracy.stepping, total))
+    Ok(finish(&stepped, &variables, &z, &at, &sigma, accuracy.stepping, total))
 }
 
 /// Where an estimation ended.

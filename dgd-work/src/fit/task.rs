@@ -333,7 +333,9 @@ impl<'s> Task<'s> {
                 "stopped by Ctrl-C before the first simulation had ended: there is nothing to keep"
                     .to_owned(),
             ),
-            EstimateError::NothingFree => WorkError::Usage(error.to_string()),
+            EstimateError::NothingFree | EstimateError::LossOfDensity { .. } => {
+                WorkError::Usage(error.to_string())
+            }
             EstimateError::NothingMeasured => {
                 let outputs: Vec<String> = self
                     .system
@@ -371,7 +373,6 @@ impl<'s> Task<'s> {
                     .map_or_else(String::new, |path| format!("`{}`: ", path.display()));
                 WorkError::Found(format!("{path}`{output}` at {t} s: {wrong}"))
             }
-            EstimateError::LossOfDensity { .. } => WorkError::Usage(error.to_string()),
             EstimateError::Length(_)
             | EstimateError::Noise { .. }
             | EstimateError::NotPositive { .. }

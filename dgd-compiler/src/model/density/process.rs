@@ -36,10 +36,8 @@ impl<'a> Resolver<'a> {
                 Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)))
             }
             None => {
-                let culprit = self.lowering.first_unknown(typed.id, |_| true);
-                let message = format!(
-                    "the noise of a state is a number or a parameter, but this depends on {culprit}"
-                );
+                let message =
+                    "the noise of a state is a number or a parameter, and this is a formula";
                 Err(diagnostics.error(
                     Diagnostic::new(Code::E504, expr.span, message)
                         .help(format!("declare a parameter in `{}`", rate.symbol)),

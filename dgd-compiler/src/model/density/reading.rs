@@ -62,6 +62,9 @@ impl<'a> Resolver<'a> {
         if let ExprKind::Call { function, arguments } = &expr.kind
             && !self.lowering.scope.names.contains_key(function.text.as_str())
         {
+            if let Some(dimensions) = &mut self.lowering.dimensions {
+                dimensions.insert(expr.span, output.unit.dimension);
+            }
             match (function.text.as_str(), arguments.as_slice()) {
                 ("lognormal", [sigma]) => {
                     return self.lognormal(output, expr, sigma, diagnostics);
@@ -151,34 +154,8 @@ impl<'a> Resolver<'a> {
                 return Err(diagnostics.error(relative(output, expr.span)));
             }
         }
-        self.verify_differences(expr, diagnostics)?;
+        verify_differences(expr, diagnostics)?;
         Ok(typed.id)
-    }
-
-    /// Refuses 0.5 °C within a formula, which would be 273.65 K.
-    fn verify_differences(
-        &self,
-        expr: &'a Expr,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
-        if let ExprKind::Number { unit: Some(written), text, .. } = &expr.kind {
-            let unit = unit_of(Some(written), diagnostics)?;
-            if unit.offset != 0.0 {
-                let differences = unit.of_differences().symbol;
-                let message = format!(
-                    "`{}` has a zero of its own, and a standard deviation is a difference",
-                    unit.symbol
-                );
-                return Err(diagnostics.error(
-                    Diagnostic::new(Code::E507, expr.span, message)
-                        .help(format!("write `{text} [{differences}]`")),
-                ));
-            }
-        }
-        for operand in operands(expr) {
-            self.verify_differences(operand, diagnostics)?;
-        }
-        Ok(())
     }
 }
 
@@ -197,6 +174,28 @@ impl Model {
             self.outputs.push(Output { declared, value: deviation, noise: None });
         }
     }
+}
+
+/// Refuses 0.5 °C within a formula, which would be 273.65 K.
+fn verify_differences(expr: &Expr, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
+    if let ExprKind::Number { unit: Some(written), text, .. } = &expr.kind {
+        let unit = unit_of(Some(written), diagnostics)?;
+        if unit.offset != 0.0 {
+            let differences = unit.of_differences().symbol;
+            let message = format!(
+                "`{}` has a zero of its own, and a standard deviation is a difference",
+                unit.symbol
+            );
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E507, expr.span, message)
+                    .help(format!("write `{text} [{differences}]`")),
+            ));
+        }
+    }
+    for operand in operands(expr) {
+        verify_differences(operand, diagnostics)?;
+    }
+    Ok(())
 }
 
 /// Whether zero in a unit is not nothing: °C, barg.

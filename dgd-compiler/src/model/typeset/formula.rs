@@ -260,7 +260,6 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
             occasion: Occasion::Every(expression(period)),
             resets: resets_of(resets),
         })),
-        ItemKind::StartSteady => {}
         ItemKind::Saturate { name, side, bound } => {
             let left = Formula::Symbol(Symbol::of(&name.text));
             push(Line::Bound { left, side: *side, right: expression(bound) });
@@ -275,6 +274,7 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
             }
         }
         ItemKind::Import { .. }
+        | ItemKind::StartSteady
         | ItemKind::Constant { .. }
         | ItemKind::Parameter { .. }
         | ItemKind::Input { .. }

@@ -102,7 +102,7 @@ def _model(whole: Written, what: str) -> Model:
     try:
         return parse(whole.text(), name=f"{whole.names.of(whole.name)}.dgd")
     except ModelError as error:
-        if not (whole.is_steady and [one.code for one in error.diagnostics] == ["E507"]):
+        if not (whole.is_steady and [one.code for one in error.diagnostics] == ["E508"]):
             raise
         refusals = Refusals()
         refusals.add(f"pre-equilibration of a model that reads the time, unless `settle` is given: {error}")
