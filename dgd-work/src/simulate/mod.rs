@@ -7,8 +7,6 @@ mod over;
 mod page;
 mod prepared;
 
-use std::collections::HashMap;
-
 use dgd_compiler::pipeline::Directions;
 use dgd_page::Markup;
 use dgd_plot::{Figure, Meaning, Text};
@@ -208,11 +206,16 @@ impl Simulated {
 
     /// How far each output agrees with what was measured of it, at the rows that have a sample.
     fn agreements(&self) -> Vec<(&NamedColumn, Agreement)> {
-        let at: HashMap<u64, usize> =
-            self.table.times.iter().enumerate().map(|(row, time)| (time.to_bits(), row)).collect();
+        let times = &self.table.times;
         let one = |(output, samples): (_, &Option<Vec<f64>>)| {
             let output: &NamedColumn = output;
-            let simulated = |time: &f64| at.get(&time.to_bits()).map(|row| output.values[*row]);
+            // Times ascend on both sides. Of two rows with one time the second counts.
+            let mut rows = 0;
+            let mut simulated = move |time: &f64| {
+                rows += times[rows..].iter().take_while(|row| *row <= time).count();
+                let row = rows.checked_sub(1)?;
+                (times[row].to_bits() == time.to_bits()).then(|| output.values[row])
+            };
             let pairs = self.measured.times.iter().zip(samples.as_ref()?);
             let pairs = pairs.filter_map(|(time, sample)| Some((*sample, simulated(time)?)));
             let in_unit = |si: f64| output.unit.from_si(si);
