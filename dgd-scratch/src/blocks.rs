@@ -21,7 +21,6 @@ impl Blocks {
     }
 
     /// The number of blocks in front of which all lie that are taken.
-    #[cfg_attr(not(target_os = "linux"), allow(dead_code))]
     pub(crate) fn end(&self) -> usize {
         self.end
     }

@@ -16,6 +16,7 @@
 
 #[cfg(target_os = "linux")]
 mod arena;
+#[cfg(any(target_os = "linux", test))]
 mod blocks;
 #[cfg(target_os = "linux")]
 mod watch;
