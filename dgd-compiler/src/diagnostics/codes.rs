@@ -1102,9 +1102,9 @@ Right:
     parameter c = 0.1 in 1e-3 .. 1, log
 "
 E507 "noise relative to a zero of its own" "
-2 % of 20 °C would be 0.4 K, and 2 % of the same temperature in °F 0.76 K: where the zero of a unit is not
-nothing, as that of °C, °F, barg and psig, noise in parts of the reading means nothing. Nor is 0.5 °C a
-difference within a formula.
+2 % of 20 °C would be 0.4 K, and 2 % of the same temperature in °F 0.76 K. In a unit with an offset, such as
+°C, °F, barg and psig, noise relative to the reading has no meaning. Nor is 0.5 °C a difference within a
+formula.
 
 Wrong:
 
@@ -1119,8 +1119,8 @@ Right:
     output T [K]  noise 0.1 [K] + 2 [%]*abs(T)
 "
 E508 "start that cannot be steady" "
-`start steady` begins a run where nothing moves with the inputs of its first row. What depends on the time itself
-never rests, a `modes` block does not say in which mode that is, and a `history` says that something was elsewhere.
+`start steady` begins a run at the steady state for the inputs of its first row. A model that depends on the
+time itself has none, a `modes` block does not say in which mode it is, and a `history` contradicts it.
 
 Wrong:
 
