@@ -444,6 +444,14 @@ fn recordings(
     let read = recording::Recording::read_all(paths, renames, dae, clock, compilation, session)?;
     let system = executable(compiled.program.clone(), &request.solve)?;
     densities::refuse(system.signature(), "`dgd discover`")?;
+    for (i, output) in system.signature().outputs.iter().enumerate() {
+        if read.iter().any(|read| read.measured.deviations[i].is_some()) {
+            let name = &output.name;
+            session.remark(&format!(
+                "the column `std({name})` is not used: `dgd discover` takes the noise of `{name}` from its readings"
+            ));
+        }
+    }
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let integration = options(&request.solve)?;
     let with = |start: Start, read: &recording::Recording, path: &Path| {
