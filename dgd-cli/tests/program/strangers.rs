@@ -184,7 +184,7 @@ fn a_column_that_the_model_knows_is_not_taken_for_a_misspelt_one() {
 fn a_search_says_that_it_takes_no_standard_deviations_from_the_data() {
     let mut rows = "time [s],q [lpm],h [m],std(h) [cm]\n".to_owned();
     for k in 0..40 {
-        rows += &format!("{},300,1.0{},2\n", 5 * k, 7 * k % 10);
+        let _ = writeln!(rows, "{},300,1.0{},2", 5 * k, 7 * k % 10);
     }
     let folder = folder_with(&[("t.dgd", TANK.as_bytes()), ("run.csv", rows.as_bytes())]);
     let run = dgd_in(folder.path(), &["discover", "t.dgd", "--data", "run.csv"]).done();

@@ -6,7 +6,8 @@ use std::fmt::Write;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::{
-    Ast, AttributeKind, Expr, ExprKind, Factor, Item, ItemKind, Reaction, Reset, Unit, UnknownKind,
+    Ast, AttributeKind, Expr, ExprKind, Factor, Item, ItemKind, PriorLaw, Reaction, Reset, Unit,
+    UnknownKind,
 };
 use dgd_compiler::syntax::print::print;
 use dgd_compiler::syntax::visit::{Part, items_mut, parts_mut};
@@ -184,12 +185,22 @@ fn rescaled(case: &Case) -> Option<Case> {
                 AttributeKind::Bounds(lower, upper) => {
                     lower.iter_mut().chain(upper).for_each(|bound| scaled(bound, factor));
                 }
-                AttributeKind::Nominal(size)
-                | AttributeKind::Noise(size)
-                | AttributeKind::History(size) => scaled(size, factor),
-                AttributeKind::Prior(_, mean, std) => {
-                    scaled(mean, factor);
-                    scaled(std, factor);
+                AttributeKind::Nominal(size) | AttributeKind::History(size) => scaled(size, factor),
+                AttributeKind::Noise(size) => match &mut size.kind {
+                    // The deviation of a logarithm and degrees of freedom are plain numbers.
+                    ExprKind::Call { function, .. } if function.text == "lognormal" => {}
+                    ExprKind::Call { function, arguments } if function.text == "student" => {
+                        arguments.iter_mut().skip(1).for_each(|size| scaled(size, factor));
+                    }
+                    _ => scaled(size, factor),
+                },
+                AttributeKind::Prior(law, a, b) => {
+                    if *law != PriorLaw::Gamma {
+                        scaled(a, factor);
+                    }
+                    if *law != PriorLaw::LogNormal {
+                        scaled(b, factor);
+                    }
                 }
                 AttributeKind::Log
                 | AttributeKind::Fixed
