@@ -16,28 +16,8 @@ import tempfile
 import time
 from pathlib import Path
 
-# It switches just in front of a sample, which then holds for the second that follows.
-HEATER = """\
-model heater
-parameter tau  [s]   = 400 in 1 .. 1e5
-parameter gain [K/W] = 0.5 in 0 .. 10
-state T [K] = 0
-let clock = mod(time, 2 [h])
-let u = if clock > 3600.999999 [s] then 0 [W] else 40 [W]
-equation heat: tau*der(T) = gain*u - T
-output T    [K] noise 0.1
-output heat [W] = u
-"""
-
-HEATED = """\
-model heated
-parameter tau  [s]   = 100 in 1 .. 1e5
-parameter gain [K/W] = 1   in 0 .. 10
-input heat [W]
-state T [K] = 0
-equation heat: tau*der(T) = gain*heat - T
-output T [K] noise 0.1
-"""
+# Those of the test that is a slice of this.
+MODELS = Path(__file__).parent.parent / "dgd-cli" / "tests" / "models"
 
 
 def watched(name: str, line: list[str]) -> tuple[str, int]:
@@ -66,15 +46,13 @@ def main() -> None:
     place = os.environ.get("TMPDIR") or ("/var/tmp" if Path("/var/tmp").is_dir() else None)
     with tempfile.TemporaryDirectory(dir=place) as folder:
         at = Path(folder)
-        (at / "heater.dgd").write_text(HEATER)
-        (at / "heated.dgd").write_text(HEATED)
         bound = ["--memory", f"{asked.memory}MB", "--scratch", folder]
 
         def simulation(name: str) -> list[str]:
-            run = [asked.dgd, "simulate", str(at / "heater.dgd"), "--until", str(asked.rows - 1), "--every", "1"]
+            run = [asked.dgd, "simulate", str(MODELS / "heater.dgd"), "--until", str(asked.rows - 1), "--every", "1"]
             return [*run, "--noise-seed", "3", "-o", str(at / name)]
 
-        fit = [asked.dgd, "fit", str(at / "heated.dgd"), "--data", str(at / "run.parquet"), "--format", "json", "--quiet"]
+        fit = [asked.dgd, "fit", str(MODELS / "heated.dgd"), "--data", str(at / "run.parquet"), "--format", "json", "--quiet"]
         _, simulated = watched("simulated and written", [*simulation("run.parquet"), *bound])
         size = (at / "run.parquet").stat().st_size
         print(f"{asked.rows} rows are {size / 1e6:.0f} MB of Parquet")

@@ -9,36 +9,10 @@ use std::time::Duration;
 use crate::support::{Run, command, dgd_in};
 
 /// A plate with a heater that goes on and off every hour, just in front of a sample, which then holds for the second that follows.
-const HEATER: &str = "model heater
-
-parameter tau  [s]   = 400 in 1 .. 1e5
-parameter gain [K/W] = 0.5 in 0 .. 10
-
-state T [K] = 0
-
-let clock = mod(time, 2 [h])
-let u = if clock > 3600.999999 [s] then 0 [W] else 40 [W]
-
-equation heat: tau*der(T) = gain*u - T
-
-output T    [K] noise 0.1
-output heat [W] = u
-";
+const HEATER: &str = include_str!("../models/heater.dgd");
 
 /// The same with the heater's power from the data.
-const HEATED: &str = "model heated
-
-parameter tau  [s]   = 100 in 1 .. 1e5
-parameter gain [K/W] = 1   in 0 .. 10
-
-input heat [W]
-
-state T [K] = 0
-
-equation heat: tau*der(T) = gain*heat - T
-
-output T [K] noise 0.1
-";
+const HEATED: &str = include_str!("../models/heated.dgd");
 
 /// Rows of the recording.
 const ROWS: usize = 3_000_000;
