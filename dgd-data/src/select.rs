@@ -118,10 +118,22 @@ pub fn measured(
     declared: &[Declared<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Option<Vec<f64>>>, Reported> {
+    let read = |output: &Declared<'_>| {
+        table.column(output.name).map(|column| converted(column, output)).transpose()
+    };
+    of_each(declared, read, diagnostics)
+}
+
+/// What is read for each of some outputs, or all that is wrong with them.
+fn of_each<T>(
+    declared: &[Declared<'_>],
+    read: impl Fn(&Declared<'_>) -> Result<T, Diagnostic>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Vec<T>, Reported> {
     let mut all = Vec::with_capacity(declared.len());
     let mut reported = Ok(());
     for output in declared {
-        match table.column(output.name).map(|column| converted(column, output)).transpose() {
+        match read(output) {
             Ok(values) => all.push(values),
             Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
         }
@@ -145,23 +157,13 @@ pub fn deviations(
     declared: &[Declared<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Option<Vec<f64>>>, Reported> {
-    let mut all = Vec::with_capacity(declared.len());
-    let mut reported = Ok(());
-    for output in declared {
-        let Some(column) = table.column(&deviation(output.name)) else {
-            all.push(None);
-            continue;
-        };
-        match converted(column, output) {
-            // Differences have no zero: 0.5 °C is half a kelvin.
-            Ok(_) => {
-                let factor = column.unit.as_ref().map_or(1.0, |unit| unit.factor);
-                all.push(Some(column.values.iter().map(|value| value * factor).collect()));
-            }
-            Err(diagnostic) => reported = Err(diagnostics.error(diagnostic)),
-        }
-    }
-    reported.map(|()| all)
+    let read = |output: &Declared<'_>| {
+        let Some(column) = table.column(&deviation(output.name)) else { return Ok(None) };
+        // Differences have no zero: 0.5 °C is half a kelvin.
+        let factor = verify(column, output)?.map_or(1.0, |unit| unit.factor);
+        Ok(Some(column.values.iter().map(|value| value * factor).collect()))
+    };
+    of_each(declared, read, diagnostics)
 }
 
 /// The columns whose names are not among `known`, in the order of the file.
@@ -231,6 +233,16 @@ fn no_column(table: &Table, input: &Declared<'_>, known: &[&str]) -> Diagnostic 
 
 /// The values of a column in SI, as the model counts them.
 pub fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, Diagnostic> {
+    let Some(unit) = verify(column, declared)? else {
+        return Ok(column.values.clone());
+    };
+    // What the model counts in: SI, from the zero of the declared unit.
+    let si = Unit { factor: 1.0, offset: 0.0, ..declared.unit.clone() };
+    Ok(column.values.iter().map(|&value| convert(value, unit, &si)).collect())
+}
+
+/// The unit of a column that can be read as declared; `None` where both are plain numbers.
+fn verify<'c>(column: &'c Column, declared: &Declared<'_>) -> Result<Option<&'c Unit>, Diagnostic> {
     if let Some(fault) = &column.fault {
         return Err(fault.clone());
     }
@@ -263,10 +275,5 @@ pub fn converted(column: &Column, declared: &Declared<'_>) -> Result<Vec<f64>, D
             diagnostic.maybe_help(decimal_comma.then(|| "write decimals with a point".to_owned()))
         );
     }
-    let Some(unit) = unit else {
-        return Ok(column.values.clone());
-    };
-    // What the model counts in: SI, from the zero of the declared unit.
-    let si = Unit { factor: 1.0, offset: 0.0, ..declared.unit.clone() };
-    Ok(column.values.iter().map(|&value| convert(value, unit, &si)).collect())
+    Ok(unit)
 }

@@ -78,21 +78,12 @@ impl TakesColumns for Taking<'_> {
 mod tests {
     use std::fmt::Write as _;
     use std::fs;
-    use std::io::Write as _;
 
     use dgd_compiler::diagnostics::render::entry;
 
     use super::*;
-    use crate::parquet::ParquetWriter;
+    use crate::parquet::written;
     use crate::{Disk, read_from};
-
-    fn parquet(csv: &str) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        let mut writer = ParquetWriter::new(&mut bytes);
-        writer.write_all(csv.as_bytes()).expect("to memory");
-        writer.finish().expect("to memory");
-        bytes
-    }
 
     /// All that a table says, numbers to the bit, or each mistake as `code message; text`.
     fn read(bytes: &[u8], reading: Reading<'_>) -> Result<String, Vec<String>> {
@@ -141,7 +132,7 @@ mod tests {
         for csv in TABLES {
             let reading = Reading::default().as_it_is();
             let of_text = read(csv.as_bytes(), reading).unwrap_or_else(|e| panic!("{csv}: {e:?}"));
-            assert_eq!(read(&parquet(csv), reading), Ok(of_text), "{csv}");
+            assert_eq!(read(&written(csv), reading), Ok(of_text), "{csv}");
         }
     }
 
@@ -164,7 +155,7 @@ mod tests {
             }
             csv.push('\n');
         }
-        let file = parquet(&csv);
+        let file = written(&csv);
         let reading = Reading::default().as_it_is().of(&["c1", "c39"]);
         assert!(read(&file, reading) == read(csv.as_bytes(), reading));
         let refused = read(&file, Reading::default().of(&["c1"])).expect_err("it goes back");
@@ -177,7 +168,7 @@ mod tests {
     fn columns_that_nobody_asks_for_are_not_read() {
         let csv = "time [s],x [m],y [m]\n0,1,2\n1,3,4\n";
         let reading = Reading::default().of(&["y"]);
-        for file in [parquet(csv), csv.as_bytes().to_vec()] {
+        for file in [written(csv), csv.as_bytes().to_vec()] {
             let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
             let folder = tempfile::tempdir().expect("a folder for the test");
             let path = folder.path().join("a");
@@ -189,7 +180,7 @@ mod tests {
             assert_eq!(table.digest, whole.expect("sound").digest, "which is that of all bytes");
         }
         // Of a chunk that is damaged nobody hears who does not read it.
-        let mut damaged = parquet(csv);
+        let mut damaged = written(csv);
         let at = damaged.windows(8).position(|bytes| bytes == 3.0_f64.to_le_bytes());
         // In front of it stand the first number, which values are there, and the head of the page.
         let head = at.expect("x has a 3") - 28;
@@ -200,7 +191,7 @@ mod tests {
 
     #[test]
     fn mistakes_name_rows() {
-        let said = |csv: &str| read(&parquet(csv), Reading::default()).expect_err("a mistake");
+        let said = |csv: &str| read(&written(csv), Reading::default()).expect_err("a mistake");
         assert_eq!(
             said("time [s],x [m]\n0,1\n2,1\n1,1\n"),
             ["E605 time runs backwards: `1` comes after `2`; row 2"]

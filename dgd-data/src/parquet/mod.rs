@@ -130,6 +130,18 @@ pub fn catches_panics() -> bool {
 }
 
 /// All columns as text, for tests.
+/// A table as a file of Parquet.
+#[cfg(test)]
+pub(crate) fn written(csv: &str) -> Vec<u8> {
+    use std::io::Write as _;
+
+    let mut bytes = Vec::new();
+    let mut writer = ParquetWriter::new(&mut bytes);
+    writer.write_all(csv.as_bytes()).expect("to memory");
+    writer.finish().expect("to memory");
+    bytes
+}
+
 #[cfg(test)]
 #[derive(Default)]
 pub(crate) struct Text {

@@ -206,15 +206,7 @@ mod tests {
     use std::io::Write;
 
     use super::*;
-    use crate::parquet::{ParquetWriter, Text};
-
-    fn written(csv: &str) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        let mut writer = ParquetWriter::new(&mut bytes);
-        writer.write_all(csv.as_bytes()).expect("to memory");
-        writer.finish().expect("to memory");
-        bytes
-    }
+    use crate::parquet::{ParquetWriter, Text, written};
 
     fn to_csv(file: &[u8]) -> Result<String, Unread> {
         let mut text = Text::default();
