@@ -21,21 +21,26 @@ pub(super) fn verify(
     let with_history = dae.unknowns.iter().find(|unknown| unknown.history.is_some());
     let (message, place) = if let Some((.., equation, place)) = moving {
         (
-            format!("equation `{equation}` reads the time, so there is no rest to start from"),
+            format!(
+                "equation `{equation}` depends on time, so the model has no steady state to start from"
+            ),
             Some(place),
         )
     } else if !dae.time_conditions.is_empty() {
         (
-            "a condition or a clock on time is in the model, so there is no rest to start from"
+            "the model has a condition on time or an `every`, so it has no steady state to start from"
                 .to_owned(),
             None,
         )
     } else if let Some(automaton) = modes {
         let name = &automaton.name;
-        (format!("`start steady` does not know in which mode of `{name}` the model rests"), None)
+        (format!("`start steady` cannot tell in which mode of `{name}` the model is"), None)
     } else if let Some(unknown) = with_history {
         let name = &unknown.name;
-        (format!("`{name}` has a `history`, and what is at rest was always where it is"), None)
+        (
+            format!("`{name}` has a `history`, but in a steady state it has always been constant"),
+            None,
+        )
     } else {
         for unknown in &mut dae.unknowns {
             unknown.fixed = true;
