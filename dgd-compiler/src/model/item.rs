@@ -35,7 +35,7 @@ impl<'a> Resolver<'a> {
         let unit = declared.unit.clone();
         let set = self.settings.get(name.text.as_str()).copied();
         let expr = set.unwrap_or(value);
-        let value = self.known(expr, &unit, Reading::Value, diagnostics);
+        let value = self.lowering.known(expr, &unit, Reading::Value, diagnostics);
 
         let mut parameter = Parameter {
             declared,
@@ -53,10 +53,12 @@ impl<'a> Resolver<'a> {
                 AttributeKind::Bounds(lower, upper) => {
                     bounds_span = Some(attribute.span);
                     if let Some(lower) = lower {
-                        parameter.lower = self.known(lower, &unit, Reading::Value, diagnostics)?;
+                        parameter.lower =
+                            self.lowering.known(lower, &unit, Reading::Value, diagnostics)?;
                     }
                     if let Some(upper) = upper {
-                        parameter.upper = self.known(upper, &unit, Reading::Value, diagnostics)?;
+                        parameter.upper =
+                            self.lowering.known(upper, &unit, Reading::Value, diagnostics)?;
                     }
                 }
                 AttributeKind::Log => parameter.log = true,
@@ -94,7 +96,7 @@ impl<'a> Resolver<'a> {
         what: &str,
         diagnostics: &mut Diagnostics,
     ) -> Result<f64, Reported> {
-        let value = self.known(expr, unit, Reading::Size, diagnostics)?;
+        let value = self.lowering.known(expr, unit, Reading::Size, diagnostics)?;
         if value > 0.0 {
             return Ok(value);
         }

@@ -247,7 +247,7 @@ impl<'a> Resolver<'a> {
     ) -> Result<Constant, Reported> {
         let declared = self.declared(item, name)?;
         let value = self.settings.get(name.text.as_str()).copied().unwrap_or(value);
-        let value = self.known(value, &declared.unit, Reading::Value, diagnostics)?;
+        let value = self.lowering.known(value, &declared.unit, Reading::Value, diagnostics)?;
         Ok(Constant { declared, value })
     }
 
@@ -371,17 +371,6 @@ impl<'a> Resolver<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
         self.lowering.in_unit(expr, unit, reading, &Arguments::new(), diagnostics)
-    }
-
-    /// A number that must be known before anything runs.
-    pub(super) fn known(
-        &mut self,
-        expr: &'a Expr,
-        unit: &Unit,
-        reading: Reading,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<f64, Reported> {
-        self.lowering.known(expr, unit, reading, diagnostics)
     }
 
     /// Checks functions that nothing calls, where their arguments say enough.

@@ -20,7 +20,7 @@ impl<'a> Resolver<'a> {
         let what = |k: usize| format!("{} of a prior", law.numbers()[k]);
         Ok(match law {
             PriorLaw::Normal => {
-                let mean = self.known(first, unit, Reading::Value, diagnostics)?;
+                let mean = self.lowering.known(first, unit, Reading::Value, diagnostics)?;
                 let std = self.positive(second, unit, &what(1), diagnostics)?;
                 PriorDensity::Normal { mean, std }
             }
@@ -31,8 +31,8 @@ impl<'a> Resolver<'a> {
                 PriorDensity::LogNormal { median: median?, sigma }
             }
             PriorLaw::Uniform => {
-                let lower = self.known(first, unit, Reading::Value, diagnostics);
-                let upper = self.known(second, unit, Reading::Value, diagnostics)?;
+                let lower = self.lowering.known(first, unit, Reading::Value, diagnostics);
+                let upper = self.lowering.known(second, unit, Reading::Value, diagnostics)?;
                 let lower = lower?;
                 if lower >= upper {
                     let message = "the ends of this prior leave nothing between them";
@@ -45,7 +45,7 @@ impl<'a> Resolver<'a> {
                 PriorDensity::Uniform { lower, upper }
             }
             PriorLaw::Laplace => {
-                let median = self.known(first, unit, Reading::Value, diagnostics)?;
+                let median = self.lowering.known(first, unit, Reading::Value, diagnostics)?;
                 let scale = self.positive(second, unit, &what(1), diagnostics)?;
                 PriorDensity::Laplace { median, scale }
             }
