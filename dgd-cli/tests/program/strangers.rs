@@ -181,12 +181,14 @@ fn a_column_that_the_model_knows_is_not_taken_for_a_misspelt_one() {
 }
 
 #[test]
-fn a_search_says_that_it_takes_no_standard_deviations_from_the_data() {
+fn work_that_takes_no_standard_deviations_from_the_data_says_so() {
     let mut rows = "time [s],q [lpm],h [m],std(h) [cm]\n".to_owned();
     for k in 0..40 {
         let _ = writeln!(rows, "{},300,1.0{},2", 5 * k, 7 * k % 10);
     }
     let folder = folder_with(&[("t.dgd", TANK.as_bytes()), ("run.csv", rows.as_bytes())]);
-    let run = dgd_in(folder.path(), &["discover", "t.dgd", "--data", "run.csv"]).done();
-    assert!(run.err.contains("the column `std(h)` is not used"), "{}", run.err);
+    for command in ["discover", "track"] {
+        let run = dgd_in(folder.path(), &[command, "t.dgd", "--data", "run.csv"]).done();
+        assert!(run.err.contains("the column `std(h)` is not used"), "{command}: {}", run.err);
+    }
 }

@@ -446,10 +446,7 @@ fn recordings(
     densities::refuse(system.signature(), "`dgd discover`")?;
     for (i, output) in system.signature().outputs.iter().enumerate() {
         if read.iter().any(|read| read.measured.deviations[i].is_some()) {
-            let name = &output.name;
-            session.remark(&format!(
-                "the column `std({name})` is not used: `dgd discover` takes the noise of `{name}` from its readings"
-            ));
+            densities::remark_unused(&output.name, "`dgd discover` estimates the noise", session);
         }
     }
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();

@@ -10,6 +10,7 @@ use dgd_runtime::signature::{Density, Distribution};
 
 use crate::error::WorkError;
 use crate::request::{Estimator, FitRequest, NoiseFrom};
+use crate::session::Session;
 
 /// Refuses a model whose outputs say more of their noise than a number, for work that takes a standard deviation.
 ///
@@ -23,6 +24,11 @@ pub(crate) fn refuse(signature: &Signature, who: &str) -> Result<(), WorkError> 
         "the `noise` of `{name}` is more than a number, which {who} does not take: `dgd fit` by `--estimator \
          output-error` does"
     )))
+}
+
+/// Says that standard deviations of readings are not used, and what is instead.
+pub(crate) fn remark_unused(output: &str, instead: &str, session: Session<'_>) {
+    session.remark(&format!("the column `std({output})` is not used: {instead}"));
 }
 
 /// The noise of each output that is used and measured.

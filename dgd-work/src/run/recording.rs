@@ -15,7 +15,7 @@ use dgd_runtime::{Column, Inputs, Options, Problem, Signature, System};
 use crate::error::WorkError;
 use crate::model::Compilation;
 use crate::request::{Solve, Start};
-use crate::run::measured_start;
+use crate::run::{densities, measured_start};
 use crate::session::Session;
 
 /// What a data file may be without a time column.
@@ -141,9 +141,7 @@ impl Recording {
             outputs[density.deviation] = None;
             if deviations[density.output].take().is_some() {
                 let name = &known.dae.outputs[density.output].declared.name;
-                session.remark(&format!(
-                    "the column `std({name})` is not used, as the model's `noise` of `{name}` says it"
-                ));
+                densities::remark_unused(name, "the model has a formula for the noise", session);
             }
         }
         if let Some(note) = &table.time_note {

@@ -13,6 +13,7 @@ use dgd_data::{self as data, Epoch, FileSystem, Reading};
 
 use crate::error::WorkError;
 use crate::request::TrackRequest;
+use crate::run::densities;
 use crate::run::recording::{Clock, Known, Recording};
 use crate::session::Session;
 
@@ -95,6 +96,12 @@ impl<'a> Rows<'a> {
                 .ok()?;
             (None, select(&table, sources, diagnostics)?)
         };
+        for (output, deviations) in known.outputs().iter().zip(&recording.measured.deviations) {
+            if deviations.is_some() {
+                let instead = "`dgd track` uses one standard deviation for all readings";
+                densities::remark_unused(output.name, instead, session);
+            }
+        }
         // A file is read once more for it: what is told of a run comes before its rows.
         let whole = || files.open(path).ok().and_then(|file| data::digest(file).ok());
         let digest = match source {
