@@ -30,7 +30,7 @@ pub struct Reading<'a> {
     pub(crate) kept: usize,
     pub(crate) order: Order,
     pub(crate) renames: &'a [Rename],
-    /// The columns that are read; all where there is no list.
+    /// Names of the columns to read; `None` for all.
     pub(crate) wanted: Option<&'a [&'a str]>,
 }
 

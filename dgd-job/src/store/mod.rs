@@ -84,8 +84,8 @@ fn place(into: &Path) -> Result<Arc<dyn Place>, JobError> {
     match OPENS.get() {
         Some(opens) => opens(name),
         None => Err(JobError(format!(
-            "`{name}`: this program puts results into folders alone; the one that `s3/` of the sources builds puts them into \
-             buckets, too"
+            "`{name}`: this build writes results to folders only; the program that is built in `s3/` of the sources also \
+             writes to buckets"
         ))),
     }
 }
