@@ -310,19 +310,30 @@ fn without_a_name(
     circumstances: &Circumstances,
     missing: &Missing,
 ) -> Vec<Unexplained> {
-    let Request { base, sources, .. } = *prepared.request;
+    let Request { base, sources, threads, .. } = *prepared.request;
     let (model, fitted, data) = (&prepared.model, &refined.before, &refined.data);
-    let guessing = Guessing { base, sources, model, fitted, data };
-    let followed = |found: &FoundPlace| guessing.followed(missing.terms.as_ref()?, found);
+    let guessing = Guessing { base, sources, model, fitted, data, threads };
+    let followed = |found: &FoundPlace| {
+        let terms = missing.terms.as_ref().filter(|_| !data.is_over())?;
+        guessing.followed(terms, found)
+    };
     let most = missing.ranked.first().map_or(0.0, |found| found.missing.gain);
-    let mut all: Vec<Unexplained> = (missing.ranked.iter().take(TOLD).enumerate())
+    let is_tied = |rank: usize, found: &FoundPlace| rank > 0 && most - found.missing.gain < TIE;
+    let told = || missing.ranked.iter().take(TOLD).enumerate();
+    let traced: Vec<Option<Followed<'_>>> = told().map(|(_, found)| followed(found)).collect();
+    let looked_at: Vec<&Followed<'_>> = told()
+        .filter(|(rank, found)| *rank < GUESSED || is_tied(*rank, found))
+        .filter_map(|(rank, _)| traced[rank].as_ref())
+        .collect();
+    let mut guesses = guessing.guesses(&looked_at).into_iter();
+    let mut all: Vec<Unexplained> = told()
         .map(|(rank, found)| {
             let condition = circumstances.condition(&missing_input::windows(found));
-            let followed = if data.is_over() { None } else { followed(found) };
-            let together = followed.as_ref().map_or_else(Vec::new, Followed::together);
-            let is_tied = rank > 0 && most - found.missing.gain < TIE;
-            let looked_at = followed.filter(|_| rank < GUESSED || is_tied);
-            let guess = looked_at.and_then(|followed| guessing.guess(&followed));
+            let followed = traced[rank].as_ref();
+            let together = followed.map_or_else(Vec::new, Followed::together);
+            let is_tied = is_tied(rank, found);
+            let is_looked_at = followed.is_some() && (rank < GUESSED || is_tied);
+            let guess = if is_looked_at { guesses.next().flatten() } else { None };
             Unexplained { together, guess, ..unexplained(&found.missing, condition, is_tied) }
         })
         .collect();

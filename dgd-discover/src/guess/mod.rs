@@ -30,6 +30,7 @@ use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
 use dgd_compiler::units::{Unit, parse_unit};
 use dgd_identify::Recording;
+use dgd_runtime::parallel::in_parallel;
 use dgd_runtime::{Point, Problem, Solution, System, simulate};
 
 use crate::fit::{Data, Fitted, StartPoint, as_far_as_readings, held_out_starts, whitened_square};
@@ -49,8 +50,6 @@ pub use together::{Course, Together};
 const LEFT: f64 = 0.7;
 /// Maximum number of simulations of the fits that compare formulas.
 const COMPARED: usize = 12;
-/// Minimum decrease of the logarithm of the mean square error for a second term.
-const SECOND_TERM: f64 = 0.7;
 /// Maximum number of simulations of a fit with a formula.
 const EVALUATIONS: usize = 40;
 /// Maximum number of names considered.
@@ -101,6 +100,7 @@ pub(crate) struct Guessing<'a> {
     pub model: &'a Model,
     pub fitted: &'a Fitted,
     pub data: &'a Data<'a>,
+    pub threads: usize,
 }
 
 /// The place of a formula.
@@ -188,10 +188,47 @@ impl Guessing<'_> {
         }
     }
 
-    /// The formula that best resembles what is missing; `None` if no simple one does.
-    pub(crate) fn guess(&self, followed: &Followed<'_>) -> Option<Guess> {
+    /// For each place, the formula that best resembles what is missing there; `None` if no simple one does.
+    pub(crate) fn guesses(&self, places: &[&Followed<'_>]) -> Vec<Option<Guess>> {
+        let ranked = self.in_parallel(places.len(), |own, i| own.ranked(places[i]));
+        let all: Vec<(usize, &Ranked)> = (ranked.iter().enumerate())
+            .flat_map(|(place, forms)| forms.iter().map(move |form| (place, form)))
+            .collect();
+        let prices = self.in_parallel(all.len(), |own, k| {
+            let (place, form) = all[k];
+            let Followed { site, values, .. } = places[place];
+            let (sum, n) = own.in_the_model(site, values, form, COMPARED)?.after.error;
+            Some((sum / n as f64).ln() + form.cost)
+        });
+        let best = |place: usize| {
+            let own = all.iter().zip(&prices).filter(|((of, _), _)| *of == place);
+            let own = own.filter_map(|((_, form), price)| Some(((*price)?, *form)));
+            // The first on a tie.
+            let best = own.reduce(|best, other| if other.0 < best.0 { other } else { best });
+            best.map(|(_, form)| form)
+        };
+        self.in_parallel(places.len(), |own, i| {
+            let (Followed { site, values, train, .. }, form) = (places[i], best(i)?);
+            own.told(site, form, train, own.in_the_model(site, values, form, EVALUATIONS)?)
+        })
+    }
+
+    /// Work shared among threads, each with a fitted model of its own.
+    fn in_parallel<T: Send>(
+        &self,
+        count: usize,
+        work: impl Fn(&Guessing<'_>, usize) -> T + Sync,
+    ) -> Vec<T> {
+        let Guessing { base, sources, model, data, threads, .. } = *self;
+        in_parallel(self.fitted, count, threads, |fitted, i| {
+            work(&Guessing { base, sources, model, fitted, data, threads }, i)
+        })
+    }
+
+    /// Formulas that resemble what is missing at a place.
+    fn ranked(&self, followed: &Followed<'_>) -> Vec<Ranked> {
         let model = self.model;
-        let Followed { site, values, train, held_out } = followed;
+        let Followed { site, train, held_out, .. } = followed;
         let is_preferred = |shape: &Shape| {
             let dimension = shape.coefficient(&site.names, site.unit.dimension);
             let mut known = (model.parameters.iter()).map(|p| p.declared.unit.dimension);
@@ -200,17 +237,7 @@ impl Guessing<'_> {
             })
         };
         let names = [(model.inputs.len() + 1).min(site.names.len()), site.names.len()];
-        let all = ranked(train, held_out, names, &is_preferred);
-        let compared = all.iter().filter_map(|ranked| {
-            let inserted = self.in_the_model(site, values, ranked, COMPARED)?;
-            let (sum, n) = inserted.after.error;
-            let cost = SECOND_TERM * ranked.terms.len() as f64;
-            Some(((sum / n as f64).ln() + cost, ranked))
-        });
-        // The first on a tie, which is the simplest.
-        let best = compared.reduce(|best, other| if other.0 < best.0 { other } else { best });
-        let (_, ranked) = best?;
-        self.told(site, ranked, train, self.in_the_model(site, values, ranked, EVALUATIONS)?)
+        ranked(train, held_out, names, &is_preferred)
     }
 
     /// Traces of a place in the training and in the validation recordings, each estimated by itself; empty if one has

@@ -63,6 +63,9 @@ impl Moments {
                 add(&mut parts[k * FOLDS / n], *weight, row);
             }
         }
+        for part in &mut parts {
+            part.fill_lower_triangle_with_upper_triangle();
+        }
         let mut all = DMatrix::zeros(size, size);
         for part in &parts {
             all += part;
@@ -71,6 +74,7 @@ impl Moments {
         for (weight, row) in held_out.iter().flat_map(|trace| blocks(trace, &shapes)) {
             add(&mut of_held_out, weight, &row);
         }
+        of_held_out.fill_lower_triangle_with_upper_triangle();
         let held_out = (!held_out.is_empty()).then_some(of_held_out);
         Moments { shapes, n_parameters, parts, train: all, held_out }
     }
@@ -204,11 +208,11 @@ impl Moments {
     }
 }
 
-/// Adds w z zᵀ.
+/// Adds w z zᵀ, its upper triangle only.
 fn add(sum: &mut DMatrix<f64>, weight: f64, row: &[f64]) {
     for (j, b) in row.iter().enumerate() {
         let factor = weight * b;
-        for (entry, a) in sum.column_mut(j).iter_mut().zip(row) {
+        for (entry, a) in sum.column_mut(j).iter_mut().zip(&row[..=j]) {
             *entry += factor * a;
         }
     }

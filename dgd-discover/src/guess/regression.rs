@@ -47,6 +47,9 @@ pub(crate) struct Ranked {
     pub terms: Vec<(Shape, f64)>,
     /// R² in validation recordings or, if there are none, in blocks left out.
     pub r2: f64,
+    /// Penalty for complexity and number of terms: the decrease of the logarithm of the mean square error that they have
+    /// to be worth.
+    pub cost: f64,
 }
 
 /// Penalty for complexity, and for a second term.
@@ -141,10 +144,11 @@ pub(crate) fn ranked(
     shapes.sort_by(|a, b| cost(a).total_cmp(&cost(b)));
     let moments = Moments::new(train, held_out, shapes).without_twins();
 
-    let price = |left: f64, chosen: &[usize]| {
-        let cost: f64 = chosen.iter().map(|i| cost(&moments.shapes[*i])).sum();
-        left.max(UNRESOLVED).ln() + cost + SECOND_TERM * (chosen.len() - 1) as f64
+    let cost = |chosen: &[usize]| {
+        let of_shapes: f64 = chosen.iter().map(|i| cost(&moments.shapes[*i])).sum();
+        of_shapes + SECOND_TERM * (chosen.len() - 1) as f64
     };
+    let price = |left: f64, chosen: &[usize]| left.max(UNRESOLVED).ln() + cost(chosen);
     let score = |chosen: &[usize]| Some(price(moments.left_out(chosen)?, chosen));
     let mut scored: Vec<(f64, Vec<usize>)> =
         (0..moments.shapes.len()).filter_map(|i| Some((score(&[i])?, vec![i]))).collect();
@@ -162,7 +166,8 @@ pub(crate) fn ranked(
     let told = |chosen: &Vec<usize>| {
         let (coefficients, r2) = moments.held_out(chosen)?;
         let shapes = chosen.iter().map(|i| moments.shapes[*i].clone());
-        let ranked = Ranked { terms: shapes.zip(coefficients).collect(), r2 };
+        let terms = shapes.zip(coefficients).collect();
+        let ranked = Ranked { terms, r2, cost: cost(chosen) };
         (r2 >= DECENT).then_some(ranked)
     };
     let all = scored.iter().map(|(_, chosen)| chosen);

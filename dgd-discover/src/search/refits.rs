@@ -1,5 +1,7 @@
 //! Chooses which structures are fitted, from which starting points, and how far.
 
+use std::collections::BTreeMap;
+
 use super::screen::{Remedy, Score};
 use super::tried::{Open, Search};
 use dgd_runtime::parallel::in_parallel_stateless;
@@ -32,16 +34,20 @@ const NEARLY_AS_GOOD: f64 = 1.1;
 /// A fit that still leaves this multiple of the noise after the stages is abandoned.
 const HOPELESS: f64 = 10.0;
 
-/// Number of template structures that are fitted to the end, and maximum number of rounds.
+/// Number of template structures that are fitted to the end, and maximum numbers of simulations of the rounds in which
+/// they are. The first is short: it tells which ones approach the noise.
 const FINISHED: usize = 4;
-const MOST_ROUNDS: usize = 3;
+const ROUNDS: [usize; 4] = [EVALUATIONS / 4, EVALUATIONS, EVALUATIONS, EVALUATIONS];
 
 /// Multiple of the best misfit up to which an unfinished fit may still become the best.
 const NEAR_THE_BEST: f64 = 3.0;
 
-/// A fit continues while a round reduces the error to less than this fraction; the second is for one that is hopelessly
-/// far from the noise, which has to approach it fast.
-const GOES_ON: [f64; 2] = [0.99, 0.5];
+/// A fit continues while a round reduces the error to less than this fraction: one that gains hardly anything in that
+/// many simulations will not improve much.
+const GOES_ON: f64 = 0.99;
+
+/// The same for a fit that is hopelessly far from the noise, which has to approach it fast.
+const APPROACHES: f64 = 0.5;
 
 /// When to simulate validation recordings with a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,13 +143,15 @@ impl Search<'_> {
         let mut open: Vec<StructureId> = new.iter().map(|wanted| wanted.structure).collect();
         let mut next = new;
         for (evaluations, within) in STAGES {
+            let before = self.training_sums(&open);
             self.refit(next, evaluations, HeldOut::Later);
             let error = |one: &StructureId| self.training_error(*one).map(|(sum, _)| sum);
             let least = self.tried.keys().filter_map(error).fold(f64::INFINITY, f64::min);
             open.retain(|one| error(one).is_some_and(|error| error <= within * least));
-            let unfinished = open
-                .iter()
-                .filter(|one| self.fitted(**one).is_some_and(|fitted| !fitted.is_converged));
+            let unfinished = open.iter().filter(|one| {
+                let is_lost = before.get(one).is_some_and(|before| self.is_lost(**one, *before));
+                !is_lost && self.fitted(**one).is_some_and(|fitted| !fitted.is_converged)
+            });
             next = unfinished.map(|one| self.continued(*one)).collect();
         }
         // Of the unfinished fits only the best is completed, if it is promising.
@@ -233,26 +241,39 @@ impl Search<'_> {
     /// Completes the fits of some structures, and simulates validation recordings with them.
     pub(crate) fn finish(&mut self, structures: &[StructureId]) {
         let mut open = structures.to_vec();
-        for _ in 0..MOST_ROUNDS {
+        for evaluations in ROUNDS {
             open.retain(|one| self.fitted(*one).is_some_and(|fitted| !fitted.is_converged));
             if open.is_empty() {
                 break;
             }
-            let before: Vec<Option<(f64, usize)>> =
-                open.iter().map(|one| self.training_error(*one)).collect();
+            let before = self.training_sums(&open);
             let wanted = open.iter().map(|one| self.continued(*one)).collect();
-            self.refit(wanted, EVALUATIONS, HeldOut::Later);
-            // A fit that gains hardly anything in that many simulations will not improve much.
-            let mut gains = before.into_iter();
+            self.refit(wanted, evaluations, HeldOut::Later);
             open.retain(|one| {
-                let before = gains.next().flatten();
-                before.zip(self.training_error(*one)).is_some_and(|((before, _), (now, n))| {
-                    let is_hopeless = now > HOPELESS * n as f64;
-                    now < GOES_ON[usize::from(is_hopeless)] * before
+                let now = self.training_error(*one).map(|(sum, _)| sum);
+                let gains = before.get(one).zip(now);
+                gains.is_some_and(|(before, now)| {
+                    now < GOES_ON * before && !self.is_lost(*one, *before)
                 })
             });
         }
         self.hold_out(structures);
+    }
+
+    /// Σ ε² of the training recordings that structures leave; before their first fit, what the base model leaves.
+    fn training_sums(&self, structures: &[StructureId]) -> BTreeMap<StructureId, f64> {
+        let of_base = self.training_sum(StructureId::BASE);
+        let of = |one: &StructureId| {
+            let own = self.training_error(*one).map(|(sum, _)| sum);
+            (*one, own.unwrap_or(of_base))
+        };
+        structures.iter().map(of).collect()
+    }
+
+    /// Whether a fit that left this much before a round is far from the noise and does not approach it.
+    fn is_lost(&self, structure: StructureId, before: f64) -> bool {
+        let now = self.training_error(structure);
+        now.is_some_and(|(now, n)| now > HOPELESS * n as f64 && now > APPROACHES * before)
     }
 
     /// Tries near twins for each effect of the best structure, until none is better.
