@@ -549,6 +549,12 @@ fn bits(system: &impl Solved, at: &At) -> Vec<Vec<u64>> {
     system.delays(point, &mut tau);
     system.delay_sensitivities(point, &mut dtau);
     all.extend([w, dw, y0, s0, tau, dtau]);
+    let n_starts = signature.start_equations.len();
+    let (mut rest, mut drest) = (numbers(n_starts), numbers(n_starts * n_s));
+    let mut drestdy = numbers(n_starts * n);
+    system.start_equations(point, &mut rest);
+    system.start_equation_sensitivities(point, &s, &mut drest, &mut drestdy);
+    all.extend([rest, drest, drestdy]);
     let n_v = signature.delayed_unknowns.len();
     let (mut x, mut rate, mut curvature) = (numbers(n_v), numbers(n_v), numbers(n_v));
     system.histories(point, &mut x, &mut rate, &mut curvature);

@@ -3,7 +3,7 @@
 use dgd_compiler::program::{self, FunctionKind, Program, Taylor};
 use dgd_runtime::integrate::integrate;
 use dgd_runtime::linalg::Factorisation;
-use dgd_runtime::linearize::start_at_rest;
+use dgd_runtime::linearize::find_start;
 use dgd_runtime::taylor::{KeptSeries, NoTaylor, Terms};
 use dgd_runtime::{
     Failure, InitialError, Options, Point, Problem, Signature, Solution, Solved, Storage, System,
@@ -82,14 +82,14 @@ impl<P: Perform> Solved for Executed<P> {
         P::integrate(problem, times, options, wanted)
     }
 
-    fn start_at_rest(
+    fn find_start(
         problem: &Problem<'_, Self>,
         t: f64,
         options: &Options,
         y: &mut [f64],
         s: Option<&mut [f64]>,
     ) -> Result<(), InitialError> {
-        start_at_rest(problem, t, options, y, s)
+        find_start(problem, t, options, y, s)
     }
 }
 
@@ -215,6 +215,23 @@ impl<P: Perform> System for Executed<P> {
     #[inline]
     fn history_sensitivities(&self, at: Point<'_>, s: &mut [f64], rates: &mut [f64]) {
         self.0.perform(FunctionKind::HistorySensitivities, at, &[], &[], &mut [s, rates]);
+    }
+
+    #[inline]
+    fn start_equations(&self, at: Point<'_>, rest: &mut [f64]) {
+        self.0.perform(FunctionKind::StartEquations, at, &[], &[], &mut [rest]);
+    }
+
+    #[inline]
+    fn start_equation_sensitivities(
+        &self,
+        at: Point<'_>,
+        s: &[f64],
+        drest: &mut [f64],
+        drestdy: &mut [f64],
+    ) {
+        let results = &mut [drest, drestdy];
+        self.0.perform(FunctionKind::StartEquationSensitivities, at, &[], s, results);
     }
 
     #[inline]

@@ -45,7 +45,7 @@ pub(crate) fn expand(input: &Input, folder: &Path) -> TokenStream {
             .iter()
             .filter_map(|(name, number)| size(name, number, &mut sources, &mut diagnostics))
             .collect(),
-        columns: None,
+        ..ModelOptions::default()
     };
     let directions = match &input.sensitivities {
         None => Directions::All,

@@ -148,7 +148,7 @@ impl<'a> Still<'a> {
                 | ItemKind::When(_)
                 | ItemKind::Every { .. }
                 | ItemKind::Unit { .. }
-                | ItemKind::StartSteady
+                | ItemKind::Start(_)
                 | ItemKind::Saturate { .. }
                 | ItemKind::Size { .. }
                 | ItemKind::Array { .. }

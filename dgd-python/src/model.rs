@@ -142,9 +142,11 @@ impl Model {
         py: Python<'_>,
         options: &Bound<'_, PyAny>,
     ) -> PyResult<(Choices, Sought, Solve)> {
-        let choices = options.extract::<SetOptions>()?.beside(&self.choices);
+        let mut choices = options.extract::<SetOptions>()?.beside(&self.choices);
         let sought = options.extract::<SoughtOptions>()?.request();
-        Ok((choices, sought, options.extract::<SolveOptions>()?.request(py)?))
+        let solve = options.extract::<SolveOptions>()?;
+        choices.at_rest = solve.begins_at_rest();
+        Ok((choices, sought, solve.request(py)?))
     }
 
     fn run(

@@ -157,10 +157,19 @@ fn steps(py: Python<'_>, words: &str) -> PyResult<Steps> {
     }
 }
 
+/// The word for a start at rest.
+const STEADY: &str = "steady";
+
 impl SolveOptions {
+    pub(crate) fn begins_at_rest(&self) -> bool {
+        self.begin == STEADY
+    }
+
     pub(crate) fn request(self, py: Python<'_>) -> PyResult<Solve> {
         let mut solve = Solve::default();
-        let starts = [("model", Start::Model), ("measured", Start::Measured)];
+        // A start at rest is a property of the model.
+        let starts =
+            [("model", Start::Model), ("measured", Start::Measured), (STEADY, Start::Model)];
         solve.start = one_of(py, "start", &self.begin, &starts)?;
         let rename = |(column, name): (String, String)| Rename { column, name };
         solve.rename = self.rename.into_iter().map(rename).collect();

@@ -272,6 +272,13 @@ pub enum InitialError {
         /// Why.
         reason: String,
     },
+    /// The model has start equations, and no start values that satisfy them are found.
+    NoStart {
+        /// The time, s.
+        t: f64,
+        /// Why.
+        reason: String,
+    },
     /// An equation or its derivative is not finite at the start values.
     NotFinite {
         /// The equation.
@@ -480,6 +487,9 @@ impl fmt::Display for InitialError {
                     f,
                     "the model starts at rest, and is not found at rest at t = {t} s: {reason}"
                 )
+            }
+            Self::NoStart { t, reason } => {
+                write!(f, "no start values at t = {t} s satisfy the start equations: {reason}")
             }
             Self::StartNotFinite { unknown, t } => {
                 write!(f, "the start value of `{unknown}` at t = {t} s is not finite")

@@ -29,14 +29,14 @@ pub trait Solved: System {
     where
         Self: Sized;
 
-    /// Replaces start values, and their sensitivities, by those at rest where the model begins there
-    /// ([`start_at_rest`](crate::linearize::start_at_rest)); a model that does not need not say so.
+    /// Replaces start values, and their sensitivities, by those that are found where the model begins at rest or has
+    /// start equations ([`find_start`](crate::linearize::find_start)); a model without these need not say so.
     ///
     /// # Errors
     ///
-    /// [`InitialError`]: there is no rest.
+    /// [`InitialError`]: there are none.
     #[inline]
-    fn start_at_rest(
+    fn find_start(
         _problem: &Problem<'_, Self>,
         _t: f64,
         _options: &Options,

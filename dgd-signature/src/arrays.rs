@@ -138,6 +138,7 @@ mod tests {
             output_jacobians: [none(), none(), none()],
             discrete: Discrete::NONE,
             starts_at_rest: false,
+            start_equations: List::Borrowed(&[]),
         };
         let family = |count, differential, lower| Family {
             count,

@@ -46,7 +46,7 @@ pub use past::{DelayedInput, DelayedUnknown, PastLayout};
 pub use pattern::Pattern;
 pub use prior::PriorDensity;
 pub use quantity::{Input, Interpolation, Output, Parameter, Unknown};
-pub use signature::{DifferentiatedInput, Direction, Signature};
+pub use signature::{DifferentiatedInput, Direction, Signature, StartEquation};
 pub use unit::Unit;
 pub use unknowns::{Labels, Unknowns};
 

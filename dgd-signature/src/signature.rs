@@ -50,6 +50,17 @@ pub struct Signature {
     pub discrete: Discrete,
     /// Whether a run begins at rest, and start values are where that is looked for.
     pub starts_at_rest: bool,
+    /// What holds at the start besides the equations, and determines as many start values.
+    pub start_equations: List<StartEquation>,
+}
+
+/// An equation that holds at the start.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StartEquation {
+    /// Its label.
+    pub name: Text,
+    /// Position of a state whose start value it determines, together with the other start equations.
+    pub unknown: usize,
 }
 
 /// A direction of sensitivities.
@@ -71,6 +82,11 @@ pub struct DifferentiatedInput {
 }
 
 impl Signature {
+    /// Whether start values, or some of them, are found and only begin at those that are declared.
+    pub fn start_is_found(&self) -> bool {
+        self.starts_at_rest || !self.start_equations.is_empty()
+    }
+
     /// n_u, the length of u.
     pub fn n_u(&self) -> usize {
         let past = self.past();

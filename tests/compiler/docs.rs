@@ -187,7 +187,7 @@ fn declared_by(item: &Item) -> Option<(&'static str, &str)> {
         | ItemKind::Binding { .. }
         | ItemKind::When(_)
         | ItemKind::Every { .. }
-        | ItemKind::StartSteady
+        | ItemKind::Start(_)
         | ItemKind::Saturate { .. } => return None,
     };
     Some((set, &name.text))

@@ -240,6 +240,7 @@ fn converted(item: &Item) -> Option<Item> {
             }
             AttributeKind::Log
             | AttributeKind::Fixed
+            | AttributeKind::Guess
             | AttributeKind::Hold
             | AttributeKind::Linear
             | AttributeKind::Exact

@@ -8,6 +8,8 @@ mod linearised;
 mod priors;
 #[path = "robust.rs"]
 mod robust;
+#[path = "start_equations.rs"]
+mod start_equations;
 #[path = "steady.rs"]
 mod steady;
 

@@ -220,7 +220,7 @@ impl FitArgs {
     /// For those who do the work; what is finished is kept beside `out`.
     pub(crate) fn request(&self, out: Option<&Path>) -> FitRequest {
         let mut request = FitRequest::new(&self.model, self.given.data.clone());
-        request.choices = self.choices.request();
+        request.choices = self.solve.choices(&self.choices);
         request.valid.clone_from(&self.given.valid);
         request.sought = self.given.sought.request();
         request.outputs.clone_from(&self.outputs);

@@ -41,7 +41,7 @@ impl InvertArgs {
     /// For those who do the work.
     pub(crate) fn request(&self) -> InvertRequest {
         let mut run = RunRequest::new(&self.model);
-        run.choices = self.choices.request();
+        run.choices = self.solve.choices(&self.choices);
         run.data = Some(self.data.clone());
         run.solve = self.solve.request();
         let mut request = InvertRequest::new(run, &self.equation);

@@ -42,13 +42,21 @@ impl Given {
 impl From<Start> for dgd_work::Start {
     fn from(start: Start) -> Self {
         match start {
-            Start::Model => dgd_work::Start::Model,
+            // A start at rest is a property of the model.
+            Start::Model | Start::Steady => dgd_work::Start::Model,
             Start::Measured => dgd_work::Start::Measured,
         }
     }
 }
 
 impl SolveArgs {
+    /// What is chosen, a start at rest included.
+    pub(super) fn choices(&self, choices: &Choices) -> dgd_work::Choices {
+        let mut choices = choices.request();
+        choices.at_rest = self.start == Start::Steady;
+        choices
+    }
+
     /// For those who do the work.
     pub(crate) fn request(&self) -> Solve {
         let mut solve = Solve::default();
@@ -69,7 +77,7 @@ impl RunArgs {
     /// For those who do the work.
     pub(crate) fn request(&self) -> RunRequest {
         let mut run = RunRequest::new(&self.model);
-        run.choices = self.choices.request();
+        run.choices = self.solve.choices(&self.choices);
         run.data.clone_from(&self.data);
         run.every = self.every;
         run.solve = self.solve.request();
@@ -107,7 +115,7 @@ impl DiscoverArgs {
     /// For those who do the work; what is finished is kept beside `out`.
     pub(crate) fn request(&self, out: Option<&Path>) -> DiscoverRequest {
         let mut request = DiscoverRequest::new(&self.model, self.given.data.clone());
-        request.choices = self.choices.request();
+        request.choices = self.solve.choices(&self.choices);
         request.valid.clone_from(&self.given.valid);
         request.effects.clone_from(&self.effects);
         request.budget = self.budget;
@@ -130,7 +138,7 @@ impl TrackArgs {
     /// For those who do the work.
     pub(crate) fn request(&self) -> TrackRequest {
         let mut request = TrackRequest::new(&self.model, &self.data);
-        request.choices = self.choices.request();
+        request.choices = self.solve.choices(&self.choices);
         request.estimator = match self.estimator {
             Tracker::Ekf => dgd_work::Tracker::Ekf,
             Tracker::Ukf => dgd_work::Tracker::Ukf,

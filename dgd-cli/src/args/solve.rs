@@ -122,6 +122,8 @@ pub(crate) enum Start {
     Model,
     /// The first measured outputs, as far as they determine the states
     Measured,
+    /// The steady state for the inputs of the first row, as `start steady` in the model
+    Steady,
 }
 
 /// What is chosen and set from outside the model file.

@@ -83,16 +83,16 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
         .map(|function| function::method(program, function, sources));
     let taylor = taylor::methods(program);
     let lanes = on_stack.then(|| lanes::methods(program));
-    let rest = program.signature.starts_at_rest.then(|| {
+    let rest = program.signature.start_is_found().then(|| {
         quote! {
-            fn start_at_rest(
+            fn find_start(
                 problem: &::dgd::__runtime::Problem<'_, Self>,
                 t: f64,
                 options: &::dgd::__runtime::Options,
                 y: &mut [f64],
                 s: ::core::option::Option<&mut [f64]>,
             ) -> ::core::result::Result<(), ::dgd::__runtime::InitialError> {
-                ::dgd::__runtime::linearize::start_at_rest(problem, t, options, y, s)
+                ::dgd::__runtime::linearize::find_start(problem, t, options, y, s)
             }
         }
     });

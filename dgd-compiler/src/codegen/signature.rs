@@ -7,7 +7,8 @@ use std::fmt::Debug;
 use dgd_signature::arrays::{Array, Family, OutputArray, Run};
 use dgd_signature::{
     Automaton, DelayedInput, DelayedUnknown, Density, DifferentiatedInput, Direction, Discrete,
-    Distribution, Input, Output, Parameter, Pattern, Signature, Transition, Unit, Unknown,
+    Distribution, Input, Output, Parameter, Pattern, Signature, StartEquation, Transition, Unit,
+    Unknown,
 };
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
@@ -37,6 +38,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
         output_jacobians,
         discrete: modes,
         starts_at_rest,
+        start_equations,
     } = &program.signature;
     let equations = &equations.single;
     let unknowns = unknowns.single.iter().map(unknown);
@@ -52,6 +54,9 @@ pub(super) fn signature(program: &Program) -> TokenStream {
         [jacobian, sensitivity_jacobian, parameter_jacobian, input_jacobian].map(pattern);
     let output_jacobians = output_jacobians.iter().map(pattern);
     let discrete = discrete(modes);
+    let start_equations = start_equations.iter().map(|StartEquation { name, unknown }| {
+        quote!(StartEquation { name: Text::Borrowed(#name), unknown: #unknown })
+    });
     let signature = quote! {
         Signature {
             name: Text::Borrowed(#name),
@@ -74,6 +79,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             output_jacobians: [#(#output_jacobians),*],
             discrete: #discrete,
             starts_at_rest: #starts_at_rest,
+            start_equations: List::Borrowed(&[#(#start_equations),*]),
         }
     };
     let (of, value) = if program.signature.unknowns.arrays.is_empty() {

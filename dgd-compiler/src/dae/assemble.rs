@@ -11,6 +11,7 @@ use super::rates::{Varying, take_slopes};
 use super::readers::DerivativeReader;
 use super::renumber::renumber;
 use super::rest;
+use super::start_equations;
 use super::transfer::transfer;
 use super::{Dae, delays};
 use crate::diagnostics::{Diagnostics, Reported};
@@ -61,6 +62,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let rates = systems.rates(&mut graph);
     let mut reader = DerivativeReader { model, rates, graph: &mut graph, diagnostics };
     let outputs = reader.outputs(transferred.outputs, &delays);
+    let start_equations = reader.start_equations(transferred.start_equations);
     let mut automata = reader.automata(transferred.transitions);
     automata.extend(selecting);
     // After this: no delay that varies with an algebraic unknown.
@@ -80,6 +82,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         delayed_unknowns: delays.unknowns,
         differentiated_inputs,
         outputs,
+        start_equations,
         names: transferred.names,
         automata,
         time_conditions,
@@ -93,7 +96,9 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     // After this: no elements of arrays; they are unknowns.
     let dae = families::place(dae, model, &origins, diagnostics)?;
     // After this: a model that starts at rest can be at rest, and nobody estimates its start values.
-    rest::verify(dae, model, diagnostics)
+    let dae = rest::verify(dae, model, diagnostics)?;
+    // After this: as many start equations as states that they determine, and nobody estimates these.
+    start_equations::verify(dae, model, diagnostics)
 }
 
 /// A system with what a model declares and no equations yet.
@@ -115,6 +120,7 @@ fn declared(model: &Model) -> Dae {
         outputs: Vec::new(),
         densities: model.densities.clone(),
         starts_at_rest: model.starts_at_rest.is_some(),
+        start_equations: Vec::new(),
         output_arrays: Vec::new(),
         names: BTreeMap::new(),
         variants: model.variants.clone(),

@@ -14,6 +14,7 @@ mod rates;
 mod readers;
 mod renumber;
 mod rest;
+mod start_equations;
 pub mod text;
 mod transfer;
 
@@ -75,6 +76,8 @@ pub struct Dae {
     pub differentiated_inputs: Vec<DifferentiatedInput>,
     /// Whether a run begins at rest.
     pub starts_at_rest: bool,
+    /// What holds at the start besides the equations.
+    pub start_equations: Vec<StartEquation>,
     /// Outputs; their values are expressions of `graph`.
     pub outputs: Vec<Output>,
     /// How readings scatter where `noise` is more than a number.
@@ -133,6 +136,19 @@ pub struct TimeCondition {
     pub at: ExprId,
     /// Its discrete number from then on, 0 or 1; before, the other one.
     pub after: ExprId,
+}
+
+/// 0 = r, which holds at the start and determines a start value.
+#[derive(Debug, Clone)]
+pub struct StartEquation {
+    /// Its label.
+    pub name: String,
+    /// Where it stands.
+    pub span: Span,
+    /// r.
+    pub rest: ExprId,
+    /// The state whose start value it is there for; all of them together determine those of all.
+    pub unknown: usize,
 }
 
 /// How late something is.
@@ -313,6 +329,9 @@ impl Dae {
         }
         for output in &mut self.outputs {
             visit(graph, &mut output.value);
+        }
+        for equation in &mut self.start_equations {
+            visit(graph, &mut equation.rest);
         }
         for transition in self.automata.iter_mut().flat_map(|a| &mut a.transitions) {
             visit(graph, &mut transition.event);

@@ -1,7 +1,7 @@
-//! What reads derivatives without determining them: outputs, event functions and resets.
+//! What reads derivatives without determining them: outputs, start equations, event functions and resets.
 
 use super::delays::Resolved;
-use super::{Automaton, AutomatonKind, Output, Transition, Trigger};
+use super::{Automaton, AutomatonKind, Output, StartEquation, Transition, Trigger};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{self, Model};
@@ -28,6 +28,17 @@ impl DerivativeReader<'_> {
             outputs.push(Output { declared, value, noise: output.noise, delay: *delay });
         }
         outputs
+    }
+
+    /// The model's start equations without derivatives; which states they determine is found out later.
+    pub(super) fn start_equations(&mut self, values: Vec<ExprId>) -> Vec<StartEquation> {
+        let mut all = Vec::with_capacity(values.len());
+        for (equation, rest) in self.model.start_equations.iter().zip(values) {
+            let (name, span) = (equation.label.clone(), equation.span);
+            let rest = self.open(rest, span, &|| format!("start equation `{name}`"));
+            all.push(StartEquation { name, span, rest, unknown: 0 });
+        }
+        all
     }
 
     /// The model's automata, event functions and resets without derivatives.

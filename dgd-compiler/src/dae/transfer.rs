@@ -30,6 +30,8 @@ pub(super) struct Transferred<'a> {
     /// What unknowns were before the start, of time; conditions on it stay as they are.
     pub(super) histories: Vec<Option<ExprId>>,
     pub(super) outputs: Vec<ExprId>,
+    /// r − l of the start equations.
+    pub(super) start_equations: Vec<ExprId>,
     /// For each block and transition, left − right and the values of its resets.
     pub(super) transitions: Vec<Vec<(ExprId, Vec<ExprId>)>>,
     /// For each block, the period of an `every`.
@@ -81,6 +83,7 @@ impl Transferred<'_> {
         equations
             .chain(&mut self.starts)
             .chain(&mut self.outputs)
+            .chain(&mut self.start_equations)
             .chain(&mut self.bounds)
             .chain(transitions.flat_map(|(event, resets)| std::iter::once(event).chain(resets)))
     }
@@ -102,6 +105,7 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         .chain(starts())
         .chain(model.unknowns.iter().filter_map(|u| u.history))
         .chain(model.outputs.iter().map(|o| o.value))
+        .chain(model.start_equations.iter().flat_map(|e| [e.left, e.right]))
         .chain(transitions().flat_map(|t| [t.left, t.right]))
         .chain(transitions().flat_map(|t| t.resets.iter().map(|reset| reset.value)))
         .chain(model.automata.iter().filter_map(|automaton| automaton.period))
@@ -125,6 +129,9 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
             Equation { label: &equation.label, span: equation.span, rest, derivatives }
         })
         .collect();
+    let start_equations = model.start_equations.iter();
+    let start_equations =
+        start_equations.map(|e| graph.subtract(built[&e.right], built[&e.left])).collect();
     let common = model.equations.len();
     let mut begin = common;
     let mut of_modes = Vec::new();
@@ -156,6 +163,7 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         starts: starts().map(|start| built[&start]).collect(),
         histories: model.unknowns.iter().map(|u| u.history.map(|id| built[&id])).collect(),
         outputs: model.outputs.iter().map(|o| built[&o.value]).collect(),
+        start_equations,
         transitions,
         periods: model.automata.iter().map(|a| a.period.map(|id| built[&id])).collect(),
         bounds: model.saturations.iter().map(|saturation| built[&saturation.bound]).collect(),

@@ -1137,6 +1137,26 @@ Right:
     state T [K] = 300
     equation heating: der(T) = (T_room - T)/100 [s]
 "
+E509 "start equations that do not determine start values" "
+Each `start equation` determines the start value of one state: of a state with `guess`, whose value is then only
+where the search begins, or of one whose derivative it reads.
+
+Wrong:
+
+    start equation filling: A*h = 0.5 [m^3]
+
+    constant A [m^2] = 2
+    state h [m] = 1
+    equation level: A*der(h) = -0.01 [m^2/s]*h
+
+Right:
+
+    start equation filling: A*h = 0.5 [m^3]
+
+    constant A [m^2] = 2
+    state h [m] = 1  guess
+    equation level: A*der(h) = -0.01 [m^2/s]*h
+"
 E510 "bound that follows an unknown" "
 `saturate` keeps an unknown within a bound that is made of parameters, constants, inputs and time.
 

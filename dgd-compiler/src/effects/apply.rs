@@ -446,7 +446,7 @@ fn equations_mut(
             | ItemKind::When(_)
             | ItemKind::Every { .. }
             | ItemKind::Unit { .. }
-            | ItemKind::StartSteady
+            | ItemKind::Start(_)
             | ItemKind::Saturate { .. } => {}
         }
     }

@@ -39,7 +39,7 @@ impl Declarations {
                     | ItemKind::When(_)
                     | ItemKind::Every { .. }
                     | ItemKind::Unit { .. }
-                    | ItemKind::StartSteady
+                    | ItemKind::Start(_)
                     | ItemKind::Saturate { .. } => return,
                     ItemKind::Constant { name, unit, .. }
                     | ItemKind::Let { name, unit, .. }

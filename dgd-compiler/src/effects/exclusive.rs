@@ -133,7 +133,7 @@ impl Definitions {
                 | ItemKind::When(_)
                 | ItemKind::Every { .. }
                 | ItemKind::Unit { .. }
-                | ItemKind::StartSteady
+                | ItemKind::Start(_)
                 | ItemKind::Saturate { .. } => {}
             });
         }

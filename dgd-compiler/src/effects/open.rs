@@ -67,7 +67,7 @@ impl Definitions {
                 | ItemKind::When(_)
                 | ItemKind::Every { .. }
                 | ItemKind::Unit { .. }
-                | ItemKind::StartSteady
+                | ItemKind::Start(_)
                 | ItemKind::Saturate { .. }
                 | ItemKind::Size { .. }
                 | ItemKind::Array { .. }

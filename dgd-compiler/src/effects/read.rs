@@ -103,7 +103,7 @@ fn verify_changes(ast: &Ast, header: &EffectHeader, diagnostics: &mut Diagnostic
                 | ItemKind::When(_)
                 | ItemKind::Every { .. }
                 | ItemKind::Saturate { .. }
-                | ItemKind::StartSteady
+                | ItemKind::Start(_)
         );
     });
     if !acts {

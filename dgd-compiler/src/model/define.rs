@@ -10,7 +10,7 @@ use crate::expr::Symbol;
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::syntax::ast::{
-    Argument, Attribute, Choice, Expr, ExprKind, Item, ItemKind, LocalLet, Name, Points,
+    Argument, Attribute, Choice, Expr, ExprKind, Item, ItemKind, LocalLet, Name, Points, StartRule,
     Unit as WrittenUnit, UnknownKind,
 };
 use crate::syntax::visit;
@@ -267,7 +267,8 @@ impl<'a> Scope<'a> {
                     }
                     continue;
                 }
-                ItemKind::Equation { label, .. } => {
+                ItemKind::Equation { label, .. }
+                | ItemKind::Start(StartRule::Equation { label, .. }) => {
                     unique(&mut labels, label, "equation", diagnostics);
                     continue;
                 }
@@ -283,7 +284,7 @@ impl<'a> Scope<'a> {
                 | ItemKind::When(_)
                 | ItemKind::Every { .. }
                 | ItemKind::Unit { .. }
-                | ItemKind::StartSteady
+                | ItemKind::Start(StartRule::Steady)
                 | ItemKind::Saturate { .. } => continue,
             };
             let unit = unit

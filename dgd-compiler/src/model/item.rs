@@ -72,7 +72,8 @@ impl<'a> Resolver<'a> {
                     parameter.prior = Some(prior);
                     prior_span = Some(attribute.span);
                 }
-                AttributeKind::Hold
+                AttributeKind::Guess
+                | AttributeKind::Hold
                 | AttributeKind::Linear
                 | AttributeKind::Noise(_)
                 | AttributeKind::History(_)
@@ -123,7 +124,7 @@ impl<'a> Resolver<'a> {
             }
         };
         let mut nominal = None;
-        let mut fixed = false;
+        let (mut fixed, mut guess) = (false, false);
         let (mut history, mut noise) = (None, None);
         for attribute in attributes {
             match &attribute.kind {
@@ -131,6 +132,7 @@ impl<'a> Resolver<'a> {
                     nominal = Some(self.positive(expr, &unit, "nominal size", diagnostics)?);
                 }
                 AttributeKind::Fixed => fixed = true,
+                AttributeKind::Guess => guess = true,
                 AttributeKind::History(expr) => {
                     let typed = self.in_unit(expr, &unit, Reading::Value, diagnostics)?;
                     self.check_history(typed.id, expr, diagnostics)?;
@@ -149,7 +151,7 @@ impl<'a> Resolver<'a> {
                 | AttributeKind::Beyond(_) => {}
             }
         }
-        Ok(Unknown { declared, state, start, fixed, nominal, history, noise })
+        Ok(Unknown { declared, state, start, fixed, guess, nominal, history, noise })
     }
 
     /// Checks that a history reads only time and parameters.

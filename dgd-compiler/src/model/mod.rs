@@ -74,6 +74,8 @@ pub struct Model {
     pub saturations: Vec<Saturation>,
     /// Where it says that runs begin at rest, if it does.
     pub starts_at_rest: Option<Span>,
+    /// What holds at the start besides the equations.
+    pub start_equations: Vec<Equation>,
     /// `variant`s and what was chosen.
     pub variants: Vec<Variant>,
     /// `part`s and parts of those; what they hold is in the lists above.
@@ -143,6 +145,8 @@ pub struct Unknown {
     pub start: ExprId,
     /// Its start value is not estimated.
     pub fixed: bool,
+    /// A start equation determines its start value.
+    pub guess: bool,
     /// Size for tolerances, SI.
     pub nominal: Option<f64>,
     /// What it was before the start, of time and parameters; `None` means its start value.

@@ -14,7 +14,7 @@ use crate::expr::{ExprId, Symbol};
 use crate::parts::{self, Expanded, InnerModel};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Ast, AttributeKind, Expr, Item, ItemKind, Name, Unit as WrittenUnit, UnknownKind,
+    Ast, AttributeKind, Expr, Item, ItemKind, Name, StartRule, Unit as WrittenUnit, UnknownKind,
 };
 use crate::syntax::own_units;
 use crate::units::{Dimension, Unit};
@@ -29,6 +29,8 @@ pub struct ModelOptions {
     /// Columns that there are data of. Where they are known, an input that nothing reads is kept if it has one,
     /// and left out otherwise: what is added to the model may read it.
     pub columns: Option<Vec<String>>,
+    /// Where it is asked that a run begins at rest, although the model does not say so.
+    pub starts_at_rest: Option<Span>,
 }
 
 /// `name = value`, given from outside; a plain number is in the declared unit.
@@ -144,6 +146,7 @@ pub fn resolve_noting(
 
     let mut model = resolver.model;
     verify_start(&model, header.name.span, diagnostics)?;
+    model.starts_at_rest = model.starts_at_rest.or(options.starts_at_rest);
     model.add_deviations(resolver.formulas);
     for (name, size) in &resolver.lowering.scope.sizes {
         let span = resolver.lowering.scope.names.get(name).map(|entry| entry.span);
@@ -322,8 +325,12 @@ impl<'a> Resolver<'a> {
                 let automaton = self.every(item, period, resets, diagnostics)?;
                 self.model.automata.push(automaton);
             }
-            ItemKind::StartSteady => {
+            ItemKind::Start(StartRule::Steady) => {
                 self.model.starts_at_rest = Some(item.span);
+            }
+            ItemKind::Start(StartRule::Equation { label, left, right }) => {
+                let equation = self.equation(item, label, [left, right], &[], diagnostics)?;
+                self.model.start_equations.push(equation);
             }
             ItemKind::Saturate { name, side, bound } => {
                 let saturation = self.saturation(item, name, *side, bound, diagnostics)?;

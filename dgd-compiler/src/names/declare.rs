@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::{Names, Scope, SymbolId, SymbolKind, Use};
-use crate::syntax::ast::{Ast, Choice, Item, ItemKind, Name, Target, UnknownKind};
+use crate::syntax::ast::{Ast, Choice, Item, ItemKind, Name, StartRule, Target, UnknownKind};
 
 /// The set of a scope that a name belongs to.
 type Set = fn(&mut Scope) -> &mut BTreeMap<String, SymbolId>;
@@ -47,7 +47,8 @@ impl Names {
                 ItemKind::Function { name, .. } | ItemKind::Table { name, .. } => {
                     (name, SymbolKind::Function)
                 }
-                ItemKind::Equation { label, .. } => {
+                ItemKind::Equation { label, .. }
+                | ItemKind::Start(StartRule::Equation { label, .. }) => {
                     self.declare_in(scope, |s| &mut s.equations, label, SymbolKind::Equation);
                     continue;
                 }
@@ -75,7 +76,7 @@ impl Names {
                 | ItemKind::When(_)
                 | ItemKind::Every { .. }
                 | ItemKind::Unit { .. }
-                | ItemKind::StartSteady
+                | ItemKind::Start(StartRule::Steady)
                 | ItemKind::Saturate { .. } => continue,
             };
             self.declare_in(scope, |s| &mut s.values, name, kind);

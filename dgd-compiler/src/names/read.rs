@@ -5,7 +5,7 @@ use super::{Names, Scope, SymbolId, SymbolKind, Use};
 use crate::source::{SourceId, Sources, Span};
 use crate::syntax::ast::{
     Argument, Ast, Attribute, AttributeKind, ClauseKind, Condition, EffectHeader, Expr, ExprKind,
-    Item, ItemKind, LocalLet, Name, PartArgument, Reset, Target, Transition, Unit,
+    Item, ItemKind, LocalLet, Name, PartArgument, Reset, StartRule, Target, Transition, Unit,
 };
 use crate::syntax::visit;
 
@@ -181,7 +181,8 @@ impl Reader<'_> {
 
     fn item(&mut self, item: &Item) {
         match &item.kind {
-            ItemKind::Import { .. } | ItemKind::StartSteady => {}
+            ItemKind::Import { .. } | ItemKind::Start(StartRule::Steady) => {}
+            ItemKind::Start(StartRule::Equation { left, right, .. }) => self.exprs([left, right]),
             ItemKind::Size { value, .. } | ItemKind::Unit { value, .. } => self.expr(value),
             ItemKind::Constant { unit, value, .. } | ItemKind::Let { unit, value, .. } => {
                 self.unit(unit.as_ref());
@@ -296,6 +297,7 @@ impl Reader<'_> {
                 | AttributeKind::History(value) => self.expr(value),
                 AttributeKind::Log
                 | AttributeKind::Fixed
+                | AttributeKind::Guess
                 | AttributeKind::Hold
                 | AttributeKind::Linear
                 | AttributeKind::Exact

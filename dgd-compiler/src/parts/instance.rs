@@ -182,7 +182,7 @@ fn give(
         | ItemKind::When(_)
         | ItemKind::Every { .. }
         | ItemKind::Unit { .. }
-        | ItemKind::StartSteady
+        | ItemKind::Start(_)
         | ItemKind::Saturate { .. }
         | ItemKind::Part { .. }
         | ItemKind::Binding { .. } => {}

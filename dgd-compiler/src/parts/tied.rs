@@ -65,7 +65,7 @@ pub(super) fn tie(whole: &mut ExpandedModel) {
             | ItemKind::When(_)
             | ItemKind::Every { .. }
             | ItemKind::Unit { .. }
-            | ItemKind::StartSteady
+            | ItemKind::Start(_)
             | ItemKind::Saturate { .. }
             | ItemKind::Part { .. }
             | ItemKind::Binding { .. } => return,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use dgd_signature::arrays::{Array, Arrays, Family, OutputArray, with_arrays};
 use dgd_signature::{
     Automaton, DelayedUnknown, Direction, Discrete, Features, Input, List, Output, Parameter,
-    Pattern, Signature, Transition, Unit, Unknown,
+    Pattern, Signature, StartEquation, Transition, Unit, Unknown,
 };
 
 use super::functions::{RUNS, ResultKind};
@@ -162,6 +162,14 @@ fn of_single(
             reset_jacobian: pattern(ResultKind::ResetJacobian),
         },
         starts_at_rest: dae.starts_at_rest,
+        start_equations: dae
+            .start_equations
+            .iter()
+            .map(|equation| StartEquation {
+                name: equation.name.clone().into(),
+                unknown: equation.unknown,
+            })
+            .collect(),
     }
 }
 

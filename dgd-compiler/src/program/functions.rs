@@ -27,6 +27,10 @@ pub enum FunctionKind {
     Start,
     /// ∂y₀/∂θ.
     StartSensitivities,
+    /// r, what start equations leave.
+    StartEquations,
+    /// dr/dθ and ∂r/∂y of them.
+    StartEquationSensitivities,
     /// τ.
     Delays,
     /// ∂τ/∂θ.
@@ -109,6 +113,12 @@ pub enum ResultKind {
     Y0,
     /// ∂y₀/∂θ, n n_s.
     S0,
+    /// r, one for each start equation.
+    StartRest,
+    /// dr/dθ = ∂r/∂y S + ∂r/∂θ of them, by columns.
+    StartRestSensitivities,
+    /// ∂r/∂y of them, dense by columns.
+    StartRestJacobian,
     /// τ, one for each delay.
     Tau,
     /// ∂τ/∂θ, delays × n_s.
@@ -202,6 +212,13 @@ pub static FUNCTIONS: &[FunctionSpec] = {
         row(K::OutputSensitivities, "output_sensitivities", &[S], &[R::W, R::Dw]),
         row(K::Start, "start", &[], &[R::Y0]),
         row(K::StartSensitivities, "start_sensitivities", &[], &[R::S0]),
+        row(K::StartEquations, "start_equations", &[], &[R::StartRest]),
+        row(
+            K::StartEquationSensitivities,
+            "start_equation_sensitivities",
+            &[S],
+            &[R::StartRestSensitivities, R::StartRestJacobian],
+        ),
         row(K::Delays, "delays", &[], &[R::Tau]),
         row(K::DelaySensitivities, "delay_sensitivities", &[], &[R::Dtau]),
         row(K::Mass, "mass", &[], &[R::Mass]),

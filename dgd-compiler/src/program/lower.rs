@@ -221,6 +221,11 @@ impl<'a> Derivation<'a> {
         self.dae.delayed_unknowns.iter().map(|d| history(d).unwrap_or(zero)).collect()
     }
 
+    /// r of the start equations.
+    fn start_rests(&self) -> Vec<ExprId> {
+        self.dae.start_equations.iter().map(|equation| equation.rest).collect()
+    }
+
     /// e, transition by transition.
     fn events(&self) -> Vec<ExprId> {
         self.transitions().map(|transition| transition.event).collect()
@@ -279,6 +284,9 @@ impl<'a> Derivation<'a> {
                 }
                 matrix
             }
+            ResultKind::StartRest => self.start_rests(),
+            ResultKind::StartRestSensitivities => self.sensitivities_of(&self.start_rests()),
+            ResultKind::StartRestJacobian => self.dense(&self.start_rests(), self.n(), unknown),
             ResultKind::Tau => self.tau(),
             ResultKind::Dtau => {
                 let tau = self.tau();

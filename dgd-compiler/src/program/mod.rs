@@ -259,6 +259,9 @@ impl Program {
             FunctionKind::ConditionTimes | FunctionKind::ConditionTimeSensitivities => {
                 self.signature.discrete.n_time_conditions > 0
             }
+            FunctionKind::StartEquations | FunctionKind::StartEquationSensitivities => {
+                !self.signature.start_equations.is_empty()
+            }
             FunctionKind::Delays | FunctionKind::DelaySensitivities => {
                 !self.signature.delays.is_empty()
             }

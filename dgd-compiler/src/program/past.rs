@@ -72,6 +72,7 @@ fn expressions(dae: &mut Dae) -> impl Iterator<Item = &mut ExprId> {
         .flat_map(|x| [&mut x.rhs, &mut x.mass, &mut x.start].into_iter().chain(&mut x.history))
         .chain(dae.families.iter_mut().map(|family| &mut family.rhs))
         .chain(dae.outputs.iter_mut().map(|output| &mut output.value))
+        .chain(dae.start_equations.iter_mut().map(|equation| &mut equation.rest))
         .chain(dae.delays.iter_mut().chain(&mut dae.varying_delays).map(|delay| &mut delay.tau))
         .chain(dae.time_conditions.iter_mut().flat_map(|c| [&mut c.at, &mut c.after]))
         .chain(transitions.flat_map(|transition| {

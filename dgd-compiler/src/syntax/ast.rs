@@ -396,8 +396,8 @@ pub enum ItemKind {
         /// Unknowns that it resets, with their new values.
         resets: Vec<Reset>,
     },
-    /// `start steady`: a run begins where the whole model is at rest.
-    StartSteady,
+    /// How a run begins.
+    Start(StartRule),
     /// `saturate q >= 0`
     Saturate {
         /// What stays within the bound.
@@ -416,6 +416,22 @@ pub struct PartArgument {
     pub name: Name,
     /// Its value, start value or choice.
     pub value: Expr,
+}
+
+/// What determines where a run begins, besides start values.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StartRule {
+    /// `start steady`: a run begins where the whole model is at rest.
+    Steady,
+    /// `start equation level: der(h) = 0`
+    Equation {
+        /// Its label.
+        label: Name,
+        /// The left side.
+        left: Expr,
+        /// The right side.
+        right: Expr,
+    },
 }
 
 /// What is watched, and what happens then.
@@ -710,6 +726,8 @@ pub enum AttributeKind {
     Log,
     /// `fixed`: not estimated unless asked.
     Fixed,
+    /// `guess`: start equations determine the start value, and this is where the search for it begins.
+    Guess,
     /// `nominal V`: size for tolerances and scaling.
     Nominal(Expr),
     /// `prior normal(mean, std)`

@@ -101,7 +101,7 @@ fn collect(
             | ItemKind::When(_)
             | ItemKind::Every { .. }
             | ItemKind::Unit { .. }
-            | ItemKind::StartSteady
+            | ItemKind::Start(_)
             | ItemKind::Saturate { .. } => {}
         }
     }

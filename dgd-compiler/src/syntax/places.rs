@@ -3,7 +3,7 @@
 use super::ast::{
     Argument, Ast, Attribute, AttributeKind, Choice, Clause, ClauseKind, Condition, EffectHeader,
     Expr, ExprKind, Header, Item, ItemKind, LocalLet, Name, PartArgument, Point, Points, Range,
-    Reaction, Reset, Slot, StartMode, Target, Transition, Unit,
+    Reaction, Reset, Slot, StartMode, StartRule, Target, Transition, Unit,
 };
 use crate::source::{SourceId, Span};
 
@@ -86,6 +86,7 @@ fn placeless_attribute(attribute: &Attribute) -> Attribute {
         AttributeKind::History(value) => AttributeKind::History(placeless(value)),
         AttributeKind::Log => AttributeKind::Log,
         AttributeKind::Fixed => AttributeKind::Fixed,
+        AttributeKind::Guess => AttributeKind::Guess,
         AttributeKind::Hold => AttributeKind::Hold,
         AttributeKind::Linear => AttributeKind::Linear,
         AttributeKind::Exact => AttributeKind::Exact,
@@ -215,7 +216,14 @@ fn placeless_item(item: &Item) -> Item {
             period: placeless(period),
             resets: resets.iter().map(placeless_reset).collect(),
         },
-        ItemKind::StartSteady => ItemKind::StartSteady,
+        ItemKind::Start(StartRule::Steady) => ItemKind::Start(StartRule::Steady),
+        ItemKind::Start(StartRule::Equation { label, left, right }) => {
+            ItemKind::Start(StartRule::Equation {
+                label: placeless_name(label),
+                left: placeless(left),
+                right: placeless(right),
+            })
+        }
         ItemKind::Saturate { name, side, bound } => {
             ItemKind::Saturate { name: placeless_name(name), side: *side, bound: placeless(bound) }
         }

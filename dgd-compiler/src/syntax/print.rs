@@ -9,7 +9,8 @@ use std::fmt::Write as _;
 use super::ast::{
     Argument, Ast, Attribute, AttributeKind, Bound, Choice, Clause, ClauseKind, Comparison,
     Condition, EffectHeader, Expr, ExprKind, Factor, Item, ItemKind, LocalLet, Name, PartArgument,
-    Points, Range, Reaction, Reset, Sign, Slot, SlotKind, StartMode, Target, Transition, Unit,
+    Points, Range, Reaction, Reset, Sign, Slot, SlotKind, StartMode, StartRule, Target, Transition,
+    Unit,
 };
 use super::parse::lexical::RESERVED;
 
@@ -463,7 +464,11 @@ impl Printer {
             ItemKind::Every { period, resets } => {
                 self.reaction(&format!("every {}", print_expression(period)), resets);
             }
-            ItemKind::StartSteady => self.line("start steady"),
+            ItemKind::Start(StartRule::Steady) => self.line("start steady"),
+            ItemKind::Start(StartRule::Equation { label, left, right }) => {
+                let [left, right] = [left, right].map(print_expression);
+                self.line(&format!("start equation {}: {left} = {right}", label.text));
+            }
             ItemKind::Saturate { name, side, bound } => {
                 let sign = match side {
                     Bound::Lower => ">=",
@@ -606,6 +611,7 @@ fn print_attribute(kind: &AttributeKind) -> String {
         }
         AttributeKind::Log => "log".to_owned(),
         AttributeKind::Fixed => "fixed".to_owned(),
+        AttributeKind::Guess => "guess".to_owned(),
         AttributeKind::Nominal(size) => format!("nominal {}", print_expression(size)),
         AttributeKind::Prior(law, first, second) => format!(
             "prior {}({}, {})",

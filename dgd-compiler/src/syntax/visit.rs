@@ -2,7 +2,7 @@
 
 use super::ast::{
     Argument, Attribute, AttributeKind, Choice, Condition, Expr, ExprKind, Item, ItemKind,
-    LocalLet, Name, Range, Reaction, Reset, Transition, Unit,
+    LocalLet, Name, Range, Reaction, Reset, StartRule, Transition, Unit,
 };
 
 /// Names of one set differ from each other; those of two sets need not.
@@ -27,7 +27,7 @@ pub enum Namespace {
 pub enum Role<'a> {
     /// The value of a constant or a parameter, or an attribute.
     Declaration,
-    /// The start value of an unknown, or the condition of a mode to start in.
+    /// The start value of an unknown, a side of a start equation, or the condition of a mode to start in.
     Start,
     /// The value of a `let`, or a number of a table.
     Let(&'a Name),
@@ -63,7 +63,12 @@ pub enum Part<'a> {
 /// The order is the same for two items that differ only in names, units and expressions.
 pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
     match &mut item.kind {
-        ItemKind::Import { .. } | ItemKind::StartSteady => {}
+        ItemKind::Import { .. } | ItemKind::Start(StartRule::Steady) => {}
+        ItemKind::Start(StartRule::Equation { label, left, right }) => {
+            visit(Part::Declares(Namespace::Equation, label));
+            visit(Part::Expr(Role::Start, left));
+            visit(Part::Expr(Role::Start, right));
+        }
         ItemKind::Constant { name, unit, value } => {
             declared(name, unit, visit);
             visit(Part::Expr(Role::Declaration, value));
@@ -199,6 +204,7 @@ fn attributes(all: &mut [Attribute], visit: &mut dyn FnMut(Part<'_>)) {
             AttributeKind::Prior(_, mean, std) => vec![mean, std],
             AttributeKind::Log
             | AttributeKind::Fixed
+            | AttributeKind::Guess
             | AttributeKind::Hold
             | AttributeKind::Linear
             | AttributeKind::Exact

@@ -142,6 +142,8 @@ impl Search<'_> {
         }
         let mut open: Vec<StructureId> = new.iter().map(|wanted| wanted.structure).collect();
         let mut next = new;
+        // Fits that began at a model that diverges take long to come near, and nothing continues them later.
+        let is_far = self.runs_away();
         for (evaluations, within) in STAGES {
             let before = self.training_sums(&open);
             self.refit(next, evaluations, HeldOut::Later);
@@ -150,7 +152,8 @@ impl Search<'_> {
             open.retain(|one| error(one).is_some_and(|error| error <= within * least));
             let unfinished = open.iter().filter(|one| {
                 let is_lost = before.get(one).is_some_and(|before| self.is_lost(**one, *before));
-                !is_lost && self.fitted(**one).is_some_and(|fitted| !fitted.is_converged)
+                (is_far || !is_lost)
+                    && self.fitted(**one).is_some_and(|fitted| !fitted.is_converged)
             });
             next = unfinished.map(|one| self.continued(*one)).collect();
         }

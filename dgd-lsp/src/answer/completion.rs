@@ -14,7 +14,7 @@ use lsp_types::{CompletionItem, CompletionItemKind, CompletionParams};
 use super::Context;
 
 /// Words that begin an item, and attributes that end one.
-const KEYWORDS: [&str; 24] = [
+const KEYWORDS: [&str; 25] = [
     "model",
     "effect",
     "import",
@@ -39,15 +39,17 @@ const KEYWORDS: [&str; 24] = [
     "every",
     "saturate",
     "start steady",
+    "start equation",
 ];
 /// Words that begin a clause of an effect.
 const CLAUSES: [&str; 5] = ["kind", "form", "null", "replace", "add"];
 /// Words that begin a line within a `modes` block and after a `when`.
 const IN_BLOCKS: [&str; 2] = ["start", "reset"];
-const ATTRIBUTES: [&str; 22] = [
+const ATTRIBUTES: [&str; 23] = [
     "in",
     "log",
     "fixed",
+    "guess",
     "nominal",
     "prior normal",
     "prior lognormal",

@@ -66,7 +66,7 @@ fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<Docu
             | ItemKind::Binding { .. }
             | ItemKind::When(_)
             | ItemKind::Every { .. }
-            | ItemKind::StartSteady
+            | ItemKind::Start(_)
             | ItemKind::Saturate { .. } => continue,
         };
         let range = places::range_of(item.span, sources, context.columns);

@@ -244,7 +244,7 @@ impl<'a, S: Solved> Pack<'a, S> {
         let mut u = S::Inputs::zeros(problem.inputs.len());
         segment.value(from, u.as_mut());
         let at = Point { t: from, y: &[], u: u.as_ref(), p: problem.p, z: &[] };
-        if self.system.signature().starts_at_rest {
+        if self.system.signature().start_is_found() {
             return None;
         }
         start_values(&problem, at, self.row.as_mut()).ok()?;

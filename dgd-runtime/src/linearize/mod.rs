@@ -53,7 +53,7 @@ pub use error::{LinearizeError, NotLinearised, SteadyStateError};
 pub use parametric::LinearAt;
 pub use point::OperatingPoint;
 pub use poles::{Pole, Poles, Stability};
-pub use start::start_at_rest;
+pub use start::find_start;
 pub use steady::{Rest, rest, steady_state};
 
 pub use exponential::Responses;

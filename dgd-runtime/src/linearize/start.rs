@@ -1,4 +1,4 @@
-//! The start of a run at rest, and how it moves with θ.
+//! The start of a run at rest, or where start equations say, and how it moves with θ.
 //!
 //! ```text
 //!   0 = f(y₀, u₀, θ)  for all equations but those of states that name what is conserved,
@@ -16,6 +16,7 @@ use super::held::Held;
 use super::steady::{Rest, rest};
 use crate::error::InitialError;
 use crate::integrate::start::consistent::start_values;
+use crate::integrate::start::equations::start_by_equations;
 use crate::problem::{Options, Problem, parameter_size, unknown_sizes};
 use crate::signal::{Inputs, Side};
 use crate::solved::Solved;
@@ -25,14 +26,14 @@ use crate::system::{Direction, Point, Storage};
 const STEP: f64 = 1e-4;
 
 /// Writes the unknowns at rest with the inputs as they are at `t` into `y`, found from the declared start values, and
-/// what they change by with θ into `s`.
+/// what they change by with θ into `s`; or, where the model has start equations, those that satisfy them.
 ///
 /// Where start values of all unknowns are given, nothing is written: these are where a run begins.
 ///
 /// # Errors
 ///
-/// [`InitialError::NoRest`], and that of a start value which is not finite.
-pub fn start_at_rest<S: Solved>(
+/// [`InitialError::NoRest`], [`InitialError::NoStart`], and that of a start value which is not finite.
+pub fn find_start<S: Solved>(
     problem: &Problem<'_, S>,
     t: f64,
     options: &Options,
@@ -40,8 +41,12 @@ pub fn start_at_rest<S: Solved>(
     s: Option<&mut [f64]>,
 ) -> Result<(), InitialError> {
     let n = y.len();
-    if !problem.system.signature().starts_at_rest || problem.start.len() >= n {
+    let signature = problem.system.signature();
+    if !signature.start_is_found() || problem.start.len() >= n {
         return Ok(());
+    }
+    if !signature.starts_at_rest {
+        return start_by_equations(problem, t, options, y, s);
     }
     let no_rest = |reason: String| InitialError::NoRest { t, reason };
     let inputs = problem.inputs_read().map_err(|error| no_rest(error.to_string()))?;

@@ -77,6 +77,8 @@ macro_rules! for_point_functions {
             output_sensitivities(s: &[f64], w: &mut [f64], dw: &mut [f64]);
             start(y: &mut [f64]);
             start_sensitivities(s: &mut [f64]);
+            start_equations(rest: &mut [f64]);
+            start_equation_sensitivities(s: &[f64], drest: &mut [f64], drestdy: &mut [f64]);
             delays(tau: &mut [f64]);
             delay_sensitivities(dtau: &mut [f64]);
             varying_delays(tau: &mut [f64]);
@@ -136,12 +138,12 @@ macro_rules! declare {
                 wanted: Wanted<'_>,
             ) -> Result<Solution, Failure>;
 
-            /// Start values at rest, as [`Solved::start_at_rest`].
+            /// Start values at rest, as [`Solved::find_start`].
             ///
             /// # Errors
             ///
             /// [`InitialError`]: there is no rest.
-            fn start_at_rest(
+            fn find_start(
                 &self,
                 given: Given<'_>,
                 t: f64,
@@ -221,7 +223,7 @@ macro_rules! implement {
                 <S as Solved>::integrate(&given.to(self), times, options, wanted)
             }
 
-            fn start_at_rest(
+            fn find_start(
                 &self,
                 given: Given<'_>,
                 t: f64,
@@ -229,7 +231,7 @@ macro_rules! implement {
                 y: &mut [f64],
                 s: Option<&mut [f64]>,
             ) -> Result<(), InitialError> {
-                <S as Solved>::start_at_rest(&given.to(self), t, options, y, s)
+                <S as Solved>::find_start(&given.to(self), t, options, y, s)
             }
 
             fn observe(&self, given: Given<'_>, solution: &Solution) -> Observations {
@@ -308,14 +310,14 @@ macro_rules! implement {
                 Model::integrate(*problem.system, Given::of(problem), times, options, wanted)
             }
 
-            fn start_at_rest(
+            fn find_start(
                 problem: &Problem<'_, Self>,
                 t: f64,
                 options: &Options,
                 y: &mut [f64],
                 s: Option<&mut [f64]>,
             ) -> Result<(), InitialError> {
-                Model::start_at_rest(*problem.system, Given::of(problem), t, options, y, s)
+                Model::find_start(*problem.system, Given::of(problem), t, options, y, s)
             }
         }
     };

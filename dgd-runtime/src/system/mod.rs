@@ -149,6 +149,23 @@ pub trait System {
     /// read.
     fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]);
 
+    /// What the start equations leave: r, one for each. A system without them need not implement this.
+    fn start_equations(&self, at: Point<'_>, rest: &mut [f64]) {
+        let _ = at;
+        rest.fill(0.0);
+    }
+
+    /// dr/dθ = ∂r/∂y S + ∂r/∂θ of the start equations, and ∂r/∂y, both dense by columns.
+    fn start_equation_sensitivities(
+        &self,
+        at: Point<'_>,
+        s: &[f64],
+        drest: &mut [f64],
+        drestdy: &mut [f64],
+    ) {
+        let _ = (at, s, drest, drestdy);
+    }
+
     /// The n_τ delays τ. Only `at.p` is read. A system without delays need not implement this.
     fn delays(&self, _at: Point<'_>, tau: &mut [f64]) {
         tau.fill(0.0);

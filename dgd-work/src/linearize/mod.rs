@@ -1,6 +1,5 @@
 //! The linear model close to a point of a run, or to a steady state.
 
-mod conserved;
 mod figure;
 mod page;
 mod report;
@@ -11,6 +10,7 @@ use dgd_runtime::{Inputs, Problem};
 
 use crate::error::WorkError;
 use crate::model::load;
+use crate::output::conserved;
 use crate::request::{LinearizeAt, LinearizeRequest, RunRequest, Solve};
 use crate::run::Run;
 use crate::run::under_way::told;

@@ -12,9 +12,9 @@ use dgd_runtime::{Output, Signature, Unit};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 
-use super::conserved::Held;
 use super::figure;
 use crate::output::columns::{is_share, quotient};
+use crate::output::conserved::Held;
 use crate::output::provenance::Provenance;
 use crate::output::quantity::of_differences;
 use crate::output::table::{exact, push_table, significant};

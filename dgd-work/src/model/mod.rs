@@ -119,6 +119,9 @@ impl<'a> Compilation<'a> {
                 options.settings.push(Setting { name, value });
             }
         }
+        if choices.at_rest {
+            options.starts_at_rest = Some(self.name("--start", "steady").span);
+        }
         Ok(options)
     }
 

@@ -2,6 +2,7 @@
 
 pub(crate) mod agreement;
 pub(crate) mod columns;
+pub(crate) mod conserved;
 pub(crate) mod figure;
 mod json;
 pub(crate) mod page;

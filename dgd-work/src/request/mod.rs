@@ -35,12 +35,14 @@ pub struct Choices {
     pub set: Vec<String>,
     /// Effects: files, or names from the folder `effects` beside the model, with arguments in parentheses.
     pub apply: Vec<String>,
+    /// Whether a run begins at rest, although the model does not say so.
+    pub at_rest: bool,
 }
 
 impl Choices {
     /// These variants, settings and effects.
     pub fn new(variant: Vec<String>, set: Vec<String>, apply: Vec<String>) -> Self {
-        Choices { variant, set, apply }
+        Choices { variant, set, apply, at_rest: false }
     }
 }
 

@@ -15,6 +15,7 @@ use dgd_compiler::source::Sources;
 use dgd_data::Epoch;
 use dgd_execute::Engine;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
+use dgd_runtime::linearize::rest;
 use dgd_runtime::signature::number::short;
 use dgd_runtime::{
     BadRequest, Failure, Inputs, IntegrateError, Observations, Options, OtherMethod, Problem,
@@ -26,6 +27,7 @@ use dgd_runtime::{
 use crate::error::WorkError;
 use crate::model::LoadedModel;
 use crate::output::columns::is_element;
+use crate::output::conserved::combination;
 use crate::output::provenance::{DataFile, Provenance};
 use crate::request::{RunRequest, Solve, Start};
 use crate::session::Session;
@@ -117,6 +119,7 @@ impl Run {
             session,
         );
         run.tell_what_waits(&conditions, session);
+        run.tell_what_is_kept(session);
         Ok(run)
     }
 
@@ -132,6 +135,21 @@ impl Run {
         for condition in start.waiting.iter().filter_map(|k| conditions.get(*k)) {
             session.remark(&format!(
                 "note: `{condition}` holds at the start and acts only after it was false"
+            ));
+        }
+    }
+
+    /// Names what the equations conserve: a start at rest keeps its declared total.
+    fn tell_what_is_kept(&self, session: Session<'_>) {
+        if !self.signature().starts_at_rest || !session.listener.hears_remarks() {
+            return;
+        }
+        // What keeps the run from starting is said by the run.
+        let Ok(found) = rest(&self.problem(), self.times[0], &self.options) else { return };
+        for own in &found.conserved {
+            let (formula, value) = combination(self.signature(), own);
+            session.remark(&format!(
+                "note: the equations conserve `{formula}`, which keeps its declared value, {value}"
             ));
         }
     }

@@ -204,6 +204,7 @@ fn rescaled(case: &Case) -> Option<Case> {
                 }
                 AttributeKind::Log
                 | AttributeKind::Fixed
+                | AttributeKind::Guess
                 | AttributeKind::Hold
                 | AttributeKind::Linear
                 | AttributeKind::Exact

@@ -13,6 +13,7 @@ mod resolver;
 use std::collections::BTreeMap;
 
 use self::resolver::Resolver;
+use crate::dae::start_equations;
 use crate::dae::transfer::{Equation, Transferred};
 use crate::dae::{Delay, DelayedInput, DelayedUnknown, Unknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
@@ -92,6 +93,7 @@ pub(super) fn resolve(
         replacing.known_beforehand(value);
     }
     let of_outputs = replacing.outputs(&mut transferred.outputs);
+    replacing.start_equations(&mut transferred.start_equations);
     replacing.diagnostics.check()?;
     transferred.names = replacing.names(&transferred.names);
     let Resolver { delays, varying, inputs, unknowns, .. } = replacing.resolver;
@@ -100,8 +102,17 @@ pub(super) fn resolve(
 
 /// All expressions, names included.
 fn roots(transferred: &Transferred<'_>) -> Vec<ExprId> {
-    let Transferred { equations, starts, histories, outputs, transitions, bounds, names, .. } =
-        transferred;
+    let Transferred {
+        equations,
+        starts,
+        histories,
+        outputs,
+        start_equations,
+        transitions,
+        bounds,
+        names,
+        ..
+    } = transferred;
     let of_transitions = transitions.iter().flatten();
     let of_transitions =
         of_transitions.flat_map(|(event, resets)| [event].into_iter().chain(resets));
@@ -110,6 +121,7 @@ fn roots(transferred: &Transferred<'_>) -> Vec<ExprId> {
         .chain(starts)
         .chain(histories.iter().flatten())
         .chain(outputs)
+        .chain(start_equations)
         .chain(bounds)
         .chain(of_transitions)
         .chain(names.keys())
@@ -174,6 +186,18 @@ impl Replacing<'_> {
     fn known_beforehand(&mut self, value: &mut ExprId) {
         let now = self.resolver.instantaneous(self.graph, self.at_names[value]);
         *value = now.unwrap_or_else(|_| unreachable!("what is known beforehand reads no unknowns"));
+    }
+
+    /// Refuses start equations that read an unknown late: before the start there is nothing to solve for.
+    fn start_equations(&mut self, values: &mut [ExprId]) {
+        for (value, equation) in values.iter_mut().zip(&self.model.start_equations) {
+            match self.resolver.instantaneous(self.graph, self.at_names[value]) {
+                Ok(now) => *value = now,
+                Err(_) => {
+                    self.diagnostics.error(start_equations::reads_late(equation));
+                }
+            }
+        }
     }
 
     /// The delays by which outputs are read late as a whole.

@@ -127,6 +127,9 @@ fn each_expression(dae: &mut Dae, change: &mut dyn FnMut(&mut Graph, ExprId) -> 
     for output in &mut dae.outputs {
         output.value = change(graph, output.value);
     }
+    for equation in &mut dae.start_equations {
+        equation.rest = change(graph, equation.rest);
+    }
     for transition in dae.automata.iter_mut().flat_map(|automaton| &mut automaton.transitions) {
         transition.event = change(graph, transition.event);
         for (_, value) in &mut transition.resets {
@@ -211,7 +214,7 @@ fn disjoint(graph: &mut Graph, family: &Family) -> Vec<Family> {
         .collect()
 }
 
-/// Derivatives of elements that outputs and transitions read: the rows' right-hand sides.
+/// Derivatives of elements that outputs, start equations and transitions read: the rows' right-hand sides.
 struct Rates<'a> {
     model: &'a Model,
     opened: BTreeMap<u32, ExprId>,
@@ -221,6 +224,7 @@ impl Rates<'_> {
     fn open(&mut self, dae: &mut Dae, diagnostics: &mut Diagnostics) {
         let mut read: Vec<(ExprId, Span)> =
             dae.outputs.iter().map(|output| (output.value, output.declared.span)).collect();
+        read.extend(dae.start_equations.iter().map(|equation| (equation.rest, equation.span)));
         let spans = self.model.automata.iter().flat_map(|automaton| &automaton.transitions);
         let transitions = dae.automata.iter().flat_map(|automaton| &automaton.transitions);
         for (transition, written) in transitions.zip(spans) {

@@ -11,7 +11,7 @@ use crate::model::Model;
 use crate::parts;
 use crate::syntax::ast::{
     self, Argument, Ast, Attribute, AttributeKind, Choice, Comparison, Crossing, Expr, ExprKind,
-    Factor, Item, ItemKind, Name, Points, Shape, Sign,
+    Factor, Item, ItemKind, Name, Points, Shape, Sign, StartRule,
 };
 
 /// Of a table with more points the first and the last are shown.
@@ -241,6 +241,11 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
             let (left, right) = (expression(left), expression(right));
             push(Line::Equation { left, right, label: Some(label.text.clone()) });
         }
+        ItemKind::Start(StartRule::Equation { label, left, right }) => {
+            let (left, right) = (expression(left), expression(right));
+            let label = Some(format!("{}, at the start", label.text));
+            push(Line::Equation { left, right, label });
+        }
         ItemKind::Modes { modes, transitions, .. } => {
             for (k, mode) in modes.iter().enumerate() {
                 // The documentation of the block is written once, that of a mode with the mode.
@@ -274,7 +279,7 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
             }
         }
         ItemKind::Import { .. }
-        | ItemKind::StartSteady
+        | ItemKind::Start(StartRule::Steady)
         | ItemKind::Constant { .. }
         | ItemKind::Parameter { .. }
         | ItemKind::Input { .. }

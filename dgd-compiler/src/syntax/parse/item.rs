@@ -15,7 +15,7 @@ use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, dotted, name, token
 use crate::diagnostics::{Code, Diagnostic, Edit, Fix, suggestion};
 use crate::syntax::ast::{
     Argument, Attribute, AttributeKind, Bound, Expr, ExprKind, ItemKind, LocalLet, Name, PriorLaw,
-    Shape, Unit, UnknownKind,
+    Shape, StartRule, Unit, UnknownKind,
 };
 use crate::units::parse_unit;
 
@@ -182,7 +182,7 @@ fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> 
     }
     let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
     let allowed: &[&str] = match declared_as {
-        UnknownKind::State => &["fixed", "nominal", "history", "noise"],
+        UnknownKind::State => &["fixed", "nominal", "history", "noise", "guess"],
         UnknownKind::Unknown | UnknownKind::Held => &["fixed", "nominal", "history"],
     };
     let (rest, attributes) = attributes(allowed, what, rest)?;
@@ -283,7 +283,8 @@ pub(crate) fn setting(input: Tokens<'_>) -> Parsed<'_, (Name, Expr)> {
     }
 }
 
-fn equation(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+/// An equation with its label.
+fn labelled(input: Tokens<'_>) -> Parsed<'_, (Name, Expr, Expr)> {
     let colon = token(TokenKind::Colon, "`:` behind the equation's label");
     let equal = token(TokenKind::Equal, "`=` or an operator");
     let (rest, (label, _, left, _, right)) =
@@ -292,6 +293,11 @@ fn equation(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
         let message = "an equation has one `=`";
         return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message));
     }
+    Ok((rest, (label, left, right)))
+}
+
+fn equation(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let (rest, (label, left, right)) = labelled(input)?;
     let is_attribute = ATTRIBUTES.iter().any(|(word, _)| rest.starts_with_word(word));
     let (rest, attributes) = if is_attribute {
         attributes(&["exact"], "an equation", rest)?
@@ -301,13 +307,17 @@ fn equation(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     Ok((rest, ItemKind::Equation { label, left, right, attributes }))
 }
 
-/// `saturate x >= e`
-/// `start steady`
+/// `start steady` or `start equation level: der(h) = 0`
 fn start(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
-    let rest = word("steady", "`steady`: the model starts where it is at rest")(input)?.0;
-    Ok((rest, ItemKind::StartSteady))
+    if input.starts_with_word("equation") {
+        let (rest, (label, left, right)) = labelled(input.behind_first())?;
+        return Ok((rest, ItemKind::Start(StartRule::Equation { label, left, right })));
+    }
+    let rest = word("steady", "`steady`, or `equation` and what holds at the start")(input)?.0;
+    Ok((rest, ItemKind::Start(StartRule::Steady)))
 }
 
+/// `saturate x >= e`
 fn saturate(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let (rest, name) = dotted(input)?;
     let side = match rest.first() {
@@ -327,6 +337,7 @@ const ATTRIBUTES: &[(&str, AttributeRule)] = &[
     ("in", bounds),
     ("log", |input| Ok((input, AttributeKind::Log))),
     ("fixed", |input| Ok((input, AttributeKind::Fixed))),
+    ("guess", |input| Ok((input, AttributeKind::Guess))),
     ("nominal", |input| map(expression, AttributeKind::Nominal).parse(input)),
     ("prior", prior),
     ("hold", |input| Ok((input, AttributeKind::Hold))),

@@ -127,7 +127,7 @@ class Model(Pointwise):
         needs none, but ``until``.
 
         ``params`` sets parameters, constants and sizes, ``start`` start values, both in declared units; ``start=
-        "measured"`` takes them from the first readings. ``every`` is the time between rows, s. ``noise_seed`` adds noise
+        "measured"`` takes them from the first readings, ``"steady"`` begins at the steady state. ``every`` is the time between rows, s. ``noise_seed`` adds noise
         of the declared size to the outputs. The other options are those of :class:`dgd._options.RunOptions`: units,
         rename, from_, until, method, steps, rtol, atol, engine, seed, threads.
 

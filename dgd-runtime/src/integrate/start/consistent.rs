@@ -53,7 +53,7 @@ pub fn consistent_start<S: Solved>(
     u.as_mut().copy_from_slice(drive.at(t, y.as_ref()));
     let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
-    S::start_at_rest(problem, t, options, y.as_mut(), None).map_err(IntegrateError::Initial)?;
+    S::find_start(problem, t, options, y.as_mut(), None).map_err(IntegrateError::Initial)?;
     let mut e = vec![0.0; signature.discrete.transitions().count()];
     let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &[] };
     choose_start_modes(system, at, &mut e, &mut z);

@@ -2,6 +2,7 @@
 
 pub(crate) mod consistent;
 pub(crate) mod dependent;
+pub(crate) mod equations;
 pub(crate) mod measured;
 
 use crate::algebraic::AlgebraicPoint;
@@ -29,15 +30,15 @@ impl<S: Solved> Simulation<'_, S> {
         let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
         start_values(self.problem, at, self.y.as_mut()).map_err(IntegrateError::Initial)?;
-        let begins_at_rest = self.resumed.is_none() && system.signature().starts_at_rest;
-        if begins_at_rest {
+        let is_found = self.resumed.is_none() && system.signature().start_is_found();
+        if is_found {
             let options = Options {
                 rtol: self.tolerances.rtol,
                 atol: self.tolerances.atol,
                 watched: self.watched,
                 ..Options::default()
             };
-            S::start_at_rest(self.problem, self.t, &options, self.y.as_mut(), None)
+            S::find_start(self.problem, self.t, &options, self.y.as_mut(), None)
                 .map_err(IntegrateError::Initial)?;
         }
         unknown_sizes(system, self.y.as_ref(), self.sizes.as_mut());
@@ -51,7 +52,7 @@ impl<S: Solved> Simulation<'_, S> {
                     column[i] = f64::from(u8::from(*direction == Direction::Start(i)));
                 }
             }
-            if begins_at_rest {
+            if is_found {
                 let mut y = self.y.as_ref().to_vec();
                 let options = Options {
                     rtol: self.tolerances.rtol,
@@ -59,7 +60,7 @@ impl<S: Solved> Simulation<'_, S> {
                     watched: self.watched,
                     ..Options::default()
                 };
-                S::start_at_rest(self.problem, self.t, &options, &mut y, Some(d.s.as_mut()))
+                S::find_start(self.problem, self.t, &options, &mut y, Some(d.s.as_mut()))
                     .map_err(IntegrateError::Initial)?;
             }
             let columns = d.sizes.as_mut().chunks_exact_mut(n.max(1));

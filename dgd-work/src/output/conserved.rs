@@ -19,7 +19,7 @@ const SAME: f64 = 1e-6;
 
 /// A combination of states that the equations leave as it is, in declared units.
 #[derive(Debug, Clone)]
-pub(super) struct Held {
+pub(crate) struct Held {
     named_by: String,
     unit: Unit,
     value: f64,
@@ -33,16 +33,23 @@ pub(super) struct Held {
 }
 
 /// What is conserved in declared units.
-pub(super) fn described(
+pub(crate) fn described(
     signature: &Signature,
     system: &StateSpace,
     conserved: &[Conserved],
 ) -> Vec<Held> {
-    conserved.iter().map(|own| Held::new(signature, system, own)).collect()
+    let held = |own| Held { output: output(signature, system, own), ..Held::new(signature, own) };
+    conserved.iter().map(held).collect()
+}
+
+/// A combination and its value, in declared units.
+pub(crate) fn combination(signature: &Signature, own: &Conserved) -> (String, String) {
+    let held = Held::new(signature, own);
+    (held.formula(), with_unit(held.value, &held.unit.symbol))
 }
 
 impl Held {
-    fn new(signature: &Signature, system: &StateSpace, own: &Conserved) -> Self {
+    fn new(signature: &Signature, own: &Conserved) -> Self {
         let unit = of_differences(signature.unknowns.unit(own.named_by));
         let term = |(state, c): &(usize, f64)| {
             let of = of_differences(signature.unknowns.unit(*state));
@@ -61,13 +68,13 @@ impl Held {
             terms: terms.into_iter().map(term).collect(),
             whatever_inputs: own.whatever_inputs,
             is_linear: own.is_linear,
-            output: output(signature, system, own),
+            output: None,
             unit,
         }
     }
 
     /// The combination: `pit - 0.185 m^3/m * h`.
-    pub(super) fn formula(&self) -> String {
+    pub(crate) fn formula(&self) -> String {
         let mut text = String::new();
         for (k, (name, c, unit)) in self.terms.iter().take(MOST_TERMS).enumerate() {
             text.push_str(match (k, *c < 0.0) {
@@ -91,11 +98,11 @@ impl Held {
     }
 
     /// What belongs to its pole at zero.
-    pub(super) fn pole(&self) -> String {
+    pub(crate) fn pole(&self) -> String {
         format!("conserved ({})", self.named_by)
     }
 
-    pub(super) fn push_text(&self, text: &mut String) {
+    pub(crate) fn push_text(&self, text: &mut String) {
         let quantity = |value: f64| with_unit(value, &self.unit.symbol);
         let by_inputs = if self.whatever_inputs { "" } else { " with these inputs" };
         let _ = if self.is_linear {
@@ -130,7 +137,7 @@ impl Held {
         (self.value - self.at_start).abs() <= SAME * size
     }
 
-    pub(super) fn to_json(&self) -> Value {
+    pub(crate) fn to_json(&self) -> Value {
         let terms = self
             .terms
             .iter()
