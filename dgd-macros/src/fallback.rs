@@ -12,7 +12,7 @@ use dgd_compiler::pipeline::{Read, load};
 use dgd_compiler::program::{Direction, lower};
 use dgd_compiler::source::{Source, SourceId, Sources, Span};
 use dgd_compiler::syntax::ast::{
-    Ast, Expr, ExprKind, Header, Item, ItemKind, Name, Range, UnknownKind,
+    ArrayKind, Ast, Axis, Counter, Expr, ExprKind, Header, Item, ItemKind, Name, UnknownKind,
 };
 use dgd_compiler::syntax::parse_what_is_sound;
 use proc_macro2::TokenStream;
@@ -123,8 +123,20 @@ impl<'a> Still<'a> {
                 ItemKind::Size { name, value } if self.with_arrays && self.is_new(name) => {
                     self.push(ItemKind::Size { name: name.clone(), value: value.clone() });
                 }
-                ItemKind::Array { name, range, .. } if self.with_arrays && self.is_new(name) => {
-                    self.array(name, range);
+                ItemKind::Array { declared, name, axes, .. }
+                    if declared.is_unknown() && self.with_arrays && self.is_new(name) =>
+                {
+                    self.array(name, axes);
+                }
+                ItemKind::Array { declared: ArrayKind::Parameter, name, axes, .. }
+                    if self.with_arrays && self.is_new(name) =>
+                {
+                    self.vector(ArrayKind::Parameter, name, axes, Some(zero()));
+                }
+                ItemKind::Array { declared: ArrayKind::Input, name, axes, .. }
+                    if self.with_arrays && self.is_new(name) =>
+                {
+                    self.vector(ArrayKind::Input, name, axes, None);
                 }
                 ItemKind::Variant { choices, .. } => {
                     for choice in choices {
@@ -181,12 +193,17 @@ impl<'a> Still<'a> {
     }
 
     /// `state x[1..N] = 0` and `for i in 1..N { equation x[i]: der(x[i]) = 0 }`
-    fn array(&mut self, array: &Name, range: &Range) {
-        // Names of models cannot begin with an underscore.
-        let index = name("_i");
-        let of = Box::new(expr(ExprKind::Name(array.text.clone())));
-        let at = Box::new(expr(ExprKind::Name(index.text.clone())));
-        let arguments = vec![expr(ExprKind::Element(of, at))];
+    fn array(&mut self, array: &Name, axes: &[Axis]) {
+        let mut element = expr(ExprKind::Name(array.text.clone()));
+        let mut counters = Vec::new();
+        for (k, Axis { range, .. }) in axes.iter().enumerate() {
+            // Names of models cannot begin with an underscore.
+            let index = name(&format!("_i{k}"));
+            let at = Box::new(expr(ExprKind::Name(index.text.clone())));
+            element = expr(ExprKind::Element(Box::new(element), at));
+            counters.push(Counter { index, range: range.clone() });
+        }
+        let arguments = vec![element];
         let left = expr(ExprKind::Call { function: name("der"), arguments });
         let equation = ItemKind::Equation {
             label: array.clone(),
@@ -195,14 +212,18 @@ impl<'a> Still<'a> {
             attributes: Vec::new(),
         };
         let items = vec![Item { span: NOWHERE, doc: Vec::new(), kind: equation }];
-        self.push(ItemKind::For { index, range: range.clone(), items });
+        self.push(ItemKind::For { counters, items });
+        self.vector(ArrayKind::State, array, axes, None);
+    }
+
+    fn vector(&mut self, declared: ArrayKind, name: &Name, axes: &[Axis], start: Option<Expr>) {
+        let plain = |axis: &Axis| Axis { index: None, range: axis.range.clone() };
         self.push(ItemKind::Array {
-            declared: UnknownKind::State,
-            name: array.clone(),
-            index: None,
-            range: range.clone(),
+            declared,
+            name: name.clone(),
+            axes: axes.iter().map(plain).collect(),
             unit: None,
-            start: None,
+            start,
             attributes: Vec::new(),
         });
     }

@@ -6,7 +6,7 @@ use std::fmt;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::source::{Source, Sources, Span};
-use dgd_compiler::syntax::ast::{Ast, Choice, Item, ItemKind};
+use dgd_compiler::syntax::ast::{ArrayKind, Ast, Axis, Choice, Expr, ExprKind, Item, ItemKind};
 use dgd_compiler::syntax::parse;
 
 /// The values of a text's parameters.
@@ -102,6 +102,13 @@ fn collect(
             ItemKind::Parameter { name, value, .. } => {
                 places.insert(name.text.clone(), value.span);
             }
+            ItemKind::Array {
+                declared: ArrayKind::Parameter,
+                name,
+                axes,
+                start: Some(value),
+                ..
+            } => of_list(&name.text, axes, value, places),
             ItemKind::Variant { name, choices } => {
                 let wanted = variant.get(&name.text);
                 let is_chosen = |choice: &&Choice| wanted.is_some_and(|w| *w == choice.name.text);
@@ -110,6 +117,19 @@ fn collect(
             }
             _ => {}
         }
+    }
+}
+
+/// The values of an array's elements, where each has its own and the first index is a number.
+fn of_list(name: &str, axes: &[Axis], value: &Expr, places: &mut BTreeMap<String, Span>) {
+    let Some((axis, inner)) = axes.split_first() else {
+        places.insert(name.to_owned(), value.span);
+        return;
+    };
+    let ExprKind::List(values) = &value.kind else { return };
+    let ExprKind::Number { value: lower, .. } = axis.range.lower.kind else { return };
+    for (k, value) in values.iter().enumerate() {
+        of_list(&format!("{name}[{}]", lower + k as f64), inner, value, places);
     }
 }
 
@@ -168,6 +188,17 @@ mod tests {
         // The value of the chosen alternative.
         let free = Values::of(TEXT, &BTreeMap::from([("flow".to_owned(), "free".to_owned())]));
         assert_eq!(free.with(&values(&[("K", 6.0)])), Ok(TEXT.replace("K = 5", "K = 6")));
+    }
+
+    #[test]
+    fn elements_change_where_each_has_a_value() {
+        let text = "model m\nparameter k[0..1] = (2, 3)\nparameter r[1..2] = 5\n\
+                    parameter a[1..2][1..2] = ((1, 2), 7)\n";
+        let own = Values::of(text, &BTreeMap::new());
+        assert_eq!(own.names().collect::<Vec<_>>(), ["a[1][1]", "a[1][2]", "k[0]", "k[1]"]);
+        let changed = own.with(&values(&[("k[1]", 4.0), ("a[1][2]", 9.0)]));
+        assert_eq!(changed, Ok(text.replace("(2, 3)", "(2, 4)").replace("(1, 2)", "(1, 9)")));
+        assert_eq!(own.with(&values(&[("r[1]", 4.0)])), Err(CannotWrite::Elsewhere("r[1]".into())));
     }
 
     #[test]

@@ -87,8 +87,11 @@ fn values(model: &Model, n_equations: usize) -> Vec<f64> {
             | Symbol::Swept(_)
             | Symbol::ElementRate(_)
             | Symbol::SweptRate(_)
+            | Symbol::SweptParameter(..)
+            | Symbol::SweptInput(..)
             | Symbol::Counter => unreachable!("this model has no arrays"),
             Symbol::InputSlope(_)
+            | Symbol::SweptInputSlope(..)
             | Symbol::Sensitivity(_)
             | Symbol::SweptSensitivity(_)
             | Symbol::Late(_)

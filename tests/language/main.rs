@@ -10,3 +10,4 @@ mod from_rust;
 mod line;
 mod parts;
 mod tables;
+mod vectors;

@@ -109,6 +109,8 @@ pub(super) fn at_passage(graph: &mut Graph, id: ExprId, passage: u32) -> ExprId 
     for symbol in graph.symbols(id) {
         let now = match symbol {
             Symbol::Swept(i) => graph.symbol(Symbol::Element(i + passage)),
+            Symbol::SweptParameter(i, _) => graph.symbol(Symbol::Parameter(i + passage)),
+            Symbol::SweptInput(i, _) => graph.symbol(Symbol::Input(i + passage)),
             Symbol::Counter => graph.constant(f64::from(passage)),
             _ => continue,
         };

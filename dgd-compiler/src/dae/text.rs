@@ -114,6 +114,10 @@ fn families(dae: &Dae, text: &mut String) {
     let show = |text: &mut String, id: ExprId| {
         let listing = listing(&dae.graph, &[id], &dae.names, &|symbol| match symbol {
             Symbol::Swept(i) => moving(dae.unknown_name(i as usize)),
+            Symbol::SweptParameter(i, _) => {
+                moving(dae.parameters[i as usize].declared.name.clone())
+            }
+            Symbol::SweptInput(i, _) => moving(dae.input_name(i as usize)),
             Symbol::Counter => "_k".to_owned(),
             other => symbol_name(dae, other),
         });
@@ -175,6 +179,9 @@ pub(super) fn symbol_name(dae: &Dae, symbol: Symbol) -> String {
         | Symbol::Derivative(_)
         | Symbol::Element(_)
         | Symbol::Swept(_)
+        | Symbol::SweptParameter(..)
+        | Symbol::SweptInput(..)
+        | Symbol::SweptInputSlope(..)
         | Symbol::Counter
         | Symbol::ElementRate(_)
         | Symbol::SweptRate(_)

@@ -689,6 +689,18 @@ Right:
     state x[1..N] = 1
     for i in 1..N { equation decay[i]: der(x[i]) = -x[i] / 1 [s] }
 "
+E233 "wrong number of values" "
+An array has one value for all its elements, or a list with one for each. Of an array with several
+indices the list holds a list for each value of the first.
+
+Wrong:
+
+    parameter k[1..3] [1/s] = (0.1, 0.2)
+
+Right:
+
+    parameter k[1..3] [1/s] = (0.1, 0.2, 0.3)
+"
 E301 "units that cannot be added or compared" "
 Terms of a sum, sides of a comparison, and branches of an `if` must measure the same kind of quantity.
 Their scales may differ: bar and psi can be added. Zero goes with every unit.

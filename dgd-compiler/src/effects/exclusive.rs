@@ -115,8 +115,13 @@ impl Definitions {
                         }
                     }
                 }
-                ItemKind::Unknown { name, .. } | ItemKind::Array { name, .. } => {
+                ItemKind::Unknown { name, .. } => {
                     all.unknowns.insert((Namespace::Value, name.text.clone()));
+                }
+                ItemKind::Array { declared, name, .. } => {
+                    if declared.is_unknown() {
+                        all.unknowns.insert((Namespace::Value, name.text.clone()));
+                    }
                 }
                 ItemKind::Import { .. }
                 | ItemKind::Table { .. }

@@ -56,6 +56,14 @@ pub enum Symbol {
     /// In a family of rows, the element that is this one in the first row and the next in the next.
     /// Positions among all elements until `assemble`, among all unknowns from there on.
     Swept(u32),
+    /// In a family of rows, the parameter that is this one in the first row and the next in the next,
+    /// for so many rows.
+    SweptParameter(u32, u32),
+    /// In a family of rows, the input that is this one in the first row and the next in the next, for
+    /// so many rows.
+    SweptInput(u32, u32),
+    /// The slope of the input that [`Symbol::SweptInput`] is.
+    SweptInputSlope(u32, u32),
     /// The derivative of an element; gone after `assemble`.
     ElementRate(u32),
     /// The derivative of the element that [`Symbol::Swept`] is; gone after `assemble`.

@@ -8,7 +8,8 @@ use super::resolve::{ModelOptions, Setting};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, suggestion};
 use crate::parts;
 use crate::source::Span;
-use crate::syntax::ast::{Ast, Choice, Expr, Item, ItemKind, Name};
+use crate::syntax::ast::{ArrayKind, Ast, Choice, Expr, Item, ItemKind, Name};
+use crate::syntax::edit::element_of;
 
 /// Puts the chosen variants' items in place.
 pub(super) fn choose<'a>(
@@ -132,8 +133,25 @@ pub(super) fn check_settings<'a>(
 ) -> BTreeMap<&'a str, &'a Expr> {
     let mut checked = BTreeMap::new();
     for Setting { name, value } in settings {
-        let entry = scope.names.get(name.text.as_str()).map(|entry| entry.definition);
+        let element = element_of(&name.text);
+        let of = element.as_ref().map_or(name.text.as_str(), |(of, _)| of);
+        let entry = scope.names.get(of).map(|entry| entry.definition);
         match entry {
+            Some(Definition::Vector(vector)) if scope.vectors[vector].kind != ArrayKind::Input => {
+                checked.insert(name.text.as_str(), value);
+            }
+            Some(Definition::Array { .. }) if element.is_some() => {
+                let message = format!("`{}` is an element of an array of unknowns", name.text);
+                diagnostics.error(Diagnostic::new(Code::E205, name.span, message).help(format!(
+                    "set them all: `{of}=…`, or `{of}=(…, …)` with a value for each"
+                )));
+            }
+            Some(definition)
+                if element.is_some() && !matches!(definition, Definition::Vector(_)) =>
+            {
+                let message = format!("`{of}` is {}, not an array", definition.noun());
+                diagnostics.error(Diagnostic::new(Code::E232, name.span, message));
+            }
             Some(
                 Definition::Constant(_)
                 | Definition::Parameter(_)

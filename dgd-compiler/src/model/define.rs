@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use super::arrays::whole::{Extent, Sizes};
-use super::arrays::{ArrayPlace, LetArray};
+use super::arrays::whole::Sizes;
+use super::arrays::{ArrayPlace, LetArray, Shape, Vector};
 use super::check_units::{Spelling, unit_of_declaration};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::Symbol;
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::syntax::ast::{
-    Argument, Attribute, Choice, Expr, ExprKind, Item, ItemKind, LocalLet, Name, Points, StartRule,
-    Unit as WrittenUnit, UnknownKind,
+    Argument, ArrayKind, Attribute, Choice, Expr, ExprKind, Item, ItemKind, LocalLet, Name, Points,
+    StartRule, Unit as WrittenUnit, UnknownKind,
 };
 use crate::syntax::visit;
 use crate::units::{Dimension, Unit};
@@ -35,6 +35,8 @@ pub(super) enum Definition {
         index: usize,
         state: bool,
     },
+    /// An array of constants, parameters or inputs, in [`Scope::vectors`].
+    Vector(usize),
     /// A `let` of a loop, in [`Scope::let_arrays`].
     LetArray(usize),
     Let(usize),
@@ -55,7 +57,9 @@ impl Definition {
             Definition::Unknown { state: true, .. } => "a state",
             Definition::Unknown { state: false, .. } => "an `unknown`",
             Definition::Size => "a size",
-            Definition::Array { .. } | Definition::LetArray(_) => "an array",
+            Definition::Array { .. } | Definition::Vector(_) | Definition::LetArray(_) => {
+                "an array"
+            }
             Definition::Let(_) => "a `let`",
             Definition::Function(_) => "a function",
             Definition::Table(_) => "a table",
@@ -126,8 +130,12 @@ pub(super) struct Scope<'a> {
     /// Filled in once it is known what is set from outside, and so are the lists below.
     pub(super) sizes: Sizes<'a>,
     pub(super) arrays: Vec<Result<ArrayPlace<'a>, Reported>>,
-    pub(super) loops: Vec<Result<Extent, Reported>>,
+    pub(super) loops: Vec<Result<Shape, Reported>>,
     pub(super) let_arrays: Vec<LetArray<'a>>,
+    /// Arrays of constants, parameters and inputs.
+    pub(super) vectors: Vec<Vector<'a>>,
+    /// Constants, parameters and inputs that are no elements: elements come behind them.
+    pub(super) n_scalars: [u32; 3],
     /// Outputs have names of their own: one may bear the name of its unknown.
     pub(super) outputs: BTreeMap<&'a str, Span>,
     /// The dimension of time.
@@ -149,7 +157,7 @@ impl<'a> Scope<'a> {
     /// Whether a symbol is a state, or an element of an array of states.
     pub(super) fn is_state(&self, symbol: Symbol) -> bool {
         let holds = |array: &Result<ArrayPlace<'_>, Reported>, i: u32| {
-            array.as_ref().is_ok_and(|a| (a.first..a.first + a.count).contains(&i))
+            array.as_ref().is_ok_and(|a| (a.first..a.first + a.count()).contains(&i))
         };
         self.names.values().any(|entry| match (entry.definition, symbol) {
             (Definition::Unknown { index, state }, Symbol::Unknown(i)) => state && index == i,
@@ -196,6 +204,8 @@ impl<'a> Scope<'a> {
             arrays: Vec::new(),
             loops: Vec::new(),
             let_arrays: Vec::new(),
+            vectors: Vec::new(),
+            n_scalars: [0; 3],
             outputs: BTreeMap::new(),
             second: Dimension::of([0, 0, 1, 0, 0, 0, 0]),
             spelling: Spelling::default(),
@@ -234,10 +244,24 @@ impl<'a> Scope<'a> {
                     (name, Definition::Let(lets - 1), None)
                 }
                 ItemKind::Size { name, .. } => (name, Definition::Size, None),
-                ItemKind::Array { declared, name, unit, .. } => {
+                ItemKind::Array { declared, name, unit, .. } if declared.is_unknown() => {
                     arrays += 1;
-                    let state = *declared == UnknownKind::State;
+                    let state = *declared == ArrayKind::State;
                     (name, Definition::Array { index: arrays - 1, state }, Some((unit, None)))
+                }
+                ItemKind::Array { declared, name, axes, unit, start, .. } => {
+                    scope.vectors.push(Vector {
+                        kind: *declared,
+                        name,
+                        axes,
+                        value: start.as_ref(),
+                        place: Ok(ArrayPlace::nowhere(name)),
+                    });
+                    (
+                        name,
+                        Definition::Vector(scope.vectors.len() - 1),
+                        Some((unit, start.as_ref())),
+                    )
                 }
                 ItemKind::For { items, .. } => {
                     scope.collect_loop(items, &mut let_arrays, &mut labels, diagnostics);
@@ -294,6 +318,7 @@ impl<'a> Scope<'a> {
             }
             scope.insert(name, Entry { definition, span: name.span, unit }, diagnostics);
         }
+        scope.n_scalars = [counts[0], counts[1], counts[2]];
         scope.verify_points(diagnostics);
         scope
     }
@@ -472,7 +497,9 @@ pub(super) fn in_order<'a>(
 ) -> Vec<(&'a Item, Result<(), Reported>)> {
     let mut values: Vec<(&'a Item, &'a Name, &'a Expr)> = Vec::new();
     for item in items {
-        if let ItemKind::Constant { name, value, .. } | ItemKind::Let { name, value, .. } =
+        if let ItemKind::Constant { name, value, .. }
+        | ItemKind::Let { name, value, .. }
+        | ItemKind::Array { declared: ArrayKind::Constant, name, start: Some(value), .. } =
             &item.kind
         {
             let value = replaced.get(name.text.as_str()).copied().unwrap_or(value);
@@ -489,7 +516,7 @@ pub(super) fn in_order<'a>(
         .chain(scope.let_arrays.iter().map(|array| {
             let mut names = Vec::new();
             names_in(array.value, &mut names);
-            names.retain(|n| *n != array.index);
+            names.retain(|n| array.counters.iter().all(|counter| counter.index.text != *n));
             (array.name, names)
         }))
         .collect();
@@ -601,6 +628,17 @@ pub(super) fn names_in<'a>(expr: &'a Expr, names: &mut Vec<&'a str>) {
             names.push(&function.text);
             for argument in arguments {
                 names_in(argument, names);
+            }
+        }
+        ExprKind::List(values) => values.iter().for_each(|value| names_in(value, names)),
+        ExprKind::Reduce(reduction) => {
+            let mut own = Vec::new();
+            names_in(&reduction.body, &mut own);
+            own.retain(|n| reduction.counters.iter().all(|counter| counter.index.text != *n));
+            names.extend(own);
+            for range in reduction.counters.iter().map(|counter| &counter.range) {
+                names_in(&range.lower, names);
+                names_in(&range.upper, names);
             }
         }
         ExprKind::Group(a) | ExprKind::Negate(a) | ExprKind::Not(a) => names_in(a, names),

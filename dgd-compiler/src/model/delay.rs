@@ -43,6 +43,10 @@ impl<'a> Lowering<'a> {
                     .help("use constants and parameters, which are the same for all rows"),
             ));
         }
+        // What differs from row to row is late in equations of its own.
+        let of_rows = |s: &Symbol| matches!(s, Symbol::SweptParameter(..) | Symbol::SweptInput(..));
+        let is_of_rows = |id: ExprId| self.graph.symbols(id).iter().any(of_rows);
+        self.strided |= is_of_rows(x.id) || is_of_rows(tau.id);
         if let Some((what, help)) = self.cannot_be_followed(x.id, tau.id) {
             return Err(
                 diagnostics.error(Diagnostic::new(Code::E215, tau_expr.span, what).help(help))

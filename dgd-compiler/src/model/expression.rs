@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::arrays::whole::LoopIndex;
+use super::arrays::whole::{LoopIndex, open_index};
 use super::check_units::{Dim, Located, Spelling, quotient_for_derivative};
 use super::define::{Definition, Function, Scope, Table};
 use super::resolve::Reading;
@@ -49,18 +49,20 @@ pub(super) struct Lowering<'a> {
     /// Tables read so far, by position.
     pub(super) tables: BTreeMap<usize, Result<Resolved, Reported>>,
     /// Results of calls, so that the same call is opened once.
-    calls: BTreeMap<(&'a str, Vec<Typed>), Result<Typed, Reported>>,
+    pub(super) calls: BTreeMap<(&'a str, Vec<Typed>), Result<Typed, Reported>>,
     /// Functions being opened, innermost last.
     pub(super) open: Vec<&'a str>,
     /// Proof that too many calls have been reported, which happens once.
     exhausted: Option<Reported>,
     depth: usize,
-    /// The index of the loop that is open.
-    pub(super) index: Option<LoopIndex<'a>>,
+    /// The indices that are open, innermost last; of these one may move.
+    pub(super) indices: Vec<LoopIndex<'a>>,
+    /// Whether an element has been met that moves by more than one.
+    pub(super) strided: bool,
     /// Dimensions of expressions by place, where somebody wants to know.
     pub(super) dimensions: Option<BTreeMap<Span, Dimension>>,
-    /// `let`s of loops, by name and index.
-    pub(super) opened_lets: BTreeMap<(&'a str, LoopIndex<'a>), Result<Typed, Reported>>,
+    /// `let`s of loops, by name and indices.
+    pub(super) opened_lets: BTreeMap<(&'a str, Vec<LoopIndex<'a>>), Result<Typed, Reported>>,
 }
 
 impl<'a> Lowering<'a> {
@@ -75,7 +77,8 @@ impl<'a> Lowering<'a> {
             open: Vec::new(),
             exhausted: None,
             depth: 0,
-            index: None,
+            indices: Vec::new(),
+            strided: false,
             dimensions: None,
             opened_lets: BTreeMap::new(),
         }
@@ -141,6 +144,11 @@ impl<'a> Lowering<'a> {
             ExprKind::Element(array, index) => {
                 self.element(array, index, false, arguments, diagnostics)
             }
+            ExprKind::Reduce(reduction) => self.reduction(reduction, span, arguments, diagnostics),
+            ExprKind::List(_) => Err(diagnostics.error(
+                Diagnostic::new(Code::E233, span, "a list of values stands only for an array")
+                    .help("write one value here"),
+            )),
             ExprKind::Group(inner) => self.lower(inner, arguments, diagnostics),
             ExprKind::Negate(inner) => {
                 // −5 °C is the temperature −5 °C, not minus 278.15 K.
@@ -245,7 +253,7 @@ impl<'a> Lowering<'a> {
         let is_known = |name: &str| {
             arguments.contains_key(name)
                 || self.scope.names.contains_key(name)
-                || self.index.is_some_and(|index| index.name == name)
+                || open_index(&self.indices, name).is_some()
         };
         if let Some(mistake) = quotient_for_derivative(factors, &self.scope, &is_known) {
             return Err(diagnostics.error(mistake));
@@ -322,6 +330,8 @@ impl<'a> Lowering<'a> {
             | ExprKind::Name(_)
             | ExprKind::Call { .. }
             | ExprKind::Element(..)
+            | ExprKind::Reduce(_)
+            | ExprKind::List(_)
             | ExprKind::Negate(_)
             | ExprKind::Sum(_)
             | ExprKind::Product(_)
@@ -343,7 +353,7 @@ impl<'a> Lowering<'a> {
         if let Some(typed) = arguments.get(name) {
             return Ok(*typed);
         }
-        if let Some(index) = self.index.filter(|index| index.name == name) {
+        if let Some(index) = open_index(&self.indices, name) {
             return Ok(self.index_value(index));
         }
         let Some(entry) = self.scope.names.get(name) else {
@@ -372,7 +382,7 @@ impl<'a> Lowering<'a> {
                 let size = size.unwrap_or_else(|| unreachable!("sizes are worked out first"))?;
                 return Ok(Typed { id: self.graph.constant(size as f64), dim: Dim::ONE });
             }
-            Definition::Array { .. } | Definition::LetArray(_) => {
+            Definition::Array { .. } | Definition::Vector(_) | Definition::LetArray(_) => {
                 return Err(diagnostics.error(
                     Diagnostic::new(Code::E232, span, format!("`{name}` is an array"))
                         .label(entry.span, "declared here")
@@ -569,9 +579,9 @@ impl<'a> Lowering<'a> {
         }
         self.open.push(name);
         // A function knows of no loop.
-        let outer = self.index.take();
+        let outer = std::mem::take(&mut self.indices);
         let result = self.value_of(function, bound, diagnostics);
-        self.index = outer;
+        self.indices = outer;
         self.open.pop();
         self.calls.insert(key, result);
         result
@@ -741,6 +751,7 @@ pub(super) fn is_plain(expr: &Expr, is_own: &dyn Fn(&str) -> bool) -> bool {
         }
         ExprKind::Compare(_, left, right) => is_plain(left) && is_plain(right),
         ExprKind::And(parts) | ExprKind::Or(parts) => parts.iter().all(is_plain),
-        ExprKind::Element(..) => false,
+        ExprKind::List(values) => values.iter().all(is_plain),
+        ExprKind::Element(..) | ExprKind::Reduce(_) => false,
     }
 }

@@ -18,6 +18,7 @@ use crate::units::Unit;
 pub(super) struct UnknownDeclaration<'a> {
     pub(super) name: &'a Name,
     pub(super) state: bool,
+    /// As set from outside, or else as declared.
     pub(super) start: Option<&'a Expr>,
     pub(super) attributes: &'a [Attribute],
 }
@@ -25,16 +26,12 @@ pub(super) struct UnknownDeclaration<'a> {
 impl<'a> Resolver<'a> {
     pub(super) fn parameter(
         &mut self,
-        item: &Item,
-        name: &'a Name,
-        value: &'a Expr,
+        declared: Declared,
+        expr: &'a Expr,
         attributes: &'a [Attribute],
         diagnostics: &mut Diagnostics,
     ) -> Result<Parameter, Reported> {
-        let declared = self.declared(item, name)?;
         let unit = declared.unit.clone();
-        let set = self.settings.get(name.text.as_str()).copied();
-        let expr = set.unwrap_or(value);
         let value = self.lowering.known(expr, &unit, Reading::Value, diagnostics);
 
         let mut parameter = Parameter {
@@ -114,7 +111,7 @@ impl<'a> Resolver<'a> {
         let UnknownDeclaration { name, state, start, attributes } = *declaration;
         let declared = self.declared(item, name)?;
         let unit = declared.unit.clone();
-        let start = match self.settings.get(name.text.as_str()).copied().or(start) {
+        let start = match start {
             // Zero in the declared unit, which of °C is 273.15 K.
             None => self.lowering.graph.constant(unit.to_si(0.0)),
             Some(expr) => {

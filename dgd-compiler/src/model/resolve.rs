@@ -8,13 +8,14 @@ use super::define::{Definition, Scope, in_order};
 use super::density::reading::Formula;
 use super::expression::{Arguments, Lowering, Typed, is_plain, unit_of};
 use super::item::UnknownDeclaration;
-use super::{Constant, Declared, Input, Interpolation, Let, Model};
+use super::{Constant, Declared, Input, Interpolation, Let, Model, Parameter};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Symbol};
 use crate::parts::{self, Expanded, InnerModel};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Ast, AttributeKind, Expr, Item, ItemKind, Name, StartRule, Unit as WrittenUnit, UnknownKind,
+    ArrayKind, Ast, AttributeKind, Expr, Item, ItemKind, Name, StartRule, Unit as WrittenUnit,
+    UnknownKind,
 };
 use crate::syntax::own_units;
 use crate::units::{Dimension, Unit};
@@ -122,6 +123,7 @@ pub fn resolve_noting(
         settings,
         next_loop: 0,
         formulas: Vec::new(),
+        elements: (Vec::new(), Vec::new()),
         model: Model {
             name: header.name.text.clone(),
             doc: header.doc.clone(),
@@ -135,6 +137,9 @@ pub fn resolve_noting(
         // Each item reports its own mistakes; the next is independent of them.
         let _: Result<(), Reported> = resolver.item(item, diagnostics);
     }
+    let (parameters, inputs) = std::mem::take(&mut resolver.elements);
+    resolver.model.parameters.extend(parameters);
+    resolver.model.inputs.extend(inputs);
     resolver.unused_functions(diagnostics);
     resolver.unused_tables(diagnostics);
     resolver.unused_lets(diagnostics);
@@ -198,6 +203,8 @@ pub(super) struct Resolver<'a> {
     pub(super) next_loop: usize,
     /// Formulas of noise, by position of the output.
     pub(super) formulas: Vec<(usize, Formula)>,
+    /// Parameters and inputs that are elements of arrays: they come behind the others.
+    pub(super) elements: (Vec<Parameter>, Vec<Input>),
     pub(super) model: Model,
 }
 
@@ -217,6 +224,18 @@ impl<'a> Resolver<'a> {
                         constants.insert(index, constant);
                     }
                 }
+                ItemKind::Array { name, .. } => {
+                    let done = sound.and_then(|()| {
+                        let vector = self.vector(name, diagnostics)?;
+                        let all = self.constants_of(item, vector, diagnostics)?;
+                        let place = self.lowering.scope.vectors[vector].place.clone()?;
+                        Ok((place.first..).zip(all))
+                    });
+                    for (index, constant) in done.into_iter().flatten() {
+                        self.lowering.constants.insert(index, constant.value);
+                        constants.insert(index, constant);
+                    }
+                }
                 ItemKind::Let { name, unit, value } => {
                     let done = sound.and_then(|()| self.let_(unit.as_ref(), value, diagnostics));
                     if let Ok(typed) = done {
@@ -232,6 +251,21 @@ impl<'a> Resolver<'a> {
             }
         }
         self.model.constants = constants.into_values().collect();
+    }
+
+    /// The start value that is set from outside, else the declared one.
+    fn start_of(&self, name: &Name, declared: Option<&'a Expr>) -> Option<&'a Expr> {
+        self.settings.get(name.text.as_str()).copied().or(declared)
+    }
+
+    /// The position of an array of constants, parameters or inputs.
+    fn vector(&self, name: &Name, diagnostics: &mut Diagnostics) -> Result<usize, Reported> {
+        let entry = self.lowering.scope.names.get(name.text.as_str());
+        match entry.map(|entry| entry.definition) {
+            Some(Definition::Vector(vector)) => Ok(vector),
+            // A second declaration of a name has been reported.
+            _ => diagnostics.check().map(|()| unreachable!("arrays are collected")),
+        }
     }
 
     fn constant_index(&self, name: &Name) -> Option<u32> {
@@ -270,7 +304,10 @@ impl<'a> Resolver<'a> {
     fn item(&mut self, item: &'a Item, diagnostics: &mut Diagnostics) -> Result<(), Reported> {
         match &item.kind {
             ItemKind::Parameter { name, value, attributes, .. } => {
-                let parameter = self.parameter(item, name, value, attributes, diagnostics)?;
+                let declared = self.declared(item, name)?;
+                let set = self.settings.get(name.text.as_str()).copied();
+                let value = set.unwrap_or(value);
+                let parameter = self.parameter(declared, value, attributes, diagnostics)?;
                 self.model.parameters.push(parameter);
             }
             ItemKind::Input { name, attributes, .. } => {
@@ -282,7 +319,7 @@ impl<'a> Resolver<'a> {
             }
             ItemKind::Unknown { declared, name, start, attributes, .. } => {
                 let state = *declared != UnknownKind::Unknown;
-                let start = start.as_ref();
+                let start = self.start_of(name, start.as_ref());
                 let declaration = UnknownDeclaration { name, state, start, attributes };
                 let unknown = self.unknown(item, &declaration, diagnostics)?;
                 self.model.unknowns.push(unknown);
@@ -294,7 +331,7 @@ impl<'a> Resolver<'a> {
             ItemKind::Output { name, unit, value: None, attributes } if self.is_array(name) => {
                 let output =
                     self.output_array(item, name, unit.as_ref(), attributes, diagnostics)?;
-                self.model.output_arrays.push(output);
+                self.model.output_arrays.extend(output);
             }
             ItemKind::Output { name, unit, value, attributes } => {
                 let output = self.output(
@@ -336,13 +373,27 @@ impl<'a> Resolver<'a> {
                 let saturation = self.saturation(item, name, *side, bound, diagnostics)?;
                 self.model.saturations.push(saturation);
             }
-            ItemKind::Array { declared, name, index, start, attributes, .. } => {
-                let (state, start) = (*declared == UnknownKind::State, start.as_ref());
-                let declaration = UnknownDeclaration { name, state, start, attributes };
-                let array = self.array(item, index.as_ref(), &declaration, diagnostics)?;
-                self.model.arrays.push(array);
-            }
-            ItemKind::For { index, items, .. } => self.loop_(index, items, diagnostics)?,
+            ItemKind::Array { declared, name, axes, start, attributes, .. } => match declared {
+                ArrayKind::State | ArrayKind::Unknown => {
+                    let state = *declared == ArrayKind::State;
+                    let start = self.start_of(name, start.as_ref());
+                    let declaration = UnknownDeclaration { name, state, start, attributes };
+                    let rows = self.array(item, axes, &declaration, diagnostics)?;
+                    self.model.arrays.extend(rows);
+                }
+                ArrayKind::Parameter => {
+                    let vector = self.vector(name, diagnostics)?;
+                    let all = self.parameters_of(item, vector, attributes, diagnostics)?;
+                    self.elements.0.extend(all);
+                }
+                ArrayKind::Input => {
+                    let vector = self.vector(name, diagnostics)?;
+                    let all = self.inputs_of(item, vector, attributes, diagnostics)?;
+                    self.elements.1.extend(all);
+                }
+                ArrayKind::Constant => {}
+            },
+            ItemKind::For { counters, items } => self.loop_(counters, items, diagnostics)?,
             ItemKind::Constant { .. }
             | ItemKind::Size { .. }
             | ItemKind::Unit { .. }

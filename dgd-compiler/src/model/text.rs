@@ -290,8 +290,11 @@ fn symbol_name(model: &Model, symbol: Symbol) -> String {
         // In the first passage; the next has the next.
         Symbol::Swept(i) => moving(&model.element_name(i)),
         Symbol::SweptRate(i) => format!("der({})", moving(&model.element_name(i))),
+        Symbol::SweptParameter(i, _) => moving(&model.parameters[i as usize].declared.name),
+        Symbol::SweptInput(i, _) => moving(&model.inputs[i as usize].declared.name),
         Symbol::Counter => "_k".to_owned(),
         Symbol::InputSlope(_)
+        | Symbol::SweptInputSlope(..)
         | Symbol::Sensitivity(_)
         | Symbol::SweptSensitivity(_)
         | Symbol::Discrete(_)

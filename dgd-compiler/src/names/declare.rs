@@ -4,7 +4,9 @@
 use std::collections::BTreeMap;
 
 use super::{Names, Scope, SymbolId, SymbolKind, Use};
-use crate::syntax::ast::{Ast, Choice, Item, ItemKind, Name, StartRule, Target, UnknownKind};
+use crate::syntax::ast::{
+    ArrayKind, Ast, Choice, Item, ItemKind, Name, StartRule, Target, UnknownKind,
+};
 
 /// The set of a scope that a name belongs to.
 type Set = fn(&mut Scope) -> &mut BTreeMap<String, SymbolId>;
@@ -37,10 +39,16 @@ impl Names {
                 ItemKind::Constant { name, .. } => (name, SymbolKind::Constant),
                 ItemKind::Parameter { name, .. } => (name, SymbolKind::Parameter),
                 ItemKind::Input { name, .. } => (name, SymbolKind::Input),
-                ItemKind::Unknown { declared, name, .. }
-                | ItemKind::Array { declared, name, .. } => match declared {
+                ItemKind::Unknown { declared, name, .. } => match declared {
                     UnknownKind::State => (name, SymbolKind::State),
                     UnknownKind::Unknown | UnknownKind::Held => (name, SymbolKind::Unknown),
+                },
+                ItemKind::Array { declared, name, .. } => match declared {
+                    ArrayKind::Constant => (name, SymbolKind::Constant),
+                    ArrayKind::Parameter => (name, SymbolKind::Parameter),
+                    ArrayKind::Input => (name, SymbolKind::Input),
+                    ArrayKind::State => (name, SymbolKind::State),
+                    ArrayKind::Unknown => (name, SymbolKind::Unknown),
                 },
                 ItemKind::Size { name, .. } => (name, SymbolKind::Size),
                 ItemKind::Let { name, .. } => (name, SymbolKind::Let),

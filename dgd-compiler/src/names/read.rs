@@ -4,8 +4,9 @@ use super::files::Files;
 use super::{Names, Scope, SymbolId, SymbolKind, Use};
 use crate::source::{SourceId, Sources, Span};
 use crate::syntax::ast::{
-    Argument, Ast, Attribute, AttributeKind, ClauseKind, Condition, EffectHeader, Expr, ExprKind,
-    Item, ItemKind, LocalLet, Name, PartArgument, Reset, StartRule, Target, Transition, Unit,
+    Argument, Ast, Attribute, AttributeKind, Axis, ClauseKind, Condition, Counter, EffectHeader,
+    Expr, ExprKind, Item, ItemKind, LocalLet, Name, PartArgument, Reset, StartRule, Target,
+    Transition, Unit,
 };
 use crate::syntax::visit;
 
@@ -119,10 +120,23 @@ impl Reader<'_> {
             ExprKind::Name(name) => self.value(name, expr.span),
             ExprKind::Call { function, .. } => self.name(function),
             ExprKind::Number { unit, .. } => self.unit(unit.as_ref()),
+            ExprKind::Reduce(reduction) => {
+                self.ends(&reduction.counters);
+                let indices = reduction.counters.iter().map(|counter| &counter.index);
+                self.with_indices(indices, |this| this.expr(&reduction.body));
+                return;
+            }
             _ => {}
         }
         for operand in visit::operands(expr) {
             self.expr(operand);
+        }
+    }
+
+    /// The ends of ranges, which know of no index.
+    fn ends(&mut self, counters: &[Counter]) {
+        for Counter { range, .. } in counters {
+            self.exprs([&range.lower, &range.upper]);
         }
     }
 
@@ -148,29 +162,37 @@ impl Reader<'_> {
         }
     }
 
-    /// Reads something in which a name is only known here.
-    fn with_local(&mut self, local: Option<&Name>, kind: SymbolKind, read: impl FnOnce(&mut Self)) {
+    /// Reads something in which indices are only known here.
+    fn with_indices<'n>(
+        &mut self,
+        indices: impl IntoIterator<Item = &'n Name>,
+        read: impl FnOnce(&mut Self),
+    ) {
         let open = self.locals.len();
-        if let Some(name) = local {
-            let symbol = self.names.add(&name.text, kind, name.span);
+        for name in indices {
+            let symbol = self.names.add(&name.text, SymbolKind::Index, name.span);
             self.locals.push((name.text.clone(), symbol));
         }
         read(self);
         self.locals.truncate(open);
     }
 
-    /// The index that stands between brackets behind a label or name of a loop.
-    fn index_behind(&mut self, name: &Name) {
+    /// The indices that stand between brackets behind a label or name of a loop.
+    fn indices_behind(&mut self, name: &Name) {
         let text = &self.sources.get(name.span.source).text;
-        let rest = &text[name.span.end as usize..];
-        let Some(inside) = rest.strip_prefix('[').and_then(|rest| rest.split(']').next()) else {
-            return;
-        };
-        let index = inside.trim();
-        let begin = name.span.end + 1 + (inside.len() - inside.trim_start().len()) as u32;
-        let span = Span { source: name.span.source, start: begin, end: begin + index.len() as u32 };
-        let index = index.to_owned();
-        self.value(&index, span);
+        let mut begin = name.span.end as usize;
+        let mut found = Vec::new();
+        while let Some(inside) =
+            text[begin..].strip_prefix('[').and_then(|rest| rest.split(']').next())
+        {
+            let start = begin + 1 + (inside.len() - inside.trim_start().len());
+            found.push((inside.trim().to_owned(), start as u32));
+            begin += inside.len() + 2;
+        }
+        for (index, start) in found {
+            let end = start + index.len() as u32;
+            self.value(&index, Span { source: name.span.source, start, end });
+        }
     }
 
     fn items(&mut self, items: &[Item]) {
@@ -202,20 +224,23 @@ impl Reader<'_> {
                 self.exprs(start);
                 self.attributes(attributes);
             }
-            ItemKind::Array { index, range, unit, start, attributes, .. } => {
-                self.exprs([&range.lower, &range.upper]);
+            ItemKind::Array { axes, unit, start, attributes, .. } => {
+                for Axis { range, .. } in axes {
+                    self.exprs([&range.lower, &range.upper]);
+                }
                 self.unit(unit.as_ref());
-                self.with_local(index.as_ref(), SymbolKind::Index, |this| this.exprs(start));
+                let indices = axes.iter().filter_map(|axis| axis.index.as_ref());
+                self.with_indices(indices, |this| this.exprs(start));
                 self.attributes(attributes);
             }
-            ItemKind::For { index, range, items } => {
-                self.exprs([&range.lower, &range.upper]);
-                self.with_local(Some(index), SymbolKind::Index, |this| {
+            ItemKind::For { counters, items } => {
+                self.ends(counters);
+                self.with_indices(counters.iter().map(|counter| &counter.index), |this| {
                     for item in items {
                         if let ItemKind::Equation { label: name, .. } | ItemKind::Let { name, .. } =
                             &item.kind
                         {
-                            this.index_behind(name);
+                            this.indices_behind(name);
                         }
                         this.item(item);
                     }

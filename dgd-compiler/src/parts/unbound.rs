@@ -8,7 +8,7 @@ use super::InnerModel;
 use super::tied::names_in;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::source::Span;
-use crate::syntax::ast::{Ast, Item, ItemKind, Name};
+use crate::syntax::ast::{ArrayKind, Ast, Item, ItemKind, Name};
 use crate::syntax::visit::{self, Part, Role};
 
 /// Whether a model has inputs of parts that no one binds, in any of its variants.
@@ -20,9 +20,16 @@ pub(crate) fn has_unbound(main: &Ast) -> bool {
 
 /// An input that stands in another file than the model is one of a part.
 fn is_of_part(item: &Item, main: &Ast) -> bool {
+    input_name(item).is_some_and(|name| name.span.source != main.source)
+}
+
+/// The name of an input, or of an array of inputs.
+fn input_name(item: &Item) -> Option<&Name> {
     match &item.kind {
-        ItemKind::Input { name, .. } => name.span.source != main.source,
-        _ => false,
+        ItemKind::Input { name, .. } | ItemKind::Array { declared: ArrayKind::Input, name, .. } => {
+            Some(name)
+        }
+        _ => None,
     }
 }
 
@@ -43,10 +50,8 @@ pub(crate) fn leave_out_unbound(
         return Ok(());
     }
     let bound: BTreeSet<&str> = items.iter().filter_map(|item| let_name(item)).collect();
-    let inputs = items.iter().filter(of_part).filter_map(|item| match &item.kind {
-        ItemKind::Input { name, .. } if !bound.contains(name.text.as_str()) => Some(name),
-        _ => None,
-    });
+    let inputs = items.iter().filter(of_part).filter_map(|item| input_name(item));
+    let inputs = inputs.filter(|name| !bound.contains(name.text.as_str()));
     let unbound: BTreeMap<&str, &Name> = inputs.map(|name| (name.text.as_str(), name)).collect();
     // The whole's own lines are sound whether anything reads them or not.
     let reads = Dependencies::of(items, |name| name.contains('.'));
@@ -54,7 +59,16 @@ pub(crate) fn leave_out_unbound(
         unbound.values().copied().filter(|name| reads.needed.contains(&name.text)).collect();
     let mut result = Ok(());
     for names in by_part(&read) {
-        result = Err(diagnostics.error(not_bound(&names, &main.items, parts)));
+        let is_array = |item: &&Item| {
+            let is_first = input_name(item).is_some_and(|name| name.text == names[0].text);
+            is_first && matches!(item.kind, ItemKind::Array { .. })
+        };
+        let mut diagnostic = not_bound(&names, &main.items, parts);
+        if items.iter().any(is_array) {
+            let help = "an array of inputs of a part cannot be bound: give its model single inputs";
+            diagnostic = diagnostic.help(help);
+        }
+        result = Err(diagnostics.error(diagnostic));
     }
     result?;
     items.retain(|item| !of_part(&item));
@@ -77,7 +91,7 @@ pub(crate) fn leave_out_unread_inputs(
     let reads = Dependencies::of(items, |_| true);
     let mut unread: BTreeSet<String> = BTreeSet::new();
     for item in items.iter() {
-        if let ItemKind::Input { name, .. } = &item.kind
+        if let Some(name) = input_name(item)
             && !reads.needed.contains(&name.text)
         {
             unread.insert(name.text.clone());
@@ -87,7 +101,10 @@ pub(crate) fn leave_out_unread_inputs(
         return;
     }
     if let Some(columns) = columns {
-        unread.retain(|name| !columns.contains(name));
+        let is_of = |column: &String, name: &str| {
+            column.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+        };
+        unread.retain(|name| !columns.iter().any(|column| is_of(column, name)));
         return reads.leave_out(unread, items);
     }
     let mut all: Vec<&Item> = Vec::new();
@@ -157,6 +174,7 @@ impl Dependencies {
         let lost = self.users(inputs);
         items.retain(|item| match &item.kind {
             ItemKind::Input { name, .. }
+            | ItemKind::Array { declared: ArrayKind::Input, name, .. }
             | ItemKind::Let { name, .. }
             | ItemKind::Function { name, .. }
             | ItemKind::Table { name, .. } => !lost.contains(&name.text),

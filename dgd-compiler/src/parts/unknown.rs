@@ -30,11 +30,15 @@ pub(super) fn verify_names(
             None => name,
         }));
     }
-    visit::items(items, &mut |item| {
-        if let ItemKind::For { index, .. } | ItemKind::Array { index: Some(index), .. } = &item.kind
-        {
-            known.insert(index.text.clone());
+    visit::items(items, &mut |item| match &item.kind {
+        ItemKind::For { counters, .. } => {
+            known.extend(counters.iter().map(|counter| counter.index.text.clone()));
         }
+        ItemKind::Array { axes, .. } => {
+            let indices = axes.iter().filter_map(|axis| axis.index.as_ref());
+            known.extend(indices.map(|index| index.text.clone()));
+        }
+        _ => {}
     });
     // Outputs cannot be read either, but that has a message of its own.
     let outputs: BTreeSet<String> = declared(items)
@@ -103,7 +107,11 @@ fn unknown(
         }
         _ => {}
     }
+    let mut hidden = hidden.to_vec();
+    if let ExprKind::Reduce(reduction) = &expr.kind {
+        hidden.extend(reduction.counters.iter().map(|counter| counter.index.text.as_str()));
+    }
     for operand in visit::operands(expr) {
-        unknown(operand, source, known, hidden, found);
+        unknown(operand, source, known, &hidden, found);
     }
 }

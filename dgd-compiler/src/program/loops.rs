@@ -89,9 +89,15 @@ fn moving(graph: &Graph, order: &[ExprId]) -> HashSet<ExprId> {
     for &id in order {
         let node = graph.node(id);
         let moves = match node {
-            Node::Symbol(symbol) => {
-                matches!(symbol, Symbol::Swept(_) | Symbol::SweptSensitivity(_) | Symbol::Counter)
-            }
+            Node::Symbol(symbol) => matches!(
+                symbol,
+                Symbol::Swept(_)
+                    | Symbol::SweptSensitivity(_)
+                    | Symbol::SweptParameter(..)
+                    | Symbol::SweptInput(..)
+                    | Symbol::SweptInputSlope(..)
+                    | Symbol::Counter
+            ),
             _ => node.operands().any(|operand| moving.contains(&operand)),
         };
         if moves {

@@ -11,6 +11,7 @@ use super::past::{begin, opened};
 use super::taylor::{Derivatives, NonZero, taylor};
 use super::{Operation, Program, ValueId, describe};
 use crate::dae::{self, Dae};
+use crate::expr::graph::Comparison;
 use crate::expr::hash::{HashMap, HashSet};
 use crate::expr::{ExprId, Graph, Node, Past, Symbol};
 
@@ -563,7 +564,7 @@ impl<'a> Derivation<'a> {
     /// A delayed input v(t) = u(t − τ) depends on θ through its delay: ∂v/∂θ = −v̇ ∂τ/∂θ.
     fn by_direction(&mut self, expression: ExprId) -> Vec<(usize, ExprId)> {
         let directions = self.directions;
-        let own = self.gradient(expression, &direction(directions));
+        let own = self.own_directions(expression);
         let nothing_is_late =
             self.dae.delayed_inputs.is_empty() && self.dae.delayed_unknowns.is_empty();
         if nothing_is_late || directions.is_empty() {
@@ -588,6 +589,58 @@ impl<'a> Derivation<'a> {
         sums.into_iter().collect()
     }
 
+    /// ∂e/∂θ where nothing is late, directions ascending. In a family, a parameter that moves with the row
+    /// is θ in one of the rows.
+    fn own_directions(&mut self, expression: ExprId) -> Vec<(usize, ExprId)> {
+        let directions = self.directions;
+        let swept: Vec<(u32, u32)> = (self.graph.symbols(expression).into_iter())
+            .filter_map(|symbol| match symbol {
+                Symbol::SweptParameter(first, count) => Some((first, count)),
+                _ => None,
+            })
+            .collect();
+        let single = direction(directions);
+        let n = directions.len();
+        let found = self.gradient(expression, &|symbol| match symbol {
+            Symbol::SweptParameter(first, count) => {
+                swept.iter().position(|other| *other == (first, count)).map(|at| n + at)
+            }
+            other => single(other),
+        });
+        if swept.is_empty() {
+            return found;
+        }
+        let mut sums = BTreeMap::new();
+        for (position, slope) in found {
+            let Some(at) = position.checked_sub(n) else {
+                self.accumulate(&mut sums, position, slope);
+                continue;
+            };
+            let (first, count) = swept[at];
+            for (j, direction) in directions.iter().enumerate() {
+                let Direction::Parameter(p) = *direction else { continue };
+                let row = u32::try_from(p).ok().and_then(|p| p.checked_sub(first));
+                if let Some(row) = row.filter(|row| *row < count) {
+                    let there = self.in_row(row, slope);
+                    self.accumulate(&mut sums, j, there);
+                }
+            }
+        }
+        sums.into_iter().collect()
+    }
+
+    /// A number in one row of a family, and zero in the others.
+    fn in_row(&mut self, row: u32, value: ExprId) -> ExprId {
+        let graph = &mut self.graph;
+        let counter = graph.symbol(Symbol::Counter);
+        let [below, above] = [-0.5, 0.5].map(|by| graph.constant(f64::from(row) + by));
+        let begins = graph.compare(Comparison::Greater, counter, below);
+        let goes_on = graph.compare(Comparison::Less, counter, above);
+        let is_it = graph.intern(Node::And(begins, goes_on));
+        let zero = graph.constant(0.0);
+        graph.select(is_it, value, zero)
+    }
+
     /// v̇ of a delayed input, which is an input too: it is constant between the points at which
     /// inputs are not smooth.
     fn rate_symbol(&mut self, position: usize) -> ExprId {
@@ -606,17 +659,32 @@ impl<'a> Derivation<'a> {
     /// de/dt at fixed unknowns: ∂e/∂t + ∂e/∂u u̇.
     fn along_time(&mut self, expression: ExprId) -> ExprId {
         let with_slopes = self.dae.inputs.len() + self.dae.delayed_inputs.len();
+        // Time first, then inputs; what is late may depend on time though the expression does not show it.
         let moving = |symbol| match symbol {
             Symbol::Time => Some(0),
-            Symbol::Input(i) if (i as usize) < with_slopes => Some(i as usize + 1),
+            Symbol::Input(i) if (i as usize) < with_slopes => Some(2 * i as usize + 1),
+            Symbol::SweptInput(i, _) => Some(2 * i as usize + 2),
             _ => None,
+        };
+        let symbols = self.graph.symbols(expression);
+        let rows_of = |first: u32| {
+            let count = |symbol: &Symbol| match *symbol {
+                Symbol::SweptInput(i, count) if i == first => Some(count),
+                _ => None,
+            };
+            symbols.iter().find_map(count).unwrap_or(0)
         };
         let mut sum = self.graph.constant(0.0);
         for (position, slope) in self.gradient(expression, &moving) {
-            let term = match u32::try_from(position) {
-                Ok(0) | Err(_) => slope,
-                Ok(position) => {
-                    let udot = self.graph.symbol(Symbol::InputSlope(position - 1));
+            let input = position.checked_sub(1).and_then(|k| u32::try_from(k / 2).ok());
+            let udot = input.map(|input| match position % 2 {
+                1 => Symbol::InputSlope(input),
+                _ => Symbol::SweptInputSlope(input, rows_of(input)),
+            });
+            let term = match udot {
+                None => slope,
+                Some(udot) => {
+                    let udot = self.graph.symbol(udot);
                     self.graph.multiply(slope, udot)
                 }
             };
@@ -638,11 +706,22 @@ const MOVING: usize = 1 << (usize::BITS - 1);
 /// Whether a node is a number that changes from stage to stage or from row to row: unknowns, their
 /// sensitivities, what was known of them, and the counter of a loop.
 fn is_moving(node: Node) -> bool {
-    use Symbol::{Counter, Past, Sensitivity, Swept, SweptSensitivity, Unknown};
+    use Symbol::{
+        Counter, Past, Sensitivity, Swept, SweptInput, SweptInputSlope, SweptParameter,
+        SweptSensitivity, Unknown,
+    };
     let Node::Symbol(symbol) = node else { return false };
     matches!(
         symbol,
-        Unknown(_) | Sensitivity(_) | Swept(_) | SweptSensitivity(_) | Past(..) | Counter
+        Unknown(_)
+            | Sensitivity(_)
+            | Swept(_)
+            | SweptSensitivity(_)
+            | SweptParameter(..)
+            | SweptInput(..)
+            | SweptInputSlope(..)
+            | Past(..)
+            | Counter
     )
 }
 
@@ -657,6 +736,7 @@ fn unknown(symbol: Symbol) -> Option<usize> {
 fn parameter(symbol: Symbol) -> Option<usize> {
     match symbol {
         Symbol::Parameter(i) => Some(i as usize),
+        Symbol::SweptParameter(i, _) => Some(i as usize | MOVING),
         _ => None,
     }
 }
@@ -664,6 +744,7 @@ fn parameter(symbol: Symbol) -> Option<usize> {
 fn input(symbol: Symbol) -> Option<usize> {
     match symbol {
         Symbol::Input(i) => Some(i as usize),
+        Symbol::SweptInput(i, _) => Some(i as usize | MOVING),
         _ => None,
     }
 }
@@ -706,6 +787,9 @@ pub(super) fn operation(
             }
             Symbol::Swept(i) => Operation::LoadSwept(Argument::Y, i),
             Symbol::SweptSensitivity(i) => Operation::LoadSwept(Argument::S, i),
+            Symbol::SweptParameter(i, _) => Operation::LoadSwept(Argument::P, i),
+            Symbol::SweptInput(i, _) => Operation::LoadSwept(Argument::U, i),
+            Symbol::SweptInputSlope(i, _) => Operation::LoadSwept(Argument::Udot, i),
             Symbol::Counter => Operation::Counter,
             Symbol::Constant(_)
             | Symbol::Derivative(_)

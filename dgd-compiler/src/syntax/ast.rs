@@ -271,30 +271,27 @@ pub enum ItemKind {
         /// Value.
         value: Expr,
     },
-    /// `state p[1..N] [bar] = 60` or `unknown v[i in 1..N] = 2*i`: an array of unknowns.
+    /// `state p[1..N] [bar] = 60`, `unknown v[i in 1..N] = 2*i` or `parameter k[1..2] = (0.1, 0.2)`.
     Array {
-        /// Whether it was declared `state` or `unknown`.
-        declared: UnknownKind,
+        /// As what its elements were declared.
+        declared: ArrayKind,
         /// Name.
         name: Name,
-        /// What the index is called in the start value.
-        index: Option<Name>,
-        /// Indices of its elements.
-        range: Range,
+        /// What its indices run over, the first outermost.
+        axes: Vec<Axis>,
         /// Unit in brackets.
         unit: Option<Unit>,
-        /// Start value or guess of each element; without one it is zero.
+        /// Value, start value or guess: one of all elements, or an [`ExprKind::List`] with one for
+        /// each. Inputs have none; that of an unknown without one is zero.
         start: Option<Expr>,
         /// Attributes in the order written.
         attributes: Vec<Attribute>,
     },
-    /// `for i in 1..N { equation mass[i]: … }`: items once for each index. Their own index, which
-    /// is the loop's, is not kept.
+    /// `for i in 1..N, j in 1..M { equation mass[i][j]: … }`: items once for each index. Their own
+    /// indices, which are the loop's, are not kept.
     For {
-        /// What the index is called.
-        index: Name,
-        /// Its values.
-        range: Range,
+        /// What it runs over, the first outermost; one at least.
+        counters: Vec<Counter>,
         /// Equations and `let`s.
         items: Vec<Item>,
     },
@@ -472,6 +469,57 @@ pub struct Range {
     pub lower: Expr,
     /// The last.
     pub upper: Expr,
+}
+
+/// `1..N` or `i in 1..N` between the brackets of a declared array.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// What the index is called in the value.
+    pub index: Option<Name>,
+    /// Indices of the elements.
+    pub range: Range,
+}
+
+/// `i in 1..N` of a loop or a sum.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Counter {
+    /// What the index is called.
+    pub index: Name,
+    /// Its values.
+    pub range: Range,
+}
+
+/// As what the elements of an array were declared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ArrayKind {
+    /// `constant`
+    Constant,
+    /// `parameter`
+    Parameter,
+    /// `input`
+    Input,
+    /// `state`
+    State,
+    /// `unknown`
+    Unknown,
+}
+
+impl ArrayKind {
+    /// The word that declares it.
+    pub fn word(self) -> &'static str {
+        match self {
+            ArrayKind::Constant => "constant",
+            ArrayKind::Parameter => "parameter",
+            ArrayKind::Input => "input",
+            ArrayKind::State => "state",
+            ArrayKind::Unknown => "unknown",
+        }
+    }
+
+    /// Whether equations determine its elements.
+    pub fn is_unknown(self) -> bool {
+        matches!(self, ArrayKind::State | ArrayKind::Unknown)
+    }
 }
 
 /// How an unknown was declared.
@@ -798,8 +846,12 @@ pub enum ExprKind {
     },
     /// A name.
     Name(String),
-    /// `p[i - 1]`: the array, a name, and the index.
+    /// `p[i - 1]`: the array, a name, and the index. Of `T[i][j]` the array is `T[i]`.
     Element(Box<Expr>, Box<Expr>),
+    /// `sum(m[i] for i in 1..N)`
+    Reduce(Box<Reduction>),
+    /// `(0.1, 0.2)`: the values of an array's elements, or of its rows. It stands only there.
+    List(Vec<Expr>),
     /// `f(a, b)`, `der(x)` included.
     Call {
         /// The function's name.
@@ -827,6 +879,50 @@ pub enum ExprKind {
     Or(Vec<Expr>),
     /// `not c`
     Not(Box<Expr>),
+}
+
+/// `sum(m[i]*g for i in 1..N)`
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reduction {
+    /// What is made of all values.
+    pub kind: Reducing,
+    /// Where its word stands.
+    pub word: Span,
+    /// The value for each index.
+    pub body: Expr,
+    /// What the indices run over, the first outermost; one at least.
+    pub counters: Vec<Counter>,
+}
+
+/// What a [`Reduction`] makes of all values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reducing {
+    /// `sum`
+    Sum,
+    /// `prod`
+    Product,
+    /// `min`
+    Least,
+    /// `max`
+    Greatest,
+    /// `mean`
+    Mean,
+}
+
+impl Reducing {
+    /// All of them, each with its word.
+    pub const ALL: [(&'static str, Reducing); 5] = [
+        ("sum", Reducing::Sum),
+        ("prod", Reducing::Product),
+        ("min", Reducing::Least),
+        ("max", Reducing::Greatest),
+        ("mean", Reducing::Mean),
+    ];
+
+    /// Its word.
+    pub fn word(self) -> &'static str {
+        Self::ALL.iter().find(|(_, kind)| *kind == self).map_or("", |(word, _)| word)
+    }
 }
 
 /// Sign of a term.

@@ -41,6 +41,37 @@ pub fn with_values(
     edited
 }
 
+/// The indices of an array's element, and the text of its value.
+pub type Element = (Vec<i64>, String);
+
+/// The list of an array's values, the last index of the elements running fastest: `((1, 2), (3, 4))`.
+pub fn list_of(elements: &[Element]) -> String {
+    let mut values = Vec::new();
+    let mut rest = elements;
+    while let Some((indices, text)) = rest.first() {
+        let Some(first) = indices.first() else { return text.clone() };
+        let n = rest.iter().take_while(|(other, _)| other.first() == Some(first)).count();
+        let inner: Vec<Element> =
+            rest[..n].iter().map(|(of, text)| (of[1..].to_vec(), text.clone())).collect();
+        values.push(list_of(&inner));
+        rest = &rest[n..];
+    }
+    match &values[..] {
+        // Of a single element there is no list.
+        [only] => only.clone(),
+        _ => format!("({})", values.join(", ")),
+    }
+}
+
+/// The array and the indices of an element's name, `k[2][3]`.
+pub fn element_of(name: &str) -> Option<(&str, Vec<i64>)> {
+    let (of, rest) = name.split_once('[')?;
+    let inside = rest.strip_suffix(']')?;
+    let indices: Option<Vec<i64>> =
+        inside.split("][").map(|index| index.trim().parse().ok()).collect();
+    Some((of, indices?))
+}
+
 /// First byte, end, and what comes between instead.
 type Edit = (usize, usize, String);
 
@@ -59,9 +90,10 @@ fn collect(
             ItemKind::Size { name, value } => {
                 edits.extend(value_of(name).map(|new| over(value.span, new.text.clone())));
             }
-            ItemKind::Array { name, range, unit, start, .. } => {
+            ItemKind::Array { name, axes, unit, start, .. } => {
                 let Some(new) = value_of(name) else { continue };
-                let end = unit.as_ref().map_or(range.span, |unit| unit.span).end as usize;
+                let ranges = axes.last().map_or(name.span, |axis| axis.range.span);
+                let end = unit.as_ref().map_or(ranges, |unit| unit.span).end as usize;
                 let added = || (end, end, format!(" = {}", new.text));
                 let written = start.as_ref().map(|start| over(start.span, new.text.clone()));
                 edits.push(written.unwrap_or_else(added));
@@ -195,6 +227,21 @@ state y = (1
             .replace("(1\n  + 2)", "7")
             .replace("lib/a.dgd", "../lib/a.dgd");
         assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn lists_hold_lists_for_each_outer_index() {
+        let elements = |names: &[&str]| -> Vec<Element> {
+            let element =
+                |name: &&str| (element_of(name).expect("an element").1, (*name).to_owned());
+            names.iter().map(element).collect()
+        };
+        assert_eq!(list_of(&elements(&["k[1]", "k[2]"])), "(k[1], k[2])");
+        let names = ["a[-1][1]", "a[-1][2]", "a[0][1]", "a[0][2]"];
+        assert_eq!(list_of(&elements(&names)), "((a[-1][1], a[-1][2]), (a[0][1], a[0][2]))");
+        assert_eq!(list_of(&elements(&["k[1]"])), "k[1]");
+        assert_eq!(element_of("k"), None);
+        assert_eq!(element_of("k[i]"), None);
     }
 
     #[test]

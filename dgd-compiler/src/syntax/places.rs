@@ -1,9 +1,10 @@
 //! Trees without their places, so that two texts can be compared.
 
 use super::ast::{
-    Argument, Ast, Attribute, AttributeKind, Choice, Clause, ClauseKind, Condition, EffectHeader,
-    Expr, ExprKind, Header, Item, ItemKind, LocalLet, Name, PartArgument, Point, Points, Range,
-    Reaction, Reset, Slot, StartMode, StartRule, Target, Transition, Unit,
+    Argument, Ast, Attribute, AttributeKind, Axis, Choice, Clause, ClauseKind, Condition, Counter,
+    EffectHeader, Expr, ExprKind, Header, Item, ItemKind, LocalLet, Name, PartArgument, Point,
+    Points, Range, Reaction, Reduction, Reset, Slot, StartMode, StartRule, Target, Transition,
+    Unit,
 };
 use crate::source::{SourceId, Span};
 
@@ -131,20 +132,22 @@ fn placeless_item(item: &Item) -> Item {
         ItemKind::Size { name, value } => {
             ItemKind::Size { name: placeless_name(name), value: placeless(value) }
         }
-        ItemKind::Array { declared, name, index, range, unit, start, attributes: all } => {
+        ItemKind::Array { declared, name, axes, unit, start, attributes: all } => {
+            let placeless_axis = |Axis { index, range }: &Axis| Axis {
+                index: index.as_ref().map(placeless_name),
+                range: placeless_range(range),
+            };
             ItemKind::Array {
                 declared: *declared,
                 name: placeless_name(name),
-                index: index.as_ref().map(placeless_name),
-                range: placeless_range(range),
+                axes: axes.iter().map(placeless_axis).collect(),
                 unit: placeless_unit(unit.as_ref()),
                 start: start.as_ref().map(placeless),
                 attributes: attributes(all),
             }
         }
-        ItemKind::For { index, range, items } => ItemKind::For {
-            index: placeless_name(index),
-            range: placeless_range(range),
+        ItemKind::For { counters, items } => ItemKind::For {
+            counters: counters.iter().map(placeless_counter).collect(),
             items: items.iter().map(placeless_item).collect(),
         },
         ItemKind::Let { name, unit, value } => ItemKind::Let {
@@ -300,6 +303,10 @@ fn placeless_transition(transition: &Transition) -> Transition {
     }
 }
 
+fn placeless_counter(Counter { index, range }: &Counter) -> Counter {
+    Counter { index: placeless_name(index), range: placeless_range(range) }
+}
+
 fn placeless(expr: &Expr) -> Expr {
     let boxed = |expr: &Expr| Box::new(placeless(expr));
     let kind = match &expr.kind {
@@ -314,6 +321,16 @@ fn placeless(expr: &Expr) -> Expr {
             arguments: arguments.iter().map(placeless).collect(),
         },
         ExprKind::Element(array, index) => ExprKind::Element(boxed(array), boxed(index)),
+        ExprKind::Reduce(reduction) => {
+            let Reduction { kind, word: _, body, counters } = &**reduction;
+            ExprKind::Reduce(Box::new(Reduction {
+                kind: *kind,
+                word: Span::default(),
+                body: placeless(body),
+                counters: counters.iter().map(placeless_counter).collect(),
+            }))
+        }
+        ExprKind::List(values) => ExprKind::List(values.iter().map(placeless).collect()),
         ExprKind::Group(inner) => ExprKind::Group(boxed(inner)),
         ExprKind::Negate(operand) => ExprKind::Negate(boxed(operand)),
         ExprKind::Sum(terms) => {

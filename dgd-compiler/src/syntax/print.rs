@@ -7,10 +7,10 @@
 use std::fmt::Write as _;
 
 use super::ast::{
-    Argument, Ast, Attribute, AttributeKind, Bound, Choice, Clause, ClauseKind, Comparison,
-    Condition, EffectHeader, Expr, ExprKind, Factor, Item, ItemKind, LocalLet, Name, PartArgument,
-    Points, Range, Reaction, Reset, Sign, Slot, SlotKind, StartMode, StartRule, Target, Transition,
-    Unit,
+    Argument, Ast, Attribute, AttributeKind, Axis, Bound, Choice, Clause, ClauseKind, Comparison,
+    Condition, Counter, EffectHeader, Expr, ExprKind, Factor, Item, ItemKind, LocalLet, Name,
+    PartArgument, Points, Range, Reaction, Reduction, Reset, Sign, Slot, SlotKind, StartMode,
+    StartRule, Target, Transition, Unit,
 };
 use super::parse::lexical::RESERVED;
 
@@ -62,7 +62,18 @@ fn parenthesise_at(expr: &mut Expr, least: Binding, position: Position) {
     match &mut expr.kind {
         ExprKind::Number { .. } | ExprKind::Name(_) => {}
         ExprKind::Call { arguments, .. } => arguments.iter_mut().for_each(parenthesise),
-        ExprKind::Element(_, index) => parenthesise(index),
+        ExprKind::Element(array, index) => {
+            parenthesise_at(array, Binding::Operand, Position::Inner);
+            parenthesise(index);
+        }
+        ExprKind::Reduce(reduction) => {
+            parenthesise(&mut reduction.body);
+            for Counter { range, .. } in &mut reduction.counters {
+                parenthesise(&mut range.lower);
+                parenthesise(&mut range.upper);
+            }
+        }
+        ExprKind::List(values) => values.iter_mut().for_each(parenthesise),
         ExprKind::Group(inner) => parenthesise(inner),
         ExprKind::Negate(operand) => parenthesise_at(operand, Binding::Sign, position),
         ExprKind::Not(operand) => parenthesise_at(operand, Binding::Not, position),
@@ -138,6 +149,8 @@ fn binding(kind: &ExprKind) -> Binding {
         | ExprKind::Name(_)
         | ExprKind::Call { .. }
         | ExprKind::Element(..)
+        | ExprKind::Reduce(_)
+        | ExprKind::List(_)
         | ExprKind::Group(_)
         | ExprKind::If(..) => Binding::Operand,
         ExprKind::Negate(_) => Binding::Sign,
@@ -149,6 +162,23 @@ fn binding(kind: &ExprKind) -> Binding {
         ExprKind::Or(_) => Binding::Or,
         ExprKind::Not(_) => Binding::Not,
     }
+}
+
+/// `(a, b)`
+fn values_between(out: &mut String, values: &[Expr]) {
+    out.push('(');
+    for (i, value) in values.iter().enumerate() {
+        out.push_str(if i == 0 { "" } else { ", " });
+        expression(out, value, Binding::Or, Position::Last);
+    }
+    out.push(')');
+}
+
+/// `i in 1..N, j in 1..M`
+fn print_counters(counters: &[Counter]) -> String {
+    let print =
+        |Counter { index, range }: &Counter| format!("{} in {}", index.text, print_range(range));
+    counters.iter().map(print).collect::<Vec<_>>().join(", ")
 }
 
 /// Writes an expression where one at least this tight is read back.
@@ -170,12 +200,14 @@ fn expression(out: &mut String, expr: &Expr, least: Binding, position: Position)
         ExprKind::Name(name) => out.push_str(name),
         ExprKind::Call { function, arguments } => {
             out.push_str(&function.text);
-            out.push('(');
-            for (i, argument) in arguments.iter().enumerate() {
-                out.push_str(if i == 0 { "" } else { ", " });
-                expression(out, argument, Binding::Or, Position::Last);
-            }
-            out.push(')');
+            values_between(out, arguments);
+        }
+        ExprKind::List(values) => values_between(out, values),
+        ExprKind::Reduce(reduction) => {
+            let Reduction { kind, body, counters, .. } = &**reduction;
+            let _ = write!(out, "{}(", kind.word());
+            expression(out, body, Binding::Or, Position::Last);
+            let _ = write!(out, " for {})", print_counters(counters));
         }
         ExprKind::Element(array, index) => {
             expression(out, array, Binding::Operand, Position::Inner);
@@ -285,13 +317,15 @@ impl Printer {
     }
 
     /// The items of a loop, each with the loop's index after its name.
-    fn items_of_loop(&mut self, index: &Name, items: &[Item]) {
+    fn items_of_loop(&mut self, counters: &[Counter], items: &[Item]) {
         for item in items {
             let mut indexed = item.kind.clone();
             if let ItemKind::Equation { label: name, .. } | ItemKind::Let { name, .. } =
                 &mut indexed
             {
-                let _ = write!(name.text, "[{}]", index.text);
+                for Counter { index, .. } in counters {
+                    let _ = write!(name.text, "[{}]", index.text);
+                }
             }
             self.doc(&item.doc);
             self.item(&indexed);
@@ -374,18 +408,21 @@ impl Printer {
             ItemKind::Size { name, value } => {
                 self.declaration("size", name, None, Some(value), &[]);
             }
-            ItemKind::Array { declared, name, index, range, unit, start, attributes } => {
+            ItemKind::Array { declared, name, axes, unit, start, attributes } => {
                 let keyword = declared.word();
-                let index =
-                    index.as_ref().map_or_else(String::new, |index| format!("{} in ", index.text));
-                let text = format!("{}[{index}{}]", name.text, print_range(range));
+                let mut text = name.text.clone();
+                for Axis { index, range } in axes {
+                    let index = index.as_ref().map(|index| format!("{} in ", index.text));
+                    let index = index.unwrap_or_default();
+                    let _ = write!(text, "[{index}{}]", print_range(range));
+                }
                 let name = Name { text, span: name.span };
                 self.declaration(keyword, &name, unit.as_ref(), start.as_ref(), attributes);
             }
-            ItemKind::For { index, range, items } => {
-                self.line(&format!("for {} in {} {{", index.text, print_range(range)));
+            ItemKind::For { counters, items } => {
+                self.line(&format!("for {} {{", print_counters(counters)));
                 self.depth += 1;
-                self.items_of_loop(index, items);
+                self.items_of_loop(counters, items);
                 self.depth -= 1;
                 self.line("}");
             }
@@ -547,9 +584,12 @@ fn print_points(points: &Points) -> String {
             let points: Vec<String> = points.iter().map(|point| list(&point.numbers)).collect();
             format!("= {}", points.join(", "))
         }
-        Points::Columns([abscissae, ordinates]) => {
-            format!("at {} = {}", list(abscissae), list(ordinates))
-        }
+        Points::Columns([abscissae, ordinates]) => match &ordinates[..] {
+            [array] if abscissae.len() > 1 => {
+                format!("at {} = {}", list(abscissae), print_expression(array))
+            }
+            _ => format!("at {} = {}", list(abscissae), list(ordinates)),
+        },
         Points::File { path, .. } => format!("from \"{path}\""),
     }
 }

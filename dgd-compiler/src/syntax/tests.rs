@@ -143,6 +143,17 @@ fn grouped(expr: &Expr) -> String {
         ExprKind::And(all) => format!("(and {})", all.iter().map(grouped).collect::<String>()),
         ExprKind::Or(all) => format!("(or {})", all.iter().map(grouped).collect::<String>()),
         ExprKind::Not(operand) => format!("(not {})", grouped(operand)),
+        ExprKind::List(all) => {
+            format!("({})", all.iter().map(grouped).collect::<Vec<_>>().join(","))
+        }
+        ExprKind::Reduce(reduction) => {
+            let mut text = format!("{}({}", reduction.kind.word(), grouped(&reduction.body));
+            for Counter { index, range } in &reduction.counters {
+                let (lower, upper) = (grouped(&range.lower), grouped(&range.upper));
+                let _ = write!(text, ";{}={lower}..{upper}", index.text);
+            }
+            text + ")"
+        }
     }
 }
 
@@ -153,6 +164,13 @@ fn operators_bind_as_in_mathematics() {
         ("2^-3^2", "(2^(-(3^2)))"),
         ("a^b^c", "(a^(b^c))"),
         ("a - b + c", "(+a-b+c)"),
+        ("T[i - 1][2*j]", "T[(+i-1)][(*2*j)]"),
+        ("2*sum(a + x[i]*k for i in 1..N - 1)^2", "(*2*(sum((+a+(*x[i]*k));i=1..(+N-1))^2))"),
+        (
+            "min(if a < b then c else d for j in 1..2, k in 0..j)",
+            "min((if (Less a b) c d);j=1..2;k=0..j)",
+        ),
+        ("min(a, sum)", "min(a,sum)"),
         ("-p[i - 1]^2", "(-(p[(+i-1)]^2))"),
         ("a/b*c", "(*a/b*c)"),
         ("-a*b", "(*(-a)*b)"),
@@ -279,7 +297,7 @@ fn mistakes_have_their_codes() {
         ("constant h[m] = 1", "E105"),
         ("let a = p[1 2]", "E105"),
         ("let a = p[]", "E105"),
-        ("let a = p[1][2]", "E117"),
+        ("let a = p[1] [2]", "E117"),
         ("for i in 1..2 { equation a: b = 1 }", "E131"),
         ("for i in 1..2 { for j in 1..2 { equation a[j]: b = 1 } }", "E131"),
         ("for i { equation a[i]: b = 1 }", "E105"),

@@ -1,8 +1,8 @@
 //! Walks over the parts of a tree, written once for everything that renames, replaces or compares.
 
 use super::ast::{
-    Argument, Attribute, AttributeKind, Choice, Condition, Expr, ExprKind, Item, ItemKind,
-    LocalLet, Name, Range, Reaction, Reset, StartRule, Transition, Unit,
+    Argument, Attribute, AttributeKind, Choice, Condition, Counter, Expr, ExprKind, Item, ItemKind,
+    LocalLet, Name, Range, Reaction, Reduction, Reset, StartRule, Transition, Unit,
 };
 
 /// Names of one set differ from each other; those of two sets need not.
@@ -94,17 +94,22 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             visit(Part::Declares(Namespace::Value, name));
             visit(Part::Expr(Role::Declaration, value));
         }
-        ItemKind::Array { name, range, unit, start, attributes: all, .. } => {
+        ItemKind::Array { declared, name, axes, unit, start, attributes: all } => {
             visit(Part::Declares(Namespace::Value, name));
-            ends(range, visit);
+            for axis in axes {
+                ends(&mut axis.range, visit);
+            }
             visit(Part::Unit(unit));
             if let Some(start) = start {
-                visit(Part::Expr(Role::Start, start));
+                let role = if declared.is_unknown() { Role::Start } else { Role::Declaration };
+                visit(Part::Expr(role, start));
             }
             attributes(all, visit);
         }
-        ItemKind::For { range, items, .. } => {
-            ends(range, visit);
+        ItemKind::For { counters, items } => {
+            for counter in counters {
+                ends(&mut counter.range, visit);
+            }
             for item in items {
                 parts_mut(item, visit);
             }
@@ -303,8 +308,14 @@ pub fn items<'a>(all: &'a [Item], visit: &mut dyn FnMut(&'a Item)) {
 pub fn operands(expr: &Expr) -> Vec<&Expr> {
     match &expr.kind {
         ExprKind::Number { .. } | ExprKind::Name(_) => Vec::new(),
-        ExprKind::Call { arguments: all, .. } | ExprKind::And(all) | ExprKind::Or(all) => {
-            all.iter().collect()
+        ExprKind::Call { arguments: all, .. }
+        | ExprKind::And(all)
+        | ExprKind::Or(all)
+        | ExprKind::List(all) => all.iter().collect(),
+        ExprKind::Reduce(reduction) => {
+            let ranges = reduction.counters.iter().map(|counter| &counter.range);
+            let ends = ranges.flat_map(|range| [&range.lower, &range.upper]);
+            std::iter::once(&reduction.body).chain(ends).collect()
         }
         ExprKind::Group(a) | ExprKind::Negate(a) | ExprKind::Not(a) => vec![a],
         ExprKind::Sum(terms) => terms.iter().map(|(_, term)| term).collect(),
@@ -318,8 +329,17 @@ pub fn operands(expr: &Expr) -> Vec<&Expr> {
 pub fn operands_mut(expr: &mut Expr) -> Vec<&mut Expr> {
     match &mut expr.kind {
         ExprKind::Number { .. } | ExprKind::Name(_) => Vec::new(),
-        ExprKind::Call { arguments: all, .. } | ExprKind::And(all) | ExprKind::Or(all) => {
-            all.iter_mut().collect()
+        ExprKind::Call { arguments: all, .. }
+        | ExprKind::And(all)
+        | ExprKind::Or(all)
+        | ExprKind::List(all) => all.iter_mut().collect(),
+        ExprKind::Reduce(reduction) => {
+            let Reduction { body, counters, .. } = &mut **reduction;
+            let ends = counters.iter_mut().flat_map(|Counter { range, .. }| {
+                let Range { lower, upper, .. } = range;
+                [lower, upper]
+            });
+            std::iter::once(body).chain(ends).collect()
         }
         ExprKind::Group(a) | ExprKind::Negate(a) | ExprKind::Not(a) => vec![a],
         ExprKind::Sum(terms) => terms.iter_mut().map(|(_, term)| term).collect(),

@@ -1,10 +1,12 @@
 //! Writes the text of the corrected model.
 
+use std::collections::BTreeMap;
+
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::effects::write;
 use dgd_compiler::source::{Source, Sources, Span};
-use dgd_compiler::syntax::ast::ItemKind;
-use dgd_compiler::syntax::edit::{NewValue, with_values};
+use dgd_compiler::syntax::ast::{ArrayKind, ItemKind};
+use dgd_compiler::syntax::edit::{Element, NewValue, element_of, list_of, with_values};
 use dgd_compiler::syntax::{layout, parse, visit};
 use dgd_runtime::System;
 
@@ -33,7 +35,9 @@ pub(crate) fn corrected(
     let ast = parse(id, &all, diagnostics)?;
     let mut declared: Vec<(String, Span)> = Vec::new();
     visit::items(&ast.items, &mut |item| {
-        if let ItemKind::Parameter { name, .. } = &item.kind {
+        if let ItemKind::Parameter { name, .. }
+        | ItemKind::Array { declared: ArrayKind::Parameter, name, .. } = &item.kind
+        {
             declared.push((name.text.clone(), name.span));
         }
     });
@@ -58,9 +62,37 @@ pub(crate) fn corrected(
             })
         })
         .collect();
+    let values: Vec<NewValue> = values.into_iter().chain(arrays(fitted, &declared)).collect();
     let valued = with_values(&ast, &text, &values, |_| None);
     // Numbers of different lengths shift columns.
     Ok(layout::like(id, &all, valued))
+}
+
+/// The arrays of parameters of which an element was estimated: all their values.
+fn arrays(fitted: &Fitted, declared: &[(String, Span)]) -> Vec<NewValue> {
+    let mut all: BTreeMap<&str, (bool, Vec<Element>)> = BTreeMap::new();
+    for (parameter, value) in fitted.structure.system.signature().parameters.iter().zip(&fitted.p) {
+        let Some((of, indices)) = element_of(&parameter.name) else { continue };
+        let (estimated, values) = all.entry(of).or_default();
+        *estimated |=
+            fitted.estimates.iter().any(|e| e.recording.is_none() && e.name == *parameter.name);
+        values.push((indices, number(parameter.unit.from_si(*value))));
+    }
+    let mut found = Vec::new();
+    for (of, (_, values)) in all.into_iter().filter(|(_, (estimated, _))| *estimated) {
+        let places = declared.iter().filter(|(name, _)| name == of).map(|(_, span)| *span);
+        let mut places: Vec<Span> = places.collect();
+        if places.is_empty() {
+            places.push(Span::default());
+        }
+        let text = list_of(&values);
+        found.extend(places.into_iter().map(|name| NewValue {
+            name,
+            called: of.to_owned(),
+            text: text.clone(),
+        }));
+    }
+    found
 }
 
 /// A number to `DIGITS` digits, in plain notation.

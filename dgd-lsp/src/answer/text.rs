@@ -58,9 +58,10 @@ fn outline(items: &[Item], sources: &Sources, context: &Context<'_>) -> Vec<Docu
                 }
                 (name, lsp_types::SymbolKind::ENUM)
             }
-            ItemKind::For { index, items, .. } => {
+            ItemKind::For { counters, items } => {
                 children = outline(items, sources, context);
-                (index, lsp_types::SymbolKind::ARRAY)
+                let Some(first) = counters.first() else { continue };
+                (&first.index, lsp_types::SymbolKind::ARRAY)
             }
             ItemKind::Import { .. }
             | ItemKind::Binding { .. }

@@ -41,7 +41,9 @@ fn with_dimensions(expr: &Expr, spans: &mut Vec<Span>) {
     if !is_condition(expr) {
         spans.push(expr.span);
     }
-    if !matches!(&expr.kind, ExprKind::Element(..)) {
+    if let ExprKind::Reduce(reduction) = &expr.kind {
+        with_dimensions(&reduction.body, spans);
+    } else if !matches!(&expr.kind, ExprKind::Element(..)) {
         for operand in operands(expr) {
             with_dimensions(operand, spans);
         }

@@ -1,11 +1,12 @@
 //! The text of a fitted model: the model's own, with what was estimated and set in its place.
 
+use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
 use dgd_compiler::model::Setting;
 use dgd_compiler::pipeline::Compiled;
 use dgd_compiler::source::{Sources, Span};
-use dgd_compiler::syntax::edit::{NewValue, with_values};
+use dgd_compiler::syntax::edit::{Element, NewValue, element_of, list_of, with_values};
 use dgd_compiler::syntax::layout;
 use dgd_compiler::units::Unit;
 use dgd_data::cell::push_number;
@@ -52,6 +53,7 @@ pub(crate) fn text(
     let ast = &compiled.asts[0];
     let mut values: Vec<NewValue> = settings
         .iter()
+        .filter(|setting| element_of(&setting.name.text).is_none())
         .filter_map(|setting| {
             let called = setting.name.text.clone();
             let name = declared(compiled, &called)?;
@@ -61,6 +63,7 @@ pub(crate) fn text(
     for estimate in estimates {
         values.extend(new_value(compiled, estimate));
     }
+    values.extend(arrays(compiled, settings, estimates));
     let text = &sources.get(ast.source).text;
     let edited = with_values(ast, text, &values, |path| moved(path, model, folder));
     layout::like(ast.source, sources, edited)
@@ -79,10 +82,50 @@ fn declared(compiled: &Compiled, name: &str) -> Option<Span> {
     span.or_else(|| sizes.find(|size| size.text == name).map(|size| size.span))
 }
 
+/// Where an array is declared, whether an element has a new value, and all their values.
+type Elements = (Span, bool, Vec<Element>);
+
+/// The arrays of constants and parameters of which an element has a new value: all their values as they
+/// are now.
+fn arrays(compiled: &Compiled, settings: &[Setting], estimates: &[Estimate]) -> Vec<NewValue> {
+    let constants = compiled.model.constants.iter().map(|c| (&c.declared, c.value, None));
+    let parameters = compiled.dae.parameters.iter().enumerate().map(|(i, parameter)| {
+        let is_it = |e: &&Estimate| e.of == Direction::Parameter(i);
+        (&parameter.declared, parameter.value, estimates.iter().find(is_it))
+    });
+    let mut all: BTreeMap<&str, Elements> = BTreeMap::new();
+    for (declared, value, estimate) in constants.chain(parameters) {
+        let Some((of, indices)) = element_of(&declared.name) else { continue };
+        let is_set = |setting: &Setting| {
+            let name = setting.name.text.as_str();
+            name == of || element_of(name).is_some_and(|(array, _)| array == of)
+        };
+        let text = match estimate {
+            Some(e) if e.at_bound.is_none() => rounded(e.value, &declared.unit),
+            Some(e) => exact(e.value, &declared.unit),
+            None => exact(value, &declared.unit),
+        };
+        let (_, changed, values) = all.entry(of).or_insert((declared.span, false, Vec::new()));
+        *changed |= estimate.is_some() || settings.iter().any(is_set);
+        values.push((indices, text));
+    }
+    let changed = all.into_iter().filter(|(_, (_, changed, _))| *changed);
+    let value = |(of, (name, _, values)): (&str, Elements)| NewValue {
+        name,
+        called: of.to_owned(),
+        text: list_of(&values),
+    };
+    changed.map(value).collect()
+}
+
 fn new_value(compiled: &Compiled, estimate: &Estimate) -> Option<NewValue> {
     let (name, called, unit) = match estimate.of {
         Direction::Parameter(i) => {
             let declared = &compiled.dae.parameters[i].declared;
+            if element_of(&declared.name).is_some() {
+                // With the others of its array.
+                return None;
+            }
             (declared.span, &declared.name, &declared.unit)
         }
         Direction::Start(i) => {

@@ -91,13 +91,16 @@ impl<'a> Resolver<'a> {
             | Symbol::Derivative(_)
             | Symbol::Element(_)
             | Symbol::Swept(_)
+            | Symbol::SweptInput(..)
             | Symbol::ElementRate(_)
             | Symbol::SweptRate(_) => Some((symbol, Summands::new())),
             Symbol::SweptSensitivity(_)
             | Symbol::Counter
             | Symbol::Constant(_)
             | Symbol::Parameter(_)
+            | Symbol::SweptParameter(..)
             | Symbol::InputSlope(_)
+            | Symbol::SweptInputSlope(..)
             | Symbol::Sensitivity(_)
             | Symbol::Discrete(_)
             | Symbol::DelayedUnknown(_)
@@ -329,7 +332,9 @@ impl<'a> Resolver<'a> {
             Symbol::Derivative(i) => {
                 format!("`der({})`", self.model.unknowns[i as usize].declared.name)
             }
-            Symbol::Input(i) => format!("`{}`", self.model.inputs[i as usize].declared.name),
+            Symbol::Input(i) | Symbol::SweptInput(i, _) => {
+                format!("`{}`", self.model.inputs[i as usize].declared.name)
+            }
             Symbol::Element(i) | Symbol::Swept(i) => format!("`{}`", self.model.element_name(i)),
             Symbol::ElementRate(i) | Symbol::SweptRate(i) => {
                 format!("`der({})`", self.model.element_name(i))
@@ -339,7 +344,9 @@ impl<'a> Resolver<'a> {
             | Symbol::Counter
             | Symbol::Constant(_)
             | Symbol::Parameter(_)
+            | Symbol::SweptParameter(..)
             | Symbol::InputSlope(_)
+            | Symbol::SweptInputSlope(..)
             | Symbol::Sensitivity(_)
             | Symbol::Discrete(_)
             | Symbol::Late(_)

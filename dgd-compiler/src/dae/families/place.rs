@@ -165,6 +165,10 @@ fn swept_from(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
         let later = match symbol {
             Symbol::Swept(i) if count == 1 => graph.symbol(Symbol::Unknown(i + from)),
             Symbol::Swept(i) => graph.symbol(Symbol::Swept(i + from)),
+            Symbol::SweptParameter(i, _) if count == 1 => graph.symbol(Symbol::Parameter(i + from)),
+            Symbol::SweptParameter(i, _) => graph.symbol(Symbol::SweptParameter(i + from, count)),
+            Symbol::SweptInput(i, _) if count == 1 => graph.symbol(Symbol::Input(i + from)),
+            Symbol::SweptInput(i, _) => graph.symbol(Symbol::SweptInput(i + from, count)),
             Symbol::Counter => {
                 let passed = graph.constant(f64::from(from));
                 if count == 1 {
@@ -181,19 +185,23 @@ fn swept_from(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
     graph.substitute(id, |symbol| replaced.get(&symbol).copied())
 }
 
-/// A family cut where an unknown that it reads in every row is the one that moves with the row.
+/// A family cut where an unknown, parameter or input that it reads in every row is the one that moves
+/// with the row.
 ///
-/// After this every unknown that a row reads is one symbol in it, so that each derivative is one
+/// After this each of them that a row reads is one symbol in it, so that each derivative is one
 /// expression at one place.
 fn disjoint(graph: &mut Graph, family: &Family) -> Vec<Family> {
     let symbols = graph.symbols(family.rhs);
     let mut cuts = BTreeSet::from([0, family.count]);
     for moving in &symbols {
-        let Symbol::Swept(first) = moving else { continue };
         for still in &symbols {
-            if let Symbol::Unknown(i) = still
-                && let Some(passage) = i.checked_sub(*first).filter(|k| *k < family.count)
-            {
+            let ((Symbol::Swept(first), Symbol::Unknown(i))
+            | (Symbol::SweptParameter(first, _), Symbol::Parameter(i))
+            | (Symbol::SweptInput(first, _), Symbol::Input(i))) = (moving, still)
+            else {
+                continue;
+            };
+            if let Some(passage) = i.checked_sub(*first).filter(|k| *k < family.count) {
                 cuts.extend([passage, passage + 1]);
             }
         }

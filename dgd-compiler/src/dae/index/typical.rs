@@ -21,12 +21,14 @@ impl Typical {
     /// The value at the start; not a number where it is not known beforehand.
     pub(super) fn value(&self, symbol: Symbol) -> f64 {
         let value = match symbol {
-            Symbol::Parameter(i) => self.parameters.get(i as usize),
+            Symbol::Parameter(i) | Symbol::SweptParameter(i, _) => self.parameters.get(i as usize),
             Symbol::Unknown(i) => self.starts.get(i as usize),
             Symbol::Time => Some(&0.0),
             Symbol::Constant(_)
             | Symbol::Input(_)
             | Symbol::InputSlope(_)
+            | Symbol::SweptInput(..)
+            | Symbol::SweptInputSlope(..)
             | Symbol::Derivative(_)
             | Symbol::Sensitivity(_)
             | Symbol::Late(_)

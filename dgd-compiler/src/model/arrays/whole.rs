@@ -21,6 +21,14 @@ pub(in crate::model) struct LoopIndex<'a> {
     pub(in crate::model) count: u32,
 }
 
+/// The index of this name, of those that are open: the innermost.
+pub(in crate::model) fn open_index<'a>(
+    indices: &[LoopIndex<'a>],
+    name: &str,
+) -> Option<LoopIndex<'a>> {
+    indices.iter().rev().find(|index| index.name == name).copied()
+}
+
 /// A whole number that may move with the loop: `at` + `slope` k at passage k.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::model) struct AffineInteger {
@@ -42,7 +50,7 @@ pub(in crate::model) type Sizes<'a> = BTreeMap<&'a str, Result<i64, Reported>>;
 pub(in crate::model) fn whole(
     expr: &Expr,
     sizes: &Sizes<'_>,
-    index: Option<LoopIndex<'_>>,
+    indices: &[LoopIndex<'_>],
     diagnostics: &mut Diagnostics,
 ) -> Result<AffineInteger, Reported> {
     let refuse = |diagnostics: &mut Diagnostics, what: String| {
@@ -60,26 +68,26 @@ pub(in crate::model) fn whole(
         ExprKind::Number { text, .. } => {
             return refuse(diagnostics, format!("`{text}` is no whole number that can count"));
         }
-        ExprKind::Name(name) => match (index, sizes.get(name.as_str())) {
-            (Some(index), _) if index.name == name => {
+        ExprKind::Name(name) => match (open_index(indices, name), sizes.get(name.as_str())) {
+            (Some(index), _) => {
                 let slope = i64::from(index.count > 1);
                 Some(AffineInteger { at: index.first, slope })
             }
-            (_, Some(size)) => Some(AffineInteger { at: (*size)?, slope: 0 }),
-            (_, None) => {
+            (None, Some(size)) => Some(AffineInteger { at: (*size)?, slope: 0 }),
+            (None, None) => {
                 let what = format!("`{name}` is neither a size nor the index of a loop here");
                 return refuse(diagnostics, what);
             }
         },
-        ExprKind::Group(inner) => Some(whole(inner, sizes, index, diagnostics)?),
+        ExprKind::Group(inner) => Some(whole(inner, sizes, indices, diagnostics)?),
         ExprKind::Negate(inner) => {
-            let AffineInteger { at, slope } = whole(inner, sizes, index, diagnostics)?;
+            let AffineInteger { at, slope } = whole(inner, sizes, indices, diagnostics)?;
             Some(AffineInteger { at: -at, slope: -slope })
         }
         ExprKind::Sum(terms) => {
             let mut sum = AffineInteger { at: 0, slope: 0 };
             for (sign, term) in terms {
-                let term = whole(term, sizes, index, diagnostics)?;
+                let term = whole(term, sizes, indices, diagnostics)?;
                 let sign = if *sign == Sign::Plus { 1 } else { -1 };
                 sum = AffineInteger {
                     at: sum.at + sign * term.at,
@@ -91,7 +99,7 @@ pub(in crate::model) fn whole(
         ExprKind::Product(factors) => {
             let mut product = Some(AffineInteger { at: 1, slope: 0 });
             for (factor, operand) in factors {
-                let operand = whole(operand, sizes, index, diagnostics)?;
+                let operand = whole(operand, sizes, indices, diagnostics)?;
                 product = product.and_then(|product| match factor {
                     Factor::Times => product.times(operand),
                     Factor::Over => product.over(operand),
@@ -100,6 +108,8 @@ pub(in crate::model) fn whole(
             product
         }
         ExprKind::Element(..)
+        | ExprKind::Reduce(_)
+        | ExprKind::List(_)
         | ExprKind::Call { .. }
         | ExprKind::Power(..)
         | ExprKind::If(..)
@@ -133,24 +143,48 @@ impl AffineInteger {
     }
 }
 
+/// The indices of a range whose ends may read indices that are open but do not move.
+pub(in crate::model) fn extent_within(
+    range: &Range,
+    sizes: &Sizes<'_>,
+    indices: &[LoopIndex<'_>],
+    diagnostics: &mut Diagnostics,
+) -> Result<Extent, Reported> {
+    let lower = whole(&range.lower, sizes, indices, diagnostics);
+    let upper = whole(&range.upper, sizes, indices, diagnostics);
+    let (lower, upper) = (lower?, upper?);
+    for (end, expr) in [(lower, &range.lower), (upper, &range.upper)] {
+        if end.slope != 0 {
+            let message = "the end of this range moves with the loop";
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E230, expr.span, message)
+                    .help("let it be the same for all indices, or write the loop out"),
+            ));
+        }
+    }
+    between(lower.at, upper.at, range.span, diagnostics)
+}
+
 /// The indices of a range of whole numbers; none where it ends just before it begins.
 pub(in crate::model) fn extent(
     range: &Range,
     sizes: &Sizes<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Extent, Reported> {
-    let lower = whole(&range.lower, sizes, None, diagnostics);
-    let upper = whole(&range.upper, sizes, None, diagnostics);
-    let (lower, upper) = (lower?.at, upper?.at);
+    extent_within(range, sizes, &[], diagnostics)
+}
+
+fn between(
+    lower: i64,
+    upper: i64,
+    span: Span,
+    diagnostics: &mut Diagnostics,
+) -> Result<Extent, Reported> {
     match u32::try_from(upper - lower + 1) {
         Ok(count) => Ok(Extent { lower, count }),
         Err(_) => Err(diagnostics.error(
-            Diagnostic::new(
-                Code::E230,
-                range.span,
-                format!("no index runs from {lower} to {upper}"),
-            )
-            .help("write the smaller end first"),
+            Diagnostic::new(Code::E230, span, format!("no index runs from {lower} to {upper}"))
+                .help("write the smaller end first"),
         )),
     }
 }
@@ -183,7 +217,7 @@ pub(in crate::model) fn sizes_of<'a>(
     let mut ready: Vec<usize> = (0..open.len()).filter(|i| missing[*i] == 0).collect();
     while let Some(i) = ready.pop() {
         let (name, value) = open[i];
-        let size = whole(value, &sizes, None, diagnostics).and_then(|size| {
+        let size = whole(value, &sizes, &[], diagnostics).and_then(|size| {
             if size.at >= 0 {
                 return Ok(size.at);
             }

@@ -87,7 +87,15 @@ impl<'a> Lowering<'a> {
         let Some(limit) = &curve.limit else { return Ok(()) };
         let [low, high] = curve.ends;
         let is_beyond = self.number(x).is_some_and(|x| x < low || x > high);
-        let sweeps = |symbol: &Symbol| matches!(symbol, Symbol::Swept(_) | Symbol::Counter);
+        let sweeps = |symbol: &Symbol| {
+            matches!(
+                symbol,
+                Symbol::Swept(_)
+                    | Symbol::SweptParameter(..)
+                    | Symbol::SweptInput(..)
+                    | Symbol::Counter
+            )
+        };
         let message = if is_beyond {
             limit.clone()
         } else if self.graph.symbols(x).iter().any(sweeps) {

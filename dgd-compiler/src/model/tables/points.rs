@@ -1,13 +1,13 @@
 //! What a table says: its points in SI, in order, and what is wrong with them.
 
-use super::super::define::Table;
+use super::super::define::{Definition, Table};
 use super::super::expression::{Arguments, Lowering};
 use super::super::resolve::{Reading, not_finite};
 use super::curves::in_unit;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Symbol};
 use crate::source::Span;
-use crate::syntax::ast::{Expr, Points};
+use crate::syntax::ast::{ArrayKind, Expr, ExprKind, Points};
 use crate::units::Unit;
 
 /// A point with its arguments in SI.
@@ -37,7 +37,13 @@ impl<'a> Lowering<'a> {
                 // Zero has no sign.
                 .map(|(&x, unit)| Ok(self.known(x, unit, Reading::Value, diagnostics)? + 0.0))
                 .collect();
-            match (at, self.ordinate(value, of_values, diagnostics)) {
+            let value = match value {
+                Ordinate::Of(value) => self.ordinate(value, of_values, diagnostics),
+                Ordinate::Element(array, k) => {
+                    self.ordinate_of_array(array, k, table, of_values, diagnostics)
+                }
+            };
+            match (at, value) {
                 (Ok(at), Ok(value)) => points.push(Read { at, value, span }),
                 (Err(reported), _) | (_, Err(reported)) => failed = Some(reported),
             }
@@ -69,6 +75,71 @@ impl<'a> Lowering<'a> {
         repeated.map_or(Ok(points), Err)
     }
 
+    /// A value that is an element of an array with as many elements as the table has points.
+    fn ordinate_of_array(
+        &mut self,
+        array: &'a Expr,
+        k: u32,
+        table: Table<'a>,
+        unit: &Unit,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<ExprId, Reported> {
+        let ExprKind::Name(name) = &array.kind else {
+            unreachable!("the parser takes a list or a name");
+        };
+        let n = table.points.expressions().len() - 1;
+        let entry = self.scope.names.get(name.as_str()).map(|entry| entry.definition);
+        let refuse = |message: String, help: &str, diagnostics: &mut Diagnostics| {
+            // Once, and not for each point.
+            let said = diagnostics.said(Code::E233, array.span);
+            Err(said.unwrap_or_else(|| {
+                diagnostics.error(Diagnostic::new(Code::E233, array.span, message).help(help))
+            }))
+        };
+        let Some(Definition::Vector(vector)) = entry else {
+            if entry.is_none() {
+                let none = Arguments::new();
+                return Err(self.unknown_name(name, array.span, &none, diagnostics));
+            }
+            let message = format!("`{name}` is no array of constants or parameters");
+            return refuse(message, "write the values: `= (…, …)`", diagnostics);
+        };
+        let vector = &self.scope.vectors[vector];
+        let (kind, place) = (vector.kind, vector.place.clone()?);
+        if place.count() as usize != n || place.shape.axes().len() != 1 {
+            let message = format!(
+                "`{}` has {n} abscissae, and `{name}` has {} elements",
+                table.name.text,
+                place.count()
+            );
+            return refuse(message, "let the array have one for each", diagnostics);
+        }
+        let dimension = self.scope.dimension(name)?;
+        if dimension != unit.dimension {
+            let spelling = &self.scope.spelling;
+            let message = format!(
+                "the values of `{}` are declared in `{}`, but `{name}` is {}",
+                table.name.text,
+                unit.symbol,
+                spelling.being(dimension)
+            );
+            let said = diagnostics.said(Code::E302, array.span);
+            return Err(said.unwrap_or_else(|| {
+                diagnostics.error(Diagnostic::new(Code::E302, array.span, message))
+            }));
+        }
+        let position = place.first + k;
+        let symbol = match kind {
+            ArrayKind::Constant => Symbol::Constant(position),
+            ArrayKind::Parameter => Symbol::Parameter(position),
+            ArrayKind::Input | ArrayKind::State | ArrayKind::Unknown => {
+                let message = format!("a table is the same at all times, but `{name}` is an input");
+                return refuse(message, "use constants or parameters", diagnostics);
+            }
+        };
+        Ok(self.graph.symbol(symbol))
+    }
+
     fn ordinate(
         &mut self,
         expr: &'a Expr,
@@ -96,8 +167,16 @@ impl<'a> Lowering<'a> {
     }
 }
 
+/// The value of a point.
+#[derive(Debug, Clone, Copy)]
+enum Ordinate<'a> {
+    Of(&'a Expr),
+    /// The element at this distance from the first, of an array by its name.
+    Element(&'a Expr, u32),
+}
+
 /// Arguments, value and place of each point.
-type Written<'a> = (Vec<&'a Expr>, &'a Expr, Span);
+type Written<'a> = (Vec<&'a Expr>, Ordinate<'a>, Span);
 
 fn written<'a>(
     table: Table<'a>,
@@ -105,7 +184,13 @@ fn written<'a>(
 ) -> Result<Vec<Written<'a>>, Reported> {
     let points = match table.points {
         Points::Columns([x, y]) => {
-            return Ok(x.iter().zip(y).map(|(x, y)| (vec![x], y, y.span)).collect());
+            if let [array] = &y[..]
+                && x.len() > 1
+            {
+                let of = |(k, x): (u32, &'a Expr)| (vec![x], Ordinate::Element(array, k), x.span);
+                return Ok((0..).zip(x).map(of).collect());
+            }
+            return Ok(x.iter().zip(y).map(|(x, y)| (vec![x], Ordinate::Of(y), y.span)).collect());
         }
         Points::Written(points) | Points::File { rows: Some(Ok(points)), .. } => points,
         Points::File { rows: Some(Err(reported)), .. } => return Err(*reported),
@@ -120,7 +205,7 @@ fn written<'a>(
     let of_point = |numbers: &'a [Expr]| numbers.split_last();
     let all = points.iter().filter_map(|point| {
         let (value, at) = of_point(&point.numbers)?;
-        Some((at.iter().collect(), value, point.span))
+        Some((at.iter().collect(), Ordinate::Of(value), point.span))
     });
     Ok(all.collect())
 }

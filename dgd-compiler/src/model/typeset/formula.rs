@@ -10,8 +10,8 @@ use crate::expr::display::number;
 use crate::model::Model;
 use crate::parts;
 use crate::syntax::ast::{
-    self, Argument, Ast, Attribute, AttributeKind, Choice, Comparison, Crossing, Expr, ExprKind,
-    Factor, Item, ItemKind, Name, Points, Shape, Sign, StartRule,
+    self, Argument, Ast, Attribute, AttributeKind, Choice, Comparison, Counter, Crossing, Expr,
+    ExprKind, Factor, Item, ItemKind, Name, Points, Reducing, Reduction, Shape, Sign, StartRule,
 };
 
 /// Of a table with more points the first and the last are shown.
@@ -92,8 +92,10 @@ pub enum Formula {
     Fenced(Fence, Box<Formula>),
     /// A derivative to time.
     Dot(Symbol),
-    /// An element of an array, or its derivative, with its index as a subscript.
+    /// An element of an array, or its derivative, with its indices as a subscript.
     Indexed(Box<Formula>, Box<Formula>),
+    /// A sum, a product or the like over indices.
+    Over(Box<Over>),
     /// The name of a well-known function, upright, with what its foot says.
     Function(&'static str, Option<&'static str>),
     /// One value where a condition holds, else another.
@@ -120,6 +122,17 @@ pub struct Cases {
     pub condition: Formula,
     /// The value elsewhere.
     pub otherwise: Formula,
+}
+
+/// What is made of a formula for each index.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Over {
+    /// A sum, a product or the like.
+    pub kind: Reducing,
+    /// The indices, each with its first and last value.
+    pub counters: Vec<[Formula; 3]>,
+    /// The formula.
+    pub body: Formula,
 }
 
 /// Pairs of delimiters.
@@ -177,8 +190,8 @@ pub struct Documented {
     pub doc: Vec<String>,
     /// Whether the item is an `output`.
     pub is_output: bool,
-    /// The index of the loop that it stands in, and its first and last value.
-    pub index: Option<[Formula; 3]>,
+    /// The indices of the loop that it stands in, each with its first and last value.
+    pub counters: Vec<[Formula; 3]>,
 }
 
 /// The lines of a model: libraries first, then the model file.
@@ -221,7 +234,7 @@ pub(super) fn for_each_item<'a>(
 fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
     let mut push = |line| {
         let is_output = matches!(item.kind, ItemKind::Output { .. });
-        lines.push(Documented { line, doc: item.doc.clone(), is_output, index: None });
+        lines.push(Documented { line, doc: item.doc.clone(), is_output, counters: Vec::new() });
     };
     match &item.kind {
         ItemKind::Let { name, value, .. } | ItemKind::Output { name, value: Some(value), .. } => {
@@ -252,11 +265,11 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
                 let doc =
                     if k == 0 { [&item.doc[..], &mode.doc].concat() } else { mode.doc.clone() };
                 let line = Line::Mode(mode.name.text.clone());
-                lines.push(Documented { line, doc, is_output: false, index: None });
+                lines.push(Documented { line, doc, is_output: false, counters: Vec::new() });
                 for_each_item(&mode.items, model, &mut |item| collect(item, model, lines));
             }
             let undocumented =
-                |line| Documented { line, doc: Vec::new(), is_output: false, index: None };
+                |line| Documented { line, doc: Vec::new(), is_output: false, counters: Vec::new() };
             lines.extend(transitions.iter().map(transition).map(undocumented));
         }
         ItemKind::When(reaction) => push(when(reaction)),
@@ -269,13 +282,12 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
             let left = Formula::Symbol(Symbol::of(&name.text));
             push(Line::Bound { left, side: *side, right: expression(bound) });
         }
-        ItemKind::For { index, range, items } => {
-            let at = Formula::Symbol(Symbol::of(&index.text));
-            let ends = [at, expression(&range.lower), expression(&range.upper)];
+        ItemKind::For { counters, items } => {
+            let ends: Vec<[Formula; 3]> = counters.iter().map(ends_of).collect();
             for item in items {
-                let line = in_loop(index, item);
-                let (doc, index) = (item.doc.clone(), Some(ends.clone()));
-                lines.push(Documented { line, doc, is_output: false, index });
+                let line = in_loop(counters, item);
+                let (doc, counters) = (item.doc.clone(), ends.clone());
+                lines.push(Documented { line, doc, is_output: false, counters });
             }
         }
         ItemKind::Import { .. }
@@ -294,18 +306,44 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
     }
 }
 
-/// An item of a loop, once, with the loop's index.
-fn in_loop(index: &Name, item: &Item) -> Line {
+/// An index with its first and last value.
+fn ends_of(counter: &Counter) -> [Formula; 3] {
+    let Counter { index, range } = counter;
+    let at = Formula::Symbol(Symbol::of(&index.text));
+    [at, expression(&range.lower), expression(&range.upper)]
+}
+
+/// The array that an element belongs to, and the element's indices.
+fn element<'e>(array: &'e Expr, index: &'e Expr) -> (&'e Expr, Vec<&'e Expr>) {
+    let mut indices = vec![index];
+    let mut of = array;
+    while let ExprKind::Element(array, index) = &of.kind {
+        indices.insert(0, index);
+        of = array;
+    }
+    (of, indices)
+}
+
+/// With its indices as one subscript.
+fn indexed(of: Formula, indices: &[&Expr]) -> Formula {
+    let indices = separated(indices.iter().map(|index| expression(index)), Operator::Comma);
+    Formula::Indexed(Box::new(of), Box::new(indices))
+}
+
+/// An item of a loop, once, with the loop's indices.
+fn in_loop(counters: &[Counter], item: &Item) -> Line {
     match &item.kind {
         ItemKind::Let { name, value, .. } => {
             let name = Formula::Symbol(Symbol::of(&name.text));
-            let at = Formula::Symbol(Symbol::of(&index.text));
+            let at = counters.iter().map(|c| Formula::Symbol(Symbol::of(&c.index.text)));
+            let at = separated(at, Operator::Comma);
             let left = Formula::Indexed(Box::new(name), Box::new(at));
             Line::Equation { left, right: expression(value), label: None }
         }
         ItemKind::Equation { label, left, right, .. } => {
             let (left, right) = (expression(left), expression(right));
-            let label = Some(format!("{}[{}]", label.text, index.text));
+            let indices: Vec<&str> = counters.iter().map(|c| c.index.text.as_str()).collect();
+            let label = Some(format!("{}[{}]", label.text, indices.join("][")));
             Line::Equation { left, right, label }
         }
         _ => unreachable!("a loop holds equations and `let`s"),
@@ -360,7 +398,10 @@ fn through(n_arguments: usize, points: &Points, attributes: &[Attribute]) -> For
         Points::Written(points) | Points::File { rows: Some(Ok(points)), .. } => {
             points.iter().map(|p| p.numbers.iter().collect()).collect()
         }
-        Points::Columns([x, y]) => x.iter().zip(y).map(|(x, y)| vec![x, y]).collect(),
+        Points::Columns([x, y]) => {
+            let value = |k: usize| y.get(k).or(y.last());
+            x.iter().enumerate().map(|(k, x)| [x].into_iter().chain(value(k)).collect()).collect()
+        }
         Points::File { .. } => Vec::new(),
     };
     let point = |numbers: &Vec<&Expr>| {
@@ -467,7 +508,16 @@ pub(super) fn expression(expr: &Expr) -> Formula {
         ExprKind::Name(name) => Formula::Symbol(Symbol::of(name)),
         ExprKind::Call { function, arguments } => call(&function.text, arguments),
         ExprKind::Element(array, index) => {
-            Formula::Indexed(Box::new(expression(array)), Box::new(expression(index)))
+            let (array, indices) = element(array, index);
+            indexed(expression(array), &indices)
+        }
+        ExprKind::List(values) => round(separated(values.iter().map(expression), Operator::Comma)),
+        ExprKind::Reduce(reduction) => {
+            let Reduction { kind, body, counters, .. } = &**reduction;
+            let reads_on = is_sum(body) || matches!(body.kind, ExprKind::Compare(..));
+            let body = if reads_on { round(expression(body)) } else { expression(body) };
+            let counters = counters.iter().map(ends_of).collect();
+            Formula::Over(Box::new(Over { kind: *kind, counters, body }))
         }
         ExprKind::Group(inner) => round(expression(inner)),
         ExprKind::Negate(inner) if is_sum(inner) => {
@@ -578,11 +628,11 @@ fn call(function: &str, arguments: &[Expr]) -> Formula {
             return Formula::Dot(Symbol::of(name));
         }
         ("der", [Expr { kind: ExprKind::Element(array, index), .. }])
-            if matches!(array.kind, ExprKind::Name(_)) =>
+            if matches!(element(array, index).0.kind, ExprKind::Name(_)) =>
         {
+            let (array, indices) = element(array, index);
             let ExprKind::Name(name) = &array.kind else { unreachable!("asked above") };
-            let rate = Formula::Dot(Symbol::of(name));
-            return Formula::Indexed(Box::new(rate), Box::new(expression(index)));
+            return indexed(Formula::Dot(Symbol::of(name)), &indices);
         }
         ("delay", [x, tau]) => return late(x, tau),
         ("sqrt", _) => return Formula::Root(Box::new(list)),

@@ -2,9 +2,11 @@
 
 use std::fmt::Write;
 
-use super::formula::{self, Fence, Formula, GREEK, Line, Occasion, Operator, Symbol, Transition};
+use super::formula::{
+    self, Fence, Formula, GREEK, Line, Occasion, Operator, Over, Symbol, Transition,
+};
 use crate::model::Model;
-use crate::syntax::ast::{Ast, Bound};
+use crate::syntax::ast::{Ast, Bound, Reducing};
 
 /// Writes the model's equations, ready for a document that uses `amsmath`.
 pub fn write(asts: &[Ast], model: &Model) -> String {
@@ -135,6 +137,7 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
             write_subscripts(text, &symbol.subscripts)
         }
         Formula::Indexed(of, index) => write_parts(text, &["{", "}_{", "}"], &[of, index]),
+        Formula::Over(over) => write_over(text, over),
         Formula::Function(name, foot) => {
             if KNOWN.contains(name) {
                 write!(text, "\\{name}")?;
@@ -157,6 +160,27 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
             write_parts(text, &around, &[&cases.then, &cases.condition, &cases.otherwise])
         }
     }
+}
+
+/// Σ with its ends below and above, or a function with its indices at its foot.
+fn write_over(text: &mut String, Over { kind, counters, body }: &Over) -> std::fmt::Result {
+    let sign = match kind {
+        Reducing::Sum => "\\sum",
+        Reducing::Product => "\\prod",
+        Reducing::Least => "\\min",
+        Reducing::Greatest => "\\max",
+        Reducing::Mean => "\\operatorname{mean}",
+    };
+    let has_ends = matches!(kind, Reducing::Sum | Reducing::Product);
+    for [index, first, last] in counters {
+        if has_ends {
+            write_parts(text, &[&format!("{sign}_{{"), " = ", "}^{", "} "], &[index, first, last])?;
+        } else {
+            let foot = [&format!("{sign}_{{")[..], " = ", ", \\dots, ", "} "];
+            write_parts(text, &foot, &[index, first, last])?;
+        }
+    }
+    write_formula(text, body)
 }
 
 /// Parts with what stands before, between and after them.

@@ -12,8 +12,8 @@ use crate::diagnostics::Diagnostics;
 use crate::model::Model;
 use crate::parts;
 use crate::syntax::ast::{
-    Ast, Attribute, AttributeKind, Beyond, Expr, Item, ItemKind, Name, Points, Range, Unit,
-    UnknownKind,
+    ArrayKind, Ast, Attribute, AttributeKind, Axis, Beyond, Expr, Item, ItemKind, Name, Points,
+    Unit, UnknownKind,
 };
 
 /// Writes the page of a model that is in the file at `path`.
@@ -123,30 +123,48 @@ impl Declarations {
         };
         match &item.kind {
             ItemKind::Input { name, unit, attributes } => {
-                let is_linear = attributes.iter().any(|a| matches!(a.kind, AttributeKind::Linear));
-                let goes = if is_linear { "a straight line" } else { "holds" }.to_owned();
+                let goes = goes_on(attributes);
                 self.inputs.push([&first(name, unit)[..], &[goes, doc]].concat());
             }
             ItemKind::Unknown { declared, name, unit, start, .. } => {
                 let start = [start_of(*declared, start.as_ref()), doc];
                 self.unknowns.push([&first(name, unit)[..], &start].concat());
             }
-            ItemKind::Array { declared, name, range, unit, start, .. } => {
+            ItemKind::Array { declared, name, axes, unit, start, attributes } => {
                 let [symbol, _, unit] = first(name, unit);
-                let Range { lower, upper, .. } = range;
-                let name = format!("`{}`, {} to {}", name.text, math(lower), math(upper));
-                let start = start_of(*declared, start.as_ref());
-                self.unknowns.push(vec![symbol, name, unit, start, doc]);
+                let range = |Axis { range, .. }: &Axis| {
+                    format!("{} to {}", math(&range.lower), math(&range.upper))
+                };
+                let ranges: Vec<String> = axes.iter().map(range).collect();
+                let name = format!("`{}`, {}", name.text, ranges.join(" × "));
+                let start = start.as_ref();
+                match declared {
+                    ArrayKind::State | ArrayKind::Unknown => {
+                        let kind = match declared {
+                            ArrayKind::State => UnknownKind::State,
+                            _ => UnknownKind::Unknown,
+                        };
+                        self.unknowns.push(vec![symbol, name, unit, start_of(kind, start), doc]);
+                    }
+                    ArrayKind::Parameter => {
+                        let (value, bounds) =
+                            (start.map_or_else(String::new, math), bounds(attributes));
+                        let doc = with_fixed(attributes, doc);
+                        self.parameters.push(vec![symbol, name, value, unit, bounds, doc]);
+                    }
+                    ArrayKind::Constant => {
+                        let value = start.map_or_else(String::new, math);
+                        self.constants.push(vec![symbol, name, value, unit, doc]);
+                    }
+                    ArrayKind::Input => {
+                        self.inputs.push(vec![symbol, name, unit, goes_on(attributes), doc]);
+                    }
+                }
             }
             ItemKind::Parameter { name, unit, value, attributes } => {
                 let [symbol, name, unit] = first(name, unit);
                 let bounds = bounds(attributes);
-                let is_fixed = attributes.iter().any(|a| matches!(a.kind, AttributeKind::Fixed));
-                let doc = match (is_fixed, doc.is_empty()) {
-                    (false, _) => doc,
-                    (true, true) => "fixed".to_owned(),
-                    (true, false) => format!("{doc}; fixed"),
-                };
+                let doc = with_fixed(attributes, doc);
                 self.parameters.push(vec![symbol, name, math(value), unit, bounds, doc]);
             }
             ItemKind::Constant { name, unit, value } => {
@@ -204,6 +222,22 @@ fn start_of(declared: UnknownKind, start: Option<&Expr>) -> String {
     }
 }
 
+/// How an input goes on between samples.
+fn goes_on(attributes: &[Attribute]) -> String {
+    let is_linear = attributes.iter().any(|a| matches!(a.kind, AttributeKind::Linear));
+    if is_linear { "a straight line" } else { "holds" }.to_owned()
+}
+
+/// A doc comment that says of a parameter that it is fixed.
+fn with_fixed(attributes: &[Attribute], doc: String) -> String {
+    let is_fixed = attributes.iter().any(|a| matches!(a.kind, AttributeKind::Fixed));
+    match (is_fixed, doc.is_empty()) {
+        (false, _) => doc,
+        (true, true) => "fixed".to_owned(),
+        (true, false) => format!("{doc}; fixed"),
+    }
+}
+
 fn bounds(attributes: &[Attribute]) -> String {
     let found = attributes.iter().find_map(|attribute| match &attribute.kind {
         AttributeKind::Bounds(lower, upper) => Some((lower, upper)),
@@ -235,7 +269,7 @@ fn push_equations(text: &mut String, lines: &[Documented]) {
 }
 
 /// A line, with its label and the indices for which it holds after it.
-fn row(Documented { line, index, .. }: &Documented) -> String {
+fn row(Documented { line, counters, .. }: &Documented) -> String {
     let (mut text, label) = match line {
         Line::Equation { left, right, label } => {
             let own = Line::Equation { left: left.clone(), right: right.clone(), label: None };
@@ -243,7 +277,7 @@ fn row(Documented { line, index, .. }: &Documented) -> String {
         }
         Line::Mode(_) | Line::Transition(_) | Line::Bound { .. } => (latex::line(line), None),
     };
-    if let Some([index, first, last]) = index {
+    for [index, first, last] in counters {
         let [index, first, last] = [index, first, last].map(latex::formula);
         let _ = write!(text, ", \\quad {index} = {first}, \\dots, {last}");
     }

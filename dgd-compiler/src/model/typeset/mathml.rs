@@ -4,8 +4,10 @@
 
 use std::fmt::Write;
 
-use super::formula::{Cases, Fence, Formula, GREEK, Line, Occasion, Operator, Symbol, Transition};
-use crate::syntax::ast::Bound;
+use super::formula::{
+    Cases, Fence, Formula, GREEK, Line, Occasion, Operator, Over, Symbol, Transition,
+};
+use crate::syntax::ast::{Bound, Reducing};
 
 /// One line as a `<math>` element; its label is left to the caller.
 pub fn write(line: &Line) -> String {
@@ -83,6 +85,7 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
             write_formula(text, index)?;
             write!(text, "</mrow></msub>")
         }
+        Formula::Over(over) => write_over(text, over),
         Formula::Number { digits, exponent, unit } => {
             text.push_str("<mrow>");
             write!(text, "<mn>{digits}</mn>")?;
@@ -131,6 +134,33 @@ fn write_formula(text: &mut String, formula: &Formula) -> std::fmt::Result {
         Formula::Words(words) => write!(text, "<mtext> {words} </mtext>"),
         Formula::Cases(cases) => write_cases(text, cases),
     }
+}
+
+/// Σ with its ends below and above, or a function with its indices at its foot.
+fn write_over(text: &mut String, Over { kind, counters, body }: &Over) -> std::fmt::Result {
+    let sign = match kind {
+        Reducing::Sum => "<mo>∑</mo>",
+        Reducing::Product => "<mo>∏</mo>",
+        Reducing::Least => "<mi mathvariant=\"normal\">min</mi>",
+        Reducing::Greatest => "<mi mathvariant=\"normal\">max</mi>",
+        Reducing::Mean => "<mi mathvariant=\"normal\">mean</mi>",
+    };
+    let has_ends = matches!(kind, Reducing::Sum | Reducing::Product);
+    text.push_str("<mrow>");
+    for [index, first, last] in counters {
+        let element = if has_ends { "munderover" } else { "munder" };
+        write!(text, "<{element}>{sign}<mrow>")?;
+        write_formula(text, index)?;
+        text.push_str("<mo>=</mo>");
+        write_formula(text, first)?;
+        text.push_str(if has_ends { "</mrow>" } else { "<mo>,</mo><mo>…</mo><mo>,</mo>" });
+        write_formula(text, last)?;
+        text.push_str(if has_ends { "" } else { "</mrow>" });
+        write!(text, "</{element}>")?;
+    }
+    write_formula(text, body)?;
+    text.push_str("</mrow>");
+    Ok(())
 }
 
 fn write_element(text: &mut String, element: &str, parts: &[&Formula]) -> std::fmt::Result {

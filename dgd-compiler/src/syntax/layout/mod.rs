@@ -125,7 +125,8 @@ struct SpacedToken {
 fn lines(text: &str, tokens: &[Token]) -> Vec<Line> {
     let ends = lexical::item_ends(tokens, text);
     let mut lines = Vec::new();
-    let mut spacing = Spacing { text, before: Before::Start, open: 0, is_loop: false };
+    let mut spacing =
+        Spacing { text, before: Before::Start, open: 0, is_loop: false, reduction: None };
     let mut depth = 0_usize;
     // Whether the line goes on with the item of the line above.
     let mut continued = false;
@@ -240,8 +241,7 @@ fn in_columns(text: &str, code: &[SpacedToken]) -> (Option<Group>, Vec<(Column, 
                 continue;
             }
             TokenKind::Unit
-                if i == declared
-                    || i == declared + 1 && kind(declared) == Some(TokenKind::Index) =>
+                if (declared..i).all(|between| kind(between) == Some(TokenKind::Index)) =>
             {
                 (Column::Unit, i)
             }
@@ -393,18 +393,24 @@ struct Spacing<'a> {
     open: usize,
     /// Whether the item is a `for`.
     is_loop: bool,
+    /// How many parentheses are open where `for` stands in a sum.
+    reduction: Option<usize>,
 }
 
 impl Spacing<'_> {
     /// What follows begins an item.
     fn restart(&mut self) {
         (self.before, self.open, self.is_loop) = (Before::Start, 0, false);
+        self.reduction = None;
     }
 
     /// Whether a blank stands before the token, unless it begins a line; and what it is to the next.
     fn place(&mut self, token: Token) -> (bool, Before) {
         if self.before == Before::Start {
             self.is_loop = token.text(self.text) == "for";
+        }
+        if self.open > 0 && token.kind == TokenKind::Name && token.text(self.text) == "for" {
+            self.reduction.get_or_insert(self.open);
         }
         let blank = self.blank(token);
         self.before = self.class(token);
@@ -413,7 +419,13 @@ impl Spacing<'_> {
             TokenKind::Close => self.open = self.open.saturating_sub(1),
             _ => {}
         }
+        self.reduction = self.reduction.filter(|open| self.open >= *open);
         (blank, self.before)
+    }
+
+    /// Whether what stands here is the range of an index.
+    fn in_range(&self) -> bool {
+        self.is_loop || self.reduction.is_some()
     }
 
     fn blank(&self, token: Token) -> bool {
@@ -439,7 +451,7 @@ impl Spacing<'_> {
             | (Before::Operand, TokenKind::Open) => false,
             (Before::Tight { spaced }, _) => spaced,
             (_, TokenKind::Star | TokenKind::Slash | TokenKind::Dot) => self.is_spaced(token),
-            (_, TokenKind::Range | TokenKind::Plus | TokenKind::Minus) if self.is_loop => {
+            (_, TokenKind::Range | TokenKind::Plus | TokenKind::Minus) if self.in_range() => {
                 self.is_spaced(token)
             }
             _ => true,
@@ -495,7 +507,7 @@ impl Spacing<'_> {
             | TokenKind::Close => Before::Operand,
             TokenKind::Minus if self.before != Before::Operand => Before::Sign,
             TokenKind::Star | TokenKind::Slash => Before::Tight { spaced: self.is_spaced(token) },
-            TokenKind::Range | TokenKind::Plus | TokenKind::Minus if self.is_loop => {
+            TokenKind::Range | TokenKind::Plus | TokenKind::Minus if self.in_range() => {
                 Before::Tight { spaced: self.is_spaced(token) }
             }
             kind => Before::Other(kind),

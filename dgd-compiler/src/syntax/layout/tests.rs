@@ -108,6 +108,25 @@ fn tokens_stay_and_a_second_time_changes_nothing() {
 }
 
 #[test]
+fn arrays_and_sums_have_their_ranges_close() {
+    let text = "\
+state T[1..2][1..N] [K]=3
+parameter kk[1..3] =( 1,2 ,3 ) in 0..9
+parameter k = 2 in 0 .. 3
+output a=sum( T[i][j]*2 for i in 1..2,j in 1 .. N-1 ) - 1
+for i in 1..2,j in 2..N { equation h[i] [j]: a=b }
+";
+    let expected = "\
+state T[1..2][1..N] [K] = 3
+parameter kk[1..3] = (1, 2, 3)  in 0 .. 9
+parameter k        = 2          in 0 .. 3
+output a = sum(T[i][j]*2 for i in 1..2, j in 1 .. N-1) - 1
+for i in 1..2, j in 2..N { equation h[i] [j]: a = b }
+";
+    assert_eq!(laid_out(text).as_deref(), Ok(expected));
+}
+
+#[test]
 fn parts_keep_their_points_and_colons_close() {
     let text = "part  pump :subsea_pump( c0=275[m],flow = static )\npump.q  =q_ssp\n";
     let expected = "part pump: subsea_pump(c0 = 275 [m], flow = static)\npump.q = q_ssp\n";

@@ -4,35 +4,134 @@
 //! of its own here.
 
 use nom::Parser;
+use nom::combinator::cut;
+use nom::multi::separated_list1;
 
-use super::expression::expression;
+use super::expression::{close, expression, optional_unit};
+use super::item::{attributes, no_value_of_input};
 use super::lexical::{Token, TokenKind, tokens_within};
 use super::tokens::{OPERATOR, Parsed, Stop, Tokens, name, token, too_deep, word};
 use super::{Reader, item_length, take_docs};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::syntax::ast::{Expr, ExprKind, Item, ItemKind, Name, Range};
+use crate::syntax::ast::{
+    ArrayKind, Axis, Counter, Expr, ExprKind, Item, ItemKind, Name, Range, Reducing, Reduction,
+    Unit,
+};
 
 /// Keywords of items that a loop can hold.
 const IN_LOOPS: [&str; 2] = ["equation", "let"];
 
-/// The element of an array, `p[i - 1]`: its name has been read, the brackets are the next token.
+/// The element of an array, `p[i - 1]` or `T[i][j]`: its name has been read, the brackets are the
+/// next tokens.
 pub(crate) fn element<'a>(
     input: Tokens<'a>,
     brackets: Tokens<'a>,
     array: Name,
 ) -> Parsed<'a, Expr> {
-    let (rest, index) = between_brackets(brackets.deeper()?, |inside| {
-        let (rest, index) = expression(inside)?;
-        if rest.is_empty() { Ok((rest, index)) } else { rest.expected(OPERATOR) }
-    })?;
-    let rest = rest.shallower();
-    let span = input.span_to(&rest);
-    let array = Box::new(Expr { span: array.span, kind: ExprKind::Name(array.text) });
-    Ok((rest, Expr { span, kind: ExprKind::Element(array, Box::new(index)) }))
+    let mut element = Expr { span: array.span, kind: ExprKind::Name(array.text) };
+    let mut rest = brackets;
+    while rest.first() == Some(TokenKind::Index) {
+        let index;
+        (rest, index) = between_brackets(rest.deeper()?, |inside| {
+            let (rest, index) = expression(inside)?;
+            if rest.is_empty() { Ok((rest, index)) } else { rest.expected(OPERATOR) }
+        })?;
+        rest = rest.shallower();
+        let kind = ExprKind::Element(Box::new(element), Box::new(index));
+        element = Expr { span: input.span_to(&rest), kind };
+    }
+    Ok((rest, element))
 }
 
-/// The range of a declared array, `[1..N]` or `[i in 1..N]`; its place is that of the brackets.
-pub(crate) fn declared_range(input: Tokens<'_>) -> Parsed<'_, (Option<Name>, Range)> {
+/// The rest of an array's declaration, from its brackets on.
+pub(super) fn declared<'a>(
+    declared: ArrayKind,
+    name: Name,
+    allowed: &[&str],
+    what: &'static str,
+    input: Tokens<'a>,
+) -> Parsed<'a, ItemKind> {
+    let (mut rest, first) = declared_axis(input)?;
+    let mut axes = vec![first];
+    while rest.first() == Some(TokenKind::Index) && rest.first_text().contains("..") {
+        let axis;
+        (rest, axis) = declared_axis(rest)?;
+        axes.push(axis);
+    }
+    let (rest, unit) = if rest.first() == Some(TokenKind::Index) {
+        // A unit that stands directly behind a range.
+        let text = rest.first_text();
+        let unit = Unit::new(rest.span(), text[1..text.len() - 1].trim());
+        (rest.behind_first(), Some(unit))
+    } else {
+        optional_unit(rest)?
+    };
+    let needs_value = matches!(declared, ArrayKind::Constant | ArrayKind::Parameter);
+    let (rest, start) = match rest.first() {
+        Some(TokenKind::Equal) if declared == ArrayKind::Input => {
+            no_value_of_input(rest)?;
+            (rest, None)
+        }
+        Some(TokenKind::Equal) => {
+            let (rest, start) = cut(value).parse(rest.behind_first())?;
+            (rest, Some(start))
+        }
+        _ if needs_value => {
+            return rest.wrong(
+                Diagnostic::new(Code::E111, rest.span(), format!("{what} needs a value")).help(
+                    "write `= …` behind it: one value for all elements, or `(…, …)` with one for each",
+                ),
+            );
+        }
+        _ => (rest, None),
+    };
+    let (rest, attributes) = attributes(allowed, what, rest)?;
+    Ok((rest, ItemKind::Array { declared, name, axes, unit, start, attributes }))
+}
+
+/// The value of an array: an expression, or one for each element between parentheses.
+pub(super) fn value(input: Tokens<'_>) -> Parsed<'_, Expr> {
+    if input.first() != Some(TokenKind::Open) || !input.is_list() {
+        return expression(input);
+    }
+    let mut rest = input.deeper()?.behind_first();
+    let mut values = Vec::new();
+    loop {
+        let one;
+        (rest, one) = value(rest)?;
+        values.push(one);
+        if rest.first() != Some(TokenKind::Comma) {
+            break;
+        }
+        rest = rest.behind_first();
+    }
+    let (rest, _) = close(input.span(), rest.shallower())?;
+    Ok((rest, Expr { span: input.span_to(&rest), kind: ExprKind::List(values) }))
+}
+
+/// `sum(… for i in 1..N)`: its word and its body have been read, `for` is the next token.
+pub(crate) fn reduction<'a>(
+    word: &Name,
+    open: Tokens<'a>,
+    body: Expr,
+    input: Tokens<'a>,
+) -> Parsed<'a, ExprKind> {
+    let Some((_, kind)) = Reducing::ALL.iter().find(|(known, _)| *known == word.text) else {
+        let known: Vec<&str> = Reducing::ALL.iter().map(|(known, _)| *known).collect();
+        let message = format!("`{}` does not go over indices", word.text);
+        return input.wrong(
+            Diagnostic::new(Code::E105, input.span(), message)
+                .help(format!("`for` stands in one of: {}", known.join(", "))),
+        );
+    };
+    let (rest, counters) = counters(input.behind_first())?;
+    let (rest, _) = close(open.span(), rest)?;
+    let reduction = Reduction { kind: *kind, word: word.span, body, counters };
+    Ok((rest, ExprKind::Reduce(Box::new(reduction))))
+}
+
+/// A range of a declared array, `[1..N]` or `[i in 1..N]`; its place is that of the brackets.
+fn declared_axis(input: Tokens<'_>) -> Parsed<'_, Axis> {
     let brackets = input.span();
     between_brackets(input, |inside| {
         let (rest, index) = if inside.second() == Some(TokenKind::Name) {
@@ -43,7 +142,7 @@ pub(crate) fn declared_range(input: Tokens<'_>) -> Parsed<'_, (Option<Name>, Ran
         };
         let (rest, range) = range(rest)?;
         let range = Range { span: brackets, ..range };
-        if rest.is_empty() { Ok((rest, (index, range))) } else { rest.expected(OPERATOR) }
+        if rest.is_empty() { Ok((rest, Axis { index, range })) } else { rest.expected(OPERATOR) }
     })
 }
 
@@ -91,7 +190,7 @@ impl<'a> Reader<'a, '_> {
             self.error(too_deep(input.span()));
             return None;
         }
-        let (rest, (index, range)) = self.report(head(input.behind_first()))?;
+        let (rest, counters) = self.report(counters(input.behind_first()))?;
         let (mut inside, behind) = self.block(&statement[statement.len() - rest.len()..])?;
         take_docs(&mut inside, docs);
         let mut items = Vec::new();
@@ -105,7 +204,7 @@ impl<'a> Reader<'a, '_> {
                 }
                 _ => {
                     let (line, rest) = inside.split_at(item_length(inside));
-                    let item = self.item_of_loop(line, std::mem::take(&mut above), &index);
+                    let item = self.item_of_loop(line, std::mem::take(&mut above), &counters);
                     if item.is_none() {
                         self.hole(line, nesting + 1);
                     }
@@ -115,26 +214,41 @@ impl<'a> Reader<'a, '_> {
             }
         }
         self.end_of_block(&above, behind, docs)?;
-        Some(ItemKind::For { index, range, items })
+        Some(ItemKind::For { counters, items })
     }
 
-    /// `equation NAME[i]: …` or `let NAME[i] = …`: the item without its index, which is the loop's.
-    fn item_of_loop(&mut self, line: &'a [Token], docs: Vec<Token>, index: &Name) -> Option<Item> {
+    /// `equation NAME[i]: …` or `let NAME[i] = …`: the item without its indices, which are the loop's.
+    fn item_of_loop(
+        &mut self,
+        line: &'a [Token],
+        docs: Vec<Token>,
+        counters: &[Counter],
+    ) -> Option<Item> {
         let first = line.first()?;
+        let index = &counters.first()?.index;
         let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
         let span = self.span(*first).to(self.span(*last));
         let keyword = first.text(self.text);
         let refused = if IN_LOOPS.contains(&keyword) {
-            let bracket = line.get(2).filter(|token| token.kind == TokenKind::Index);
-            let own = bracket.map(|token| token.text(self.text));
-            let own = own.and_then(|text| text.strip_prefix('[')?.strip_suffix(']'));
-            (own.map(str::trim) != Some(index.text.as_str())).then(|| {
+            let brackets: Vec<&Token> = line[2.min(line.len())..]
+                .iter()
+                .take_while(|t| t.kind == TokenKind::Index)
+                .collect();
+            let inside = |token: &Token| {
+                let own = token.text(self.text).strip_prefix('[')?.strip_suffix(']')?;
+                Some(own.trim().to_owned())
+            };
+            let own: Vec<Option<String>> = brackets.iter().map(|token| inside(token)).collect();
+            let wanted = counters.iter().map(|counter| Some(counter.index.text.clone()));
+            (!own.into_iter().eq(wanted)).then(|| {
                 let at = line.get(2).or(line.get(1)).unwrap_or(first);
+                let names: Vec<&str> = counters.iter().map(|c| c.index.text.as_str()).collect();
+                let all = format!("[{}]", names.join("]["));
                 let message =
-                    format!("what stands in a loop over `{0}` ends in `[{0}]`", index.text);
+                    format!("what stands in a loop over `{}` ends in `{all}`", names.join("`, `"));
                 Diagnostic::new(Code::E131, self.span(*at), message)
                     .label(index.span, "the loop's index")
-                    .help(format!("write `{keyword} NAME[{}]`", index.text))
+                    .help(format!("write `{keyword} NAME{all}`"))
             })
         } else {
             let message = format!("`{keyword}` cannot stand in a loop");
@@ -148,8 +262,14 @@ impl<'a> Reader<'a, '_> {
             self.error(diagnostic);
             return None;
         }
-        let without_index: Vec<Token> =
-            line.iter().enumerate().filter(|(i, _)| *i != 2).map(|(_, token)| *token).collect();
+        let own = 2..2 + counters.len();
+        let is_index = |i: usize| own.contains(&i);
+        let without_index: Vec<Token> = line
+            .iter()
+            .enumerate()
+            .filter(|(i, _)| !is_index(*i))
+            .map(|(_, token)| *token)
+            .collect();
         let mut docs = docs;
         docs.extend(line.iter().filter(|token| token.kind == TokenKind::Doc));
         let kind = self.plain_item(&without_index, &docs, false, 1)?;
@@ -157,9 +277,15 @@ impl<'a> Reader<'a, '_> {
     }
 }
 
+/// `i in 1..N, j in 1..M`
+fn counters(input: Tokens<'_>) -> Parsed<'_, Vec<Counter>> {
+    let comma = token(TokenKind::Comma, "`,` and another index");
+    separated_list1(comma, counter).parse(input)
+}
+
 /// `i in 1..N`
-fn head(input: Tokens<'_>) -> Parsed<'_, (Name, Range)> {
+fn counter(input: Tokens<'_>) -> Parsed<'_, Counter> {
     let (rest, (index, _, range)) =
         (name, word("in", "`in` and a range such as `1..N`"), range).parse(input)?;
-    Ok((rest, (index, range)))
+    Ok((rest, Counter { index, range }))
 }

@@ -9,7 +9,8 @@
 //! product     = sign (("*" | "/") sign)*
 //! sign        = "-" sign | power
 //! power       = operand ("^" sign)?
-//! operand     = number unit? | name | name "(" list ")" | name "[" expression "]"
+//! operand     = number unit? | name | name "(" list ")" | name ("[" expression "]")+
+//!             | name "(" expression "for" name "in" range ("," name "in" range)* ")"
 //!             | "(" expression ")"
 //!             | "if" expression "then" expression "else" expression
 //! ```
@@ -345,8 +346,14 @@ pub(crate) fn close(open: Span, input: Tokens<'_>) -> Parsed<'_, Span> {
 
 /// `f(a, b)` after the function's name.
 fn call<'a>(input: Tokens<'a>, open: Tokens<'a>, function: Name) -> Parsed<'a, Expr> {
-    let (rest, arguments) = arguments(open.deeper()?.behind_first())?;
-    let (rest, _) = close(open.span(), rest.shallower())?;
+    let (rest, mut arguments) = arguments(open.deeper()?.behind_first())?;
+    let rest = rest.shallower();
+    if rest.starts_with_word("for") && arguments.len() == 1 {
+        let body = arguments.remove(0);
+        let (rest, kind) = array::reduction(&function, open, body, rest)?;
+        return Ok((rest, Expr { span: input.span_to(&rest), kind }));
+    }
+    let (rest, _) = close(open.span(), rest)?;
     Ok((rest, Expr { span: input.span_to(&rest), kind: ExprKind::Call { function, arguments } }))
 }
 

@@ -14,8 +14,8 @@ use super::table::{self, table};
 use super::tokens::{DECIMAL_POINT, OPERATOR, Parsed, Tokens, dotted, name, token, word};
 use crate::diagnostics::{Code, Diagnostic, Edit, Fix, suggestion};
 use crate::syntax::ast::{
-    Argument, Attribute, AttributeKind, Bound, Expr, ExprKind, ItemKind, LocalLet, Name, PriorLaw,
-    Shape, StartRule, Unit, UnknownKind,
+    Argument, ArrayKind, Attribute, AttributeKind, Bound, Expr, ExprKind, ItemKind, LocalLet, Name,
+    PriorLaw, Shape, StartRule, Unit, UnknownKind,
 };
 use crate::units::parse_unit;
 
@@ -135,21 +135,50 @@ fn optional_value(input: Tokens<'_>) -> Parsed<'_, Option<Expr>> {
     opt(preceded(token(TokenKind::Equal, "`=`"), cut(expression))).parse(input)
 }
 
+/// An array, if one is declared: what stands behind its keyword.
+fn array_of<'a>(
+    declared: ArrayKind,
+    allowed: &[&str],
+    what: &'static str,
+    input: Tokens<'a>,
+) -> Option<Parsed<'a, ItemKind>> {
+    let (behind, name) = dotted(input).ok()?;
+    (behind.first() == Some(TokenKind::Index))
+        .then(|| array::declared(declared, name, allowed, what, behind))
+}
+
 fn constant(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    if let Some(array) = array_of(ArrayKind::Constant, &[], "a constant", input) {
+        return array;
+    }
     let (rest, ((name, unit), value)) = (declared, value("a constant")).parse(input)?;
     let rest = attributes(&[], "a constant", rest)?.0;
     Ok((rest, ItemKind::Constant { name, unit, value }))
 }
 
 fn parameter(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
-    let (rest, ((name, unit), value)) = (declared, value("a parameter")).parse(input)?;
     let allowed = &["in", "log", "fixed", "nominal", "prior"];
+    if let Some(array) = array_of(ArrayKind::Parameter, allowed, "a parameter", input) {
+        return array;
+    }
+    let (rest, ((name, unit), value)) = (declared, value("a parameter")).parse(input)?;
     let (rest, attributes) = attributes(allowed, "a parameter", rest)?;
     Ok((rest, ItemKind::Parameter { name, unit, value, attributes }))
 }
 
 fn input(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let allowed = &["hold", "linear"];
+    if let Some(array) = array_of(ArrayKind::Input, allowed, "an input", input) {
+        return array;
+    }
     let (rest, (name, unit)) = declared(input)?;
+    no_value_of_input(rest)?;
+    let (rest, attributes) = attributes(allowed, "an input", rest)?;
+    Ok((rest, ItemKind::Input { name, unit, attributes }))
+}
+
+/// An input has its values from the data.
+pub(super) fn no_value_of_input(rest: Tokens<'_>) -> Parsed<'_, ()> {
     if rest.first() == Some(TokenKind::Equal) {
         let message = "an input has no value in the model";
         return rest.wrong(
@@ -157,8 +186,7 @@ fn input(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
                 .help("its values come from the data; a `constant` or `parameter` has one"),
         );
     }
-    let (rest, attributes) = attributes(&["hold", "linear"], "an input", rest)?;
-    Ok((rest, ItemKind::Input { name, unit, attributes }))
+    Ok((rest, ()))
 }
 
 fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> {
@@ -170,15 +198,10 @@ fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> 
     if declared_as == UnknownKind::Held {
         return held(what, input);
     }
-    if input.second() == Some(TokenKind::Index) {
-        let (rest, (name, (index, range))) = (name, array::declared_range).parse(input)?;
-        let (rest, (unit, start)) = (optional_unit, optional_value).parse(rest)?;
-        let (rest, attributes) = attributes(&["fixed", "nominal"], what, rest)?;
-        let declared = declared_as;
-        return Ok((
-            rest,
-            ItemKind::Array { declared, name, index, range, unit, start, attributes },
-        ));
+    let of_elements =
+        if declared_as == UnknownKind::State { ArrayKind::State } else { ArrayKind::Unknown };
+    if let Some(array) = array_of(of_elements, &["fixed", "nominal"], what, input) {
+        return array;
     }
     let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
     let allowed: &[&str] = match declared_as {
@@ -275,7 +298,14 @@ fn output(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 /// `name = value`, and nothing after it.
 pub(crate) fn setting(input: Tokens<'_>) -> Parsed<'_, (Name, Expr)> {
     let equal = token(TokenKind::Equal, "`=` behind the name");
-    let (rest, (name, _, value)) = (dotted, equal, expression).parse(input)?;
+    let (mut rest, mut name) = dotted(input)?;
+    // An element of an array, `k[2]`.
+    while rest.first() == Some(TokenKind::Index) {
+        name.text.extend(rest.first_text().chars().filter(|c| !c.is_whitespace()));
+        rest = rest.behind_first();
+        name.span = input.span_to(&rest);
+    }
+    let (rest, (_, value)) = (equal, array::value).parse(rest)?;
     if rest.is_empty() {
         Ok((rest, (name, value)))
     } else {

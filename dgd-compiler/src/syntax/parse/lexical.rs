@@ -26,7 +26,7 @@ pub enum TokenKind {
     Text,
     /// `[…]` after a blank or a number
     Unit,
-    /// `[…]` directly after a name
+    /// `[…]` directly after a name, or after another such
     Index,
     /// `+`
     Plus,
@@ -136,10 +136,10 @@ fn cut(source: SourceId, text: &str, end: usize, report: &mut dyn FnMut(Diagnost
             return tokens;
         }
         let start = (end - rest.len()) as u32;
-        let behind_name = tokens
-            .last()
-            .is_some_and(|last| last.end == start && matches!(last.kind, TokenKind::Name));
-        let bracket = if behind_name { TokenKind::Index } else { TokenKind::Unit };
+        let last = tokens.last().filter(|last| last.end == start).map(|last| last.kind);
+        let behind_name = last == Some(TokenKind::Name);
+        let has_index = matches!(last, Some(TokenKind::Name | TokenKind::Index));
+        let bracket = if has_index { TokenKind::Index } else { TokenKind::Unit };
         let (after, kind) = match alt((sound, brackets(bracket))).parse(rest) {
             Err(_) if behind_name && rest.starts_with('\'') => (&rest[1..], Ok(TokenKind::Prime)),
             Ok((after, kind)) => (after, Ok(kind)),

@@ -2,6 +2,7 @@
 
 use nom::Parser;
 
+use super::array;
 use super::expression::{close, expression};
 use super::lexical::TokenKind;
 use super::tokens::{Parsed, Tokens, dotted, name, token};
@@ -31,7 +32,7 @@ pub(super) fn part(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let mut rest = rest.behind_first();
     while rest.first() != Some(TokenKind::Close) {
         let equal = token(TokenKind::Equal, "`=` and a value");
-        let (behind, (name, _, value)) = (dotted, equal, expression).parse(rest)?;
+        let (behind, (name, _, value)) = (dotted, equal, array::value).parse(rest)?;
         arguments.push(PartArgument { name, value });
         rest = behind;
         if rest.first() != Some(TokenKind::Comma) {

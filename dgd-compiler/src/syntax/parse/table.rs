@@ -6,10 +6,12 @@ use nom::combinator::cut;
 use super::expression::{close, expression, optional_unit};
 use super::item::{attributes, signature};
 use super::lexical::TokenKind;
-use super::tokens::{Parsed, Tokens, token};
+use super::tokens::{Parsed, Tokens, dotted, token};
 use crate::diagnostics::{Code, Diagnostic, suggestion};
 use crate::source::Span;
-use crate::syntax::ast::{Argument, AttributeKind, Beyond, Expr, ItemKind, Name, Point, Points};
+use crate::syntax::ast::{
+    Argument, AttributeKind, Beyond, Expr, ExprKind, ItemKind, Name, Point, Points,
+};
 
 /// A table of more arguments is a mistake.
 const MOST_ARGUMENTS: usize = 2;
@@ -58,6 +60,12 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
         let rest =
             cut(token(TokenKind::Equal, "`=` and the values between parentheses")).parse(rest)?.0;
         let values = rest.span();
+        if rest.first() == Some(TokenKind::Name) {
+            // An array that holds the values.
+            let (rest, Name { text, span }) = dotted(rest)?;
+            let array = Expr { span, kind: ExprKind::Name(text) };
+            return Ok((rest, Points::Columns([abscissae, vec![array]])));
+        }
         let (rest, ordinates) = list(rest)?;
         if ordinates.len() != abscissae.len() {
             let message = format!(

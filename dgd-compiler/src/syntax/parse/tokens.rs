@@ -93,6 +93,21 @@ impl<'a> Tokens<'a> {
             && behind.starts_with(|c: char| c.is_ascii_digit())
     }
 
+    /// Whether a comma stands between the parentheses that open here, and not within others.
+    pub(crate) fn is_list(&self) -> bool {
+        let mut open = 0_usize;
+        for token in self.left {
+            match token.kind {
+                TokenKind::Open => open += 1,
+                TokenKind::Close if open <= 1 => return false,
+                TokenKind::Close => open -= 1,
+                TokenKind::Comma if open == 1 => return true,
+                _ => {}
+            }
+        }
+        false
+    }
+
     /// How many tokens are left.
     pub(crate) fn len(&self) -> usize {
         self.left.len()

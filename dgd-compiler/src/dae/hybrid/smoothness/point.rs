@@ -37,7 +37,7 @@ impl Sizes {
     pub(in super::super) fn of(dae: &Dae, model: &Model) -> Sizes {
         let parameters: Vec<f64> = dae.parameters.iter().map(|parameter| parameter.value).collect();
         let at_start = |symbol| match symbol {
-            Symbol::Parameter(i) => parameters[i as usize],
+            Symbol::Parameter(i) | Symbol::SweptParameter(i, _) => parameters[i as usize],
             Symbol::Constant(i) => model.constants[i as usize].value,
             Symbol::Time | Symbol::Counter => 0.0,
             _ => f64::NAN,
@@ -98,14 +98,16 @@ impl Point {
                 (size, size * 2.0 * random.next() * 10.0_f64.powf(decades))
             };
             let (size, value) = match *symbol {
-                Symbol::Parameter(i) => {
+                Symbol::Parameter(i) | Symbol::SweptParameter(i, _) => {
                     let value = of.parameters[i as usize];
                     let size = if value == 0.0 { 1.0 } else { value };
                     (size, size * (1.0 + 0.5 * random.next()))
                 }
                 Symbol::Unknown(i) => around_zero(of.unknowns[i as usize]),
                 Symbol::DelayedUnknown(k) => around_zero(of.late[k as usize]),
-                Symbol::Input(i) => around_zero(of.inputs.get(i as usize).copied().unwrap_or(1.0)),
+                Symbol::Input(i) | Symbol::SweptInput(i, _) => {
+                    around_zero(of.inputs.get(i as usize).copied().unwrap_or(1.0))
+                }
                 Symbol::Element(i) | Symbol::Swept(i) => around_zero(of.of_element(i)),
                 Symbol::Discrete(i) => {
                     // Conditions on time are 0 or 1.

@@ -219,6 +219,7 @@ fn moves(symbol: Symbol) -> bool {
             | Symbol::Swept(_)
             | Symbol::DelayedUnknown(_)
             | Symbol::Input(_)
+            | Symbol::SweptInput(..)
             | Symbol::Time
     )
 }

@@ -102,10 +102,17 @@ fn moves_of(symbol: Symbol, is_linear: &[bool]) -> Moves {
         | Symbol::Element(_)
         | Symbol::Swept(_)
         | Symbol::DelayedUnknown(_) => true,
-        Symbol::Input(i) => is_linear.get(i as usize).copied().unwrap_or(false),
+        // The elements of an array go on alike.
+        Symbol::Input(i) | Symbol::SweptInput(i, _) => {
+            is_linear.get(i as usize).copied().unwrap_or(false)
+        }
         _ => false,
     };
-    Moves { varies, sweeps: matches!(symbol, Symbol::Swept(_) | Symbol::Counter) }
+    let sweeps = matches!(
+        symbol,
+        Symbol::Swept(_) | Symbol::SweptParameter(..) | Symbol::SweptInput(..) | Symbol::Counter
+    );
+    Moves { varies, sweeps }
 }
 
 /// Whether an expression that is another's multiple at some places is so everywhere.

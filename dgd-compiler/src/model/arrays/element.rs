@@ -1,0 +1,343 @@
+//! Elements in expressions: of unknowns, constants, parameters, inputs, and of the `let`s of loops.
+
+use super::place::{ArrayPlace, LetArray};
+use super::shape::Shape;
+use super::vector::numbers_at;
+use super::whole::{AffineInteger, Extent, LoopIndex, whole};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::{ExprId, Node, Symbol};
+use crate::model::check_units::Dim;
+use crate::model::define::Definition;
+use crate::model::expression::{Arguments, Lowering, Typed, unit_of};
+use crate::model::resolve::Reading;
+use crate::source::Span;
+use crate::syntax::ast::{ArrayKind, Expr, ExprKind, Name};
+use crate::units::Dimension;
+
+/// An element as written: the array's name, and an index for each pair of brackets.
+struct Written<'a> {
+    array: &'a Expr,
+    indices: Vec<&'a Expr>,
+}
+
+impl<'a> Written<'a> {
+    fn of(array: &'a Expr, index: &'a Expr) -> Self {
+        let mut written = Written { array, indices: vec![index] };
+        while let ExprKind::Element(array, index) = &written.array.kind {
+            written.indices.insert(0, index);
+            written.array = array;
+        }
+        written
+    }
+}
+
+/// Where in an array an index points.
+#[derive(Debug, Clone, Copy)]
+struct Pointed {
+    /// Distance from the first element, at the first passage.
+    offset: u32,
+    /// How far it moves with each passage.
+    slope: i64,
+}
+
+impl<'a> Lowering<'a> {
+    /// The index of an open loop as a number.
+    pub(in crate::model) fn index_value(&mut self, index: LoopIndex<'a>) -> Typed {
+        let first = self.graph.constant(index.first as f64);
+        let id = if index.count > 1 {
+            let counter = self.graph.symbol(Symbol::Counter);
+            self.graph.intern(Node::Add(counter, first))
+        } else {
+            first
+        };
+        Typed { id, dim: Dim::ONE }
+    }
+
+    /// How often the open loop is passed.
+    fn passages(&self) -> u32 {
+        let indices = || self.indices.iter();
+        match indices().find(|index| index.count != 1) {
+            Some(index) => index.count,
+            None => 1,
+        }
+    }
+
+    /// The index of a sum has a name of its own.
+    pub(super) fn verify_free(
+        &self,
+        index: &Name,
+        arguments: &Arguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        if self.scope.names.contains_key(index.text.as_str()) {
+            self.scope.verify_index(index, diagnostics);
+            return diagnostics.check();
+        }
+        let what = if self.indices.iter().any(|open| open.name == index.text) {
+            "another index"
+        } else if arguments.contains_key(index.text.as_str()) {
+            "an argument"
+        } else {
+            return Ok(());
+        };
+        let message = format!("the index `{}` has the name of {what}", index.text);
+        Err(diagnostics
+            .error(Diagnostic::new(Code::E202, index.span, message).help("choose another name")))
+    }
+
+    /// An element of an array, or its derivative.
+    pub(in crate::model) fn element(
+        &mut self,
+        array: &'a Expr,
+        index: &'a Expr,
+        is_rate: bool,
+        arguments: &Arguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        let written = Written::of(array, index);
+        let mut at = Vec::with_capacity(written.indices.len());
+        for index in &written.indices {
+            at.push(whole(index, &self.scope.sizes, &self.indices, diagnostics)?);
+        }
+        let span = written.array.span;
+        let not_an_array = |what: String| {
+            Diagnostic::new(Code::E232, span, what)
+                .help("an index stands behind an array declared as in `state p[1..N]`")
+        };
+        let ExprKind::Name(name) = &written.array.kind else {
+            let message = "only arrays have elements".to_owned();
+            return Err(diagnostics.error(not_an_array(message)));
+        };
+        let name = name.as_str();
+        if arguments.contains_key(name) {
+            let message = format!("`{name}` is an argument, not an array");
+            return Err(diagnostics.error(not_an_array(message)));
+        }
+        let entry = self.scope.names.get(name).map(|entry| (entry.definition, entry.span));
+        let Some((definition, place)) = entry else {
+            return Err(self.unknown_name(name, span, arguments, diagnostics));
+        };
+        let no_rate = |what: &str, diagnostics: &mut Diagnostics| {
+            let message = format!("`{name}` is {what}, not an array of states");
+            Err(diagnostics.error(
+                Diagnostic::new(Code::E209, span, message)
+                    .label(place, "declared here")
+                    .help("only what is declared `state` has a derivative"),
+            ))
+        };
+        match definition {
+            Definition::Array { index: position, state } => {
+                let array = self.scope.arrays[position].clone()?;
+                let pointed =
+                    self.pointed(&at, &array.shape, name, &written, place, diagnostics)?;
+                let unit = self.scope.dimension(name)?;
+                if is_rate && !state {
+                    return no_rate("an array of `unknown`s", diagnostics);
+                }
+                Ok(self.unknown_element(&array, pointed, unit, is_rate))
+            }
+            Definition::Vector(position) if is_rate => {
+                let word = self.scope.vectors[position].kind.word();
+                no_rate(&format!("an array of {word}s"), diagnostics)
+            }
+            Definition::Vector(position) => {
+                let vector = &self.scope.vectors[position];
+                let (kind, array) = (vector.kind, vector.place.clone()?);
+                let pointed =
+                    self.pointed(&at, &array.shape, name, &written, place, diagnostics)?;
+                let dim = Dim::Of(self.scope.dimension(name)?);
+                let id = self.vector_element(kind, &array, pointed);
+                Ok(Typed { id, dim })
+            }
+            Definition::LetArray(_) if is_rate => no_rate("a `let`", diagnostics),
+            Definition::LetArray(position) => {
+                let array = self.scope.let_arrays[position].clone();
+                let shape = array.shape.clone()?;
+                self.pointed(&at, &shape, name, &written, place, diagnostics)?;
+                let passages = self.passages();
+                let counters = array.counters.iter().zip(&at);
+                let at: Vec<LoopIndex<'a>> = counters
+                    .map(|(counter, at)| LoopIndex {
+                        name: &counter.index.text,
+                        first: at.at,
+                        // Of an empty loop nothing is read.
+                        count: if passages > 0 && at.slope == 0 { 1 } else { passages },
+                    })
+                    .collect();
+                self.open_let(&array, at, index.span, diagnostics)
+            }
+            definition => {
+                let message = format!("`{name}` is {}, not an array", definition.noun());
+                Err(diagnostics.error(not_an_array(message).label(place, "declared here")))
+            }
+        }
+    }
+
+    fn unknown_element(
+        &mut self,
+        array: &ArrayPlace<'a>,
+        pointed: Pointed,
+        unit: Dimension,
+        is_rate: bool,
+    ) -> Typed {
+        let position = array.first + pointed.offset;
+        let sweeps = self.sweeps(pointed);
+        let symbol = match (is_rate, sweeps) {
+            (false, false) => Symbol::Element(position),
+            (false, true) => Symbol::Swept(position),
+            (true, false) => Symbol::ElementRate(position),
+            (true, true) => Symbol::SweptRate(position),
+        };
+        let unit =
+            if is_rate { unit.over(self.scope.second).unwrap_or(Dimension::ONE) } else { unit };
+        Typed { id: self.graph.symbol(symbol), dim: Dim::Of(unit) }
+    }
+
+    /// Whether an element moves with the row. Notes where it moves, and not by one.
+    fn sweeps(&mut self, pointed: Pointed) -> bool {
+        self.strided |= !(0..=1).contains(&pointed.slope);
+        pointed.slope == 1
+    }
+
+    fn vector_element(
+        &mut self,
+        kind: ArrayKind,
+        array: &ArrayPlace<'a>,
+        pointed: Pointed,
+    ) -> ExprId {
+        let position = array.first + pointed.offset;
+        if kind == ArrayKind::Constant {
+            return self.constant_element(array, pointed);
+        }
+        let passages = self.passages();
+        let symbol = match (kind, self.sweeps(pointed)) {
+            (ArrayKind::Input, false) => Symbol::Input(position),
+            (ArrayKind::Input, true) => Symbol::SweptInput(position, passages),
+            (_, false) => Symbol::Parameter(position),
+            (_, true) => Symbol::SweptParameter(position, passages),
+        };
+        self.graph.symbol(symbol)
+    }
+
+    /// A constant, which is looked up where it moves, by however much.
+    fn constant_element(&mut self, array: &ArrayPlace<'a>, pointed: Pointed) -> ExprId {
+        let position = array.first + pointed.offset;
+        if pointed.slope == 0 {
+            return self.graph.symbol(Symbol::Constant(position));
+        }
+        let at = |k: u32| {
+            let position = i64::from(position) + i64::from(k) * pointed.slope;
+            let position = u32::try_from(position).unwrap_or(u32::MAX);
+            // One that is in error has been reported.
+            self.constants.get(&position).copied().unwrap_or(0.0)
+        };
+        let numbers: Vec<f64> = (0..self.passages()).map(at).collect();
+        let counter = self.graph.symbol(Symbol::Counter);
+        numbers_at(&mut self.graph, array.name, &numbers, counter)
+    }
+
+    /// The expression that a `let` of a loop is for an index.
+    pub(super) fn open_let(
+        &mut self,
+        array: &LetArray<'a>,
+        at: Vec<LoopIndex<'a>>,
+        span: Span,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        let key = (array.name, at.clone());
+        if let Some(done) = self.opened_lets.get(&key) {
+            return *done;
+        }
+        if self.open.contains(&array.name) {
+            let message = format!("`{}` depends on itself", array.name);
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E206, span, message)
+                    .help("an unknown that equations determine can depend on its neighbours"),
+            ));
+        }
+        self.open.push(array.name);
+        let outer = std::mem::replace(&mut self.indices, at);
+        let result = match array.unit {
+            None => self.value(array.value, diagnostics),
+            Some(unit) => unit_of(Some(unit), diagnostics).and_then(|unit| {
+                let none = Arguments::new();
+                self.in_unit(array.value, &unit, Reading::Value, &none, diagnostics)
+            }),
+        };
+        self.indices = outer;
+        self.open.pop();
+        self.opened_lets.insert(key, result);
+        result
+    }
+
+    /// Forgets what was opened where an index moves by more than one: it stands for nothing.
+    pub(super) fn forget_moving(&mut self) {
+        self.opened_lets.retain(|(_, at), _| at.iter().all(|index| index.count == 1));
+        self.calls.clear();
+    }
+
+    /// Where in an array indices point: within it, at every passage.
+    fn pointed(
+        &self,
+        at: &[AffineInteger],
+        shape: &Shape,
+        name: &str,
+        written: &Written<'_>,
+        declared: Span,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Pointed, Reported> {
+        let (given, wanted) = (at.len(), shape.axes().len());
+        if given != wanted {
+            let noun = if wanted == 1 { "index" } else { "indices" };
+            let message = format!("an element of `{name}` has {wanted} {noun}, not {given}");
+            let span = written.indices.last().map_or(written.array.span, |index| index.span);
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E232, span, message)
+                    .label(declared, "declared here")
+                    .help(format!("write `{name}{}`", "[…]".repeat(wanted))),
+            ));
+        }
+        if self.passages() == 0 {
+            // The loop is empty: nothing is read.
+            return Ok(Pointed { offset: 0, slope: 0 });
+        }
+        let (mut offset, mut slope) = (0, 0);
+        for (axis, (at, index)) in at.iter().zip(&written.indices).enumerate() {
+            let extent = shape.axes()[axis];
+            self.verify_within(*at, extent, name, index, declared, diagnostics)?;
+            offset += (at.at - extent.lower) * shape.stride(axis);
+            slope += at.slope * shape.stride(axis);
+        }
+        Ok(Pointed { offset: u32::try_from(offset).unwrap_or(u32::MAX), slope })
+    }
+
+    /// An index stays within its range at every passage.
+    fn verify_within(
+        &self,
+        at: AffineInteger,
+        extent: Extent,
+        name: &str,
+        index: &Expr,
+        declared: Span,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        let Extent { lower, count } = extent;
+        let upper = lower + i64::from(count) - 1;
+        let last = i64::from(self.passages()) - 1;
+        let is_outside = |passage: &i64| !(lower..=upper).contains(&(at.at + at.slope * passage));
+        let Some(passage) = [0, last].into_iter().find(is_outside) else { return Ok(()) };
+        let moving = self.indices.iter().find(|index| index.count > 1);
+        let when = match moving {
+            Some(own) if at.slope != 0 => {
+                format!(" where `{}` is {}", own.name, own.first + passage)
+            }
+            _ => String::new(),
+        };
+        let element = at.at + at.slope * passage;
+        let message =
+            format!("`{name}` has no element {element}{when}: it runs from {lower} to {upper}");
+        Err(diagnostics.error(
+            Diagnostic::new(Code::E231, index.span, message).label(declared, "declared here"),
+        ))
+    }
+}

@@ -1,0 +1,222 @@
+//! Where arrays and loops begin and end.
+
+use std::collections::BTreeMap;
+
+use super::shape::{Shape, brackets};
+use super::whole::{Extent, extent, sizes_of};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::Symbol;
+use crate::model::define::{Definition, Scope};
+use crate::syntax::ast::{
+    ArrayKind, Axis, Counter, Expr, Item, ItemKind, Name, Unit as WrittenUnit,
+};
+use crate::syntax::edit::element_of;
+
+/// All arrays together have at most this many elements.
+const MOST_ELEMENTS: u32 = 10_000_000;
+
+/// Constants, parameters and inputs of arrays are at most this many: each has a name and a value.
+const MOST_VALUES: u32 = 100_000;
+
+/// Where the elements of an array are among those of all arrays.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct ArrayPlace<'a> {
+    pub(in crate::model) name: &'a str,
+    pub(in crate::model) first: u32,
+    pub(in crate::model) shape: Shape,
+}
+
+/// A `let` of a loop: an expression for each index.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct LetArray<'a> {
+    pub(in crate::model) name: &'a str,
+    /// What the indices are called in `value`.
+    pub(in crate::model) counters: &'a [Counter],
+    pub(in crate::model) shape: Result<Shape, Reported>,
+    pub(in crate::model) unit: Option<&'a WrittenUnit>,
+    pub(in crate::model) value: &'a Expr,
+}
+
+impl<'a> ArrayPlace<'a> {
+    /// Before sizes are known.
+    pub(in crate::model) fn nowhere(name: &'a Name) -> Self {
+        ArrayPlace { name: &name.text, first: 0, shape: Shape::new(Vec::new()) }
+    }
+
+    pub(in crate::model) fn count(&self) -> u32 {
+        self.shape.count().unwrap_or(0)
+    }
+
+    /// The name of the element at this position among those of all arrays.
+    fn element(&self, position: u32) -> Option<String> {
+        let offset = position.checked_sub(self.first).filter(|offset| *offset < self.count())?;
+        Some(format!("`{}{}`", self.name, self.shape.brackets(offset)))
+    }
+}
+
+impl<'a> Scope<'a> {
+    /// Works out the sizes, and with them where arrays and loops begin and end.
+    pub(in crate::model) fn place_arrays(
+        &mut self,
+        items: &[&'a Item],
+        settings: &BTreeMap<&str, &'a Expr>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        self.sizes = sizes_of(items, settings, diagnostics);
+        let mut first = 0_u32;
+        let [mut constants, mut parameters, mut inputs] = self.n_scalars;
+        for item in items {
+            match &item.kind {
+                ItemKind::Array { declared, name, axes, .. } => {
+                    for index in axes.iter().filter_map(|axis| axis.index.as_ref()) {
+                        self.verify_index(index, diagnostics);
+                    }
+                    let (next, most) = match declared {
+                        ArrayKind::Constant => (&mut constants, MOST_VALUES),
+                        ArrayKind::Parameter => (&mut parameters, MOST_VALUES),
+                        ArrayKind::Input => (&mut inputs, MOST_VALUES),
+                        ArrayKind::State | ArrayKind::Unknown => (&mut first, MOST_ELEMENTS),
+                    };
+                    let place = self.place(name, axes, next, most, diagnostics);
+                    if declared.is_unknown() {
+                        self.arrays.push(place);
+                    } else if let Some(vector) = self.vectors.iter_mut().find(|v| v.name == name) {
+                        vector.place = place;
+                    }
+                }
+                ItemKind::For { counters, items } => {
+                    for (i, Counter { index, .. }) in counters.iter().enumerate() {
+                        self.verify_index(index, diagnostics);
+                        if let Some(first) =
+                            counters[..i].iter().find(|c| c.index.text == index.text)
+                        {
+                            let message = format!("two indices are called `{}`", index.text);
+                            diagnostics.error(
+                                Diagnostic::new(Code::E202, index.span, message)
+                                    .label(first.index.span, "first here"),
+                            );
+                        }
+                    }
+                    let shape = self.shape(counters.iter().map(|c| &c.range), diagnostics);
+                    self.loops.push(shape.clone());
+                    for item in items {
+                        if let ItemKind::Let { name, unit, value } = &item.kind {
+                            self.let_arrays.push(LetArray {
+                                name: &name.text,
+                                counters,
+                                shape: shape.clone(),
+                                unit: unit.as_ref(),
+                                value,
+                            });
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        self.verify_set_elements(settings, diagnostics);
+    }
+
+    fn shape<'r>(
+        &self,
+        ranges: impl Iterator<Item = &'r crate::syntax::ast::Range>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Shape, Reported> {
+        let extents: Vec<Result<Extent, Reported>> =
+            ranges.map(|range| extent(range, &self.sizes, diagnostics)).collect();
+        Ok(Shape::new(extents.into_iter().collect::<Result<_, _>>()?))
+    }
+
+    /// Gives an array its place behind those before it.
+    fn place(
+        &self,
+        name: &'a Name,
+        axes: &[Axis],
+        next: &mut u32,
+        most: u32,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<ArrayPlace<'a>, Reported> {
+        let shape = self.shape(axes.iter().map(|axis| &axis.range), diagnostics)?;
+        let empty = shape.axes().iter().position(|axis| axis.count == 0);
+        let end = shape.count().and_then(|count| next.checked_add(count));
+        let end = end.filter(|end| *end <= most);
+        let message = match (empty, end) {
+            (Some(_), _) => format!("`{}` has no elements", name.text),
+            (None, None) if most == MOST_VALUES => {
+                format!("the constants, parameters or inputs are more than {most}")
+            }
+            (None, None) => format!("the arrays have more than {most} elements"),
+            (None, Some(end)) => {
+                let first = std::mem::replace(next, end);
+                return Ok(ArrayPlace { name: &name.text, first, shape });
+            }
+        };
+        let span = axes[empty.unwrap_or(0)].range.span;
+        Err(diagnostics.error(Diagnostic::new(Code::E230, span, message)))
+    }
+
+    /// Elements that are given values from outside, `k[2]`: there are such.
+    fn verify_set_elements(
+        &self,
+        settings: &BTreeMap<&str, &'a Expr>,
+        diagnostics: &mut Diagnostics,
+    ) {
+        for (name, value) in settings {
+            let Some((of, indices)) = element_of(name) else { continue };
+            let Some(Definition::Vector(vector)) = self.names.get(of).map(|entry| entry.definition)
+            else {
+                continue;
+            };
+            let Ok(place) = &self.vectors[vector].place else { continue };
+            if place.shape.position(&indices).is_none() {
+                let all = place.shape.axes().iter();
+                let all: Vec<String> = all
+                    .map(|axis| {
+                        format!("{}..{}", axis.lower, axis.lower + i64::from(axis.count) - 1)
+                    })
+                    .collect();
+                let message = format!(
+                    "`{of}` has no element {}: it runs over [{}]",
+                    brackets(&indices),
+                    all.join("][")
+                );
+                diagnostics.error(Diagnostic::new(Code::E231, value.span, message));
+            }
+        }
+    }
+
+    /// An index has a name of its own.
+    pub(super) fn verify_index(&self, index: &Name, diagnostics: &mut Diagnostics) {
+        let Some(earlier) = self.names.get(index.text.as_str()) else { return };
+        let message =
+            format!("the index `{}` has the name of {}", index.text, earlier.definition.noun());
+        let diagnostic = Diagnostic::new(Code::E202, index.span, message);
+        let is_built_in = matches!(earlier.definition, Definition::Time | Definition::Pi);
+        diagnostics.error(if is_built_in {
+            diagnostic.help("choose another name")
+        } else {
+            diagnostic.label(earlier.span, "declared here").help("choose another name")
+        });
+    }
+
+    /// What an element is called, in quotes; of one that moves with a loop, the first.
+    pub(in crate::model) fn quoted_element(&self, symbol: Symbol) -> Option<String> {
+        let of_vector = |kind: ArrayKind, i: u32| {
+            let places = self.vectors.iter().filter(|vector| vector.kind == kind);
+            places.flat_map(|vector| &vector.place).find_map(|place| place.element(i))
+        };
+        match symbol {
+            Symbol::Element(i)
+            | Symbol::Swept(i)
+            | Symbol::ElementRate(i)
+            | Symbol::SweptRate(i) => {
+                self.arrays.iter().flatten().find_map(|place| place.element(i))
+            }
+            Symbol::Parameter(i) | Symbol::SweptParameter(i, _) => {
+                of_vector(ArrayKind::Parameter, i)
+            }
+            Symbol::Input(i) | Symbol::SweptInput(i, _) => of_vector(ArrayKind::Input, i),
+            _ => None,
+        }
+    }
+}

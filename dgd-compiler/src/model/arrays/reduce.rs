@@ -1,0 +1,103 @@
+//! `sum(… for i in 1..N)` and the like: the value for each index, one after another.
+
+use super::whole::{Extent, LoopIndex, extent_within};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::expr::Node;
+use crate::expr::intrinsics::IntrinsicId;
+use crate::model::check_units::{Dim, Spelling};
+use crate::model::expression::{Arguments, Lowering, Typed};
+use crate::source::Span;
+use crate::syntax::ast::{Counter, Reducing, Reduction};
+
+/// A reduction has at most so many terms: each is an expression of its own.
+const MOST_TERMS: usize = 100_000;
+
+impl<'a> Lowering<'a> {
+    pub(in crate::model) fn reduction(
+        &mut self,
+        reduction: &'a Reduction,
+        span: Span,
+        arguments: &Arguments<'a>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Typed, Reported> {
+        let mut terms = Vec::new();
+        let open = self.indices.len();
+        let done = self.terms(reduction, &reduction.counters, arguments, &mut terms, diagnostics);
+        self.indices.truncate(open);
+        done?;
+        let word = reduction.kind.word();
+        let Some((first, others)) = terms.split_first() else {
+            return match reduction.kind {
+                Reducing::Sum => Ok(Typed { id: self.graph.constant(0.0), dim: Dim::Zero }),
+                Reducing::Product => Ok(Typed { id: self.graph.constant(1.0), dim: Dim::ONE }),
+                Reducing::Least | Reducing::Greatest | Reducing::Mean => {
+                    let message =
+                        format!("there is no `{word}` of nothing: no index is in the range");
+                    Err(diagnostics.error(
+                        Diagnostic::new(Code::E230, span, message)
+                            .help("let the range have an index"),
+                    ))
+                }
+            };
+        };
+        let mut total = *first;
+        for term in others {
+            let dim = if reduction.kind == Reducing::Product {
+                Spelling::product(total.dim, term.dim, false, reduction.body.span)
+            } else {
+                let at = reduction.body.span;
+                self.scope.spelling.same("add", total.at(at), term.at(at))
+            };
+            let dim = dim.map_err(|diagnostic| diagnostics.error(diagnostic))?;
+            let id = match reduction.kind {
+                Reducing::Sum | Reducing::Mean => self.graph.intern(Node::Add(total.id, term.id)),
+                Reducing::Product => self.graph.intern(Node::Multiply(total.id, term.id)),
+                Reducing::Least | Reducing::Greatest => {
+                    self.graph.intern_call(IntrinsicId::named(word), &[total.id, term.id])
+                }
+            };
+            total = Typed { id, dim };
+        }
+        if reduction.kind == Reducing::Mean {
+            let count = self.graph.constant(terms.len() as f64);
+            total.id = self.graph.intern(Node::Divide(total.id, count));
+        }
+        Ok(total)
+    }
+
+    /// The values for all indices, the last running fastest.
+    fn terms(
+        &mut self,
+        reduction: &'a Reduction,
+        counters: &'a [Counter],
+        arguments: &Arguments<'a>,
+        terms: &mut Vec<Typed>,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        let Some((Counter { index, range }, inner)) = counters.split_first() else {
+            if terms.len() >= MOST_TERMS {
+                let word = reduction.kind.word();
+                let message = format!("this `{word}` has more than {MOST_TERMS} terms");
+                return Err(diagnostics.error(
+                    Diagnostic::new(Code::E230, reduction.body.span, message).help(
+                        "add up in a loop: `equation add[i]: total[i] = total[i-1] + …`, of an array \
+                         of `unknown`s",
+                    ),
+                ));
+            }
+            terms.push(self.lower(&reduction.body, arguments, diagnostics)?);
+            return Ok(());
+        };
+        self.verify_free(index, arguments, diagnostics)?;
+        let Extent { lower, count } =
+            extent_within(range, &self.scope.sizes, &self.indices, diagnostics)?;
+        let open = self.indices.len();
+        for passage in 0..i64::from(count) {
+            self.indices.truncate(open);
+            self.indices.push(LoopIndex { name: &index.text, first: lower + passage, count: 1 });
+            self.terms(reduction, inner, arguments, terms, diagnostics)?;
+        }
+        self.indices.truncate(open);
+        Ok(())
+    }
+}

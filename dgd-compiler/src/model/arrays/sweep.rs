@@ -1,0 +1,166 @@
+//! Equations of loops: one for all indices where they move by one, else one for each.
+
+use super::shape::{Shape, brackets};
+use super::whole::{Extent, LoopIndex};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::model::expression::Typed;
+use crate::model::resolve::Resolver;
+use crate::model::{Equation, Family};
+use crate::syntax::ast::{Counter, Item, ItemKind};
+
+/// A loop is written out for at most so many indices.
+const MOST_WRITTEN_OUT: u32 = 20_000;
+
+impl<'a> Resolver<'a> {
+    /// The equations of a loop.
+    pub(in crate::model) fn loop_(
+        &mut self,
+        counters: &'a [Counter],
+        items: &'a [Item],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        let shape = self.lowering.scope.loops[self.next_loop].clone();
+        self.next_loop += 1;
+        let shape = shape?;
+        for item in items {
+            if matches!(item.kind, ItemKind::Equation { .. }) {
+                // Each equation reports its own mistakes; the next is independent of them.
+                let _: Result<(), Reported> = self.swept(counters, item, &shape, diagnostics);
+                self.lowering.indices.clear();
+            }
+        }
+        Ok(())
+    }
+
+    /// An equation of a loop: as families along one of its indices, if some moves by one in it.
+    fn swept(
+        &mut self,
+        counters: &'a [Counter],
+        item: &'a Item,
+        shape: &Shape,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        if shape.count() == Some(0) {
+            // Looked at for the mistakes in it; nothing is read.
+            self.lowering.indices = open(counters, shape, 0, false);
+            for index in &mut self.lowering.indices {
+                index.count = 0;
+            }
+            return self.one(item, diagnostics).map(|_| ());
+        }
+        // Elements that follow each other differ in the last index.
+        if shape.row().count > 1 {
+            self.lowering.indices = open(counters, shape, 0, true);
+            if self.one(item, diagnostics)?.is_some() {
+                return self.families(counters, item, shape, diagnostics);
+            }
+        }
+        self.written_out(counters, item, shape, diagnostics)
+    }
+
+    /// The equation at the open indices; none where an index moves by more than one.
+    fn one(
+        &mut self,
+        item: &'a Item,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Option<Equation>, Reported> {
+        let ItemKind::Equation { label, left, right, attributes } = &item.kind else {
+            unreachable!("asked before");
+        };
+        self.lowering.strided = false;
+        let equation = self.equation(item, label, [left, right], attributes, diagnostics)?;
+        let strided = std::mem::take(&mut self.lowering.strided);
+        if strided {
+            self.lowering.forget_moving();
+        }
+        Ok((!strided).then_some(equation))
+    }
+
+    /// A family along the last index for each value of the others.
+    fn families(
+        &mut self,
+        counters: &'a [Counter],
+        item: &'a Item,
+        shape: &Shape,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        let Extent { lower, count } = shape.row();
+        let Some(Counter { index, .. }) = counters.last() else { return Ok(()) };
+        for row in 0..shape.rows() {
+            self.lowering.indices = open(counters, shape, row * count, true);
+            let Some(mut equation) = self.one(item, diagnostics)? else {
+                unreachable!("the index moves alike for all values of the others");
+            };
+            let mut outer = shape.indices(row * count);
+            outer.pop();
+            equation.label.push_str(&brackets(&outer));
+            let index = index.text.clone();
+            self.model.families.push(Family { equation, index, lower, count });
+        }
+        Ok(())
+    }
+
+    /// An equation for each index.
+    fn written_out(
+        &mut self,
+        counters: &'a [Counter],
+        item: &'a Item,
+        shape: &Shape,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        let count = shape.count().unwrap_or(u32::MAX);
+        if count > MOST_WRITTEN_OUT {
+            let message = format!(
+                "an index moves by more than one here, and there are {count} equations to write out"
+            );
+            return Err(diagnostics.error(Diagnostic::new(Code::E230, item.span, message).help(
+                format!(
+                    "where all indices move by one, as in `x[i-1]`, the equation is one for all; \
+                     others are written out for up to {MOST_WRITTEN_OUT}"
+                ),
+            )));
+        }
+        for offset in 0..count {
+            self.lowering.indices = open(counters, shape, offset, false);
+            let Some(mut equation) = self.one(item, diagnostics)? else {
+                unreachable!("no index moves");
+            };
+            equation.label.push_str(&shape.brackets(offset));
+            self.model.equations.push(equation);
+        }
+        Ok(())
+    }
+
+    /// Looks at `let`s of loops that nothing reads, for the mistakes in them.
+    pub(in crate::model) fn unused_lets(&mut self, diagnostics: &mut Diagnostics) {
+        for position in 0..self.lowering.scope.let_arrays.len() {
+            let array = self.lowering.scope.let_arrays[position].clone();
+            let Ok(shape) = &array.shape else { continue };
+            let mut at = open(array.counters, shape, 0, true);
+            if shape.count() == Some(0) {
+                for index in &mut at {
+                    index.count = 0;
+                }
+            }
+            // The result is of no interest, only the mistakes met on the way.
+            let span = array.value.span;
+            let _: Result<Typed, Reported> = self.lowering.open_let(&array, at, span, diagnostics);
+        }
+    }
+}
+
+/// The indices of a loop at one of its passages; the last may move from there on.
+fn open<'a>(
+    counters: &'a [Counter],
+    shape: &Shape,
+    offset: u32,
+    moves: bool,
+) -> Vec<LoopIndex<'a>> {
+    let at = shape.indices(offset);
+    let last = counters.len() - 1;
+    let index = |(k, Counter { index, .. }): (usize, &'a Counter)| {
+        let count = if moves && k == last { shape.row().count } else { 1 };
+        LoopIndex { name: &index.text, first: at[k], count }
+    };
+    counters.iter().enumerate().map(index).collect()
+}

@@ -1,0 +1,124 @@
+//! Arrays of constants, parameters and inputs: each element has a place among those of its kind, and
+//! a name of its own.
+
+use super::open_axes;
+use super::place::ArrayPlace;
+use crate::diagnostics::{Diagnostics, Reported};
+use crate::expr::curve::{CurveId, TableCurve};
+use crate::expr::{ExprId, Graph, Node};
+use crate::model::resolve::{Reading, Resolver};
+use crate::model::{Constant, Declared, Input, Interpolation, Parameter};
+use crate::syntax::ast::{ArrayKind, Attribute, AttributeKind, Axis, Expr, Item, Name};
+use dgd_signature::Curve;
+
+/// An array whose elements have values before a run, or from data.
+#[derive(Debug, Clone)]
+pub(in crate::model) struct Vector<'a> {
+    pub(in crate::model) kind: ArrayKind,
+    pub(in crate::model) name: &'a Name,
+    pub(in crate::model) axes: &'a [Axis],
+    pub(in crate::model) value: Option<&'a Expr>,
+    /// Where its elements are among those of its kind, filled in once sizes are known.
+    pub(in crate::model) place: Result<ArrayPlace<'a>, Reported>,
+}
+
+impl<'a> Resolver<'a> {
+    /// The name, unit and expression of each element, one after another.
+    fn each_element<T>(
+        &mut self,
+        item: &Item,
+        vector: usize,
+        diagnostics: &mut Diagnostics,
+        mut make: impl FnMut(
+            &mut Self,
+            Declared,
+            Option<&'a Expr>,
+            &mut Diagnostics,
+        ) -> Result<T, Reported>,
+    ) -> Result<Vec<T>, Reported> {
+        let Vector { name, axes, value, place, .. } = self.lowering.scope.vectors[vector].clone();
+        let place = place?;
+        let declared = self.declared(item, name)?;
+        let value = self.settings.get(name.text.as_str()).copied().or(value);
+        if let Some(value) = value {
+            place.shape.verify_list(&name.text, value, diagnostics)?;
+        }
+        let mut all = Vec::new();
+        for offset in 0..place.count() {
+            let own = format!("{}{}", name.text, place.shape.brackets(offset));
+            let set = self.settings.get(own.as_str()).copied();
+            let value = set.or(value.map(|value| place.shape.value_at(value, offset)));
+            self.lowering.indices = open_axes(axes, &place.shape.indices(offset));
+            let declared = Declared { name: own, ..declared.clone() };
+            let made = make(self, declared, value, diagnostics);
+            self.lowering.indices.clear();
+            // The next would say the same.
+            all.push(made?);
+        }
+        Ok(all)
+    }
+
+    pub(in crate::model) fn constants_of(
+        &mut self,
+        item: &Item,
+        vector: usize,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Vec<Constant>, Reported> {
+        self.each_element(item, vector, diagnostics, |this, declared, value, diagnostics| {
+            let value = value.unwrap_or_else(|| unreachable!("the parser asks for a value"));
+            let value = this.lowering.known(value, &declared.unit, Reading::Value, diagnostics)?;
+            Ok(Constant { declared, value })
+        })
+    }
+
+    pub(in crate::model) fn parameters_of(
+        &mut self,
+        item: &Item,
+        vector: usize,
+        attributes: &'a [Attribute],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Vec<Parameter>, Reported> {
+        self.each_element(item, vector, diagnostics, |this, declared, value, diagnostics| {
+            let value = value.unwrap_or_else(|| unreachable!("the parser asks for a value"));
+            this.parameter(declared, value, attributes, diagnostics)
+        })
+    }
+
+    pub(in crate::model) fn inputs_of(
+        &mut self,
+        item: &Item,
+        vector: usize,
+        attributes: &[Attribute],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Vec<Input>, Reported> {
+        let linear = attributes.iter().any(|a| a.kind == AttributeKind::Linear);
+        let interpolation = if linear { Interpolation::Linear } else { Interpolation::Hold };
+        self.each_element(item, vector, diagnostics, |_, declared, _, _| {
+            Ok(Input { declared, interpolation })
+        })
+    }
+}
+
+/// Numbers looked up at a whole number, the first at 0: a step for each. No event is at a step, as
+/// nothing but indices moves along them.
+pub(super) fn numbers_at(graph: &mut Graph, name: &str, numbers: &[f64], at: ExprId) -> ExprId {
+    let (first, others) = match numbers {
+        [] => return graph.constant(0.0),
+        [first, others @ ..] => (*first, others),
+    };
+    if others.iter().all(|number| number.to_bits() == first.to_bits()) {
+        return graph.constant(first);
+    }
+    let knots: Vec<f64> = (0..others.len()).map(|k| k as f64 + 0.5).collect();
+    let pieces: Vec<[f64; 4]> = numbers.iter().map(|number| [*number, 0.0, 0.0, 0.0]).collect();
+    let ends = [0.0, others.len() as f64];
+    let curve = CurveId::of(TableCurve {
+        name: name.to_owned(),
+        curve: Curve { knots: knots.into(), pieces: pieces.into() },
+        smooth: i8::MAX,
+        kinks: Vec::new(),
+        ends,
+        limit: None,
+    });
+    graph.intern(Node::Curve(curve, at))
+}
