@@ -2,9 +2,11 @@
 // be off, of the largest of their column, where a problem multiplies last digits on one machine, too. `zero` are columns
 // that are nothing but roundings and errors of the run, of which only that is compared; `steps: false` where their number may differ.
 export const MODELS = {
+  "battery_pack.dgd": { data: "time [s],I [A],T_air [degC]\n0,2,20\n600,-1,20\n1200,-1,20\n" },
   "bench_two_state.dgd": { data: "time [s],w [1]\n0,0.8\n60,0.9\n300,0.8\n" },
   "booster_line.dgd": { data: "time [s],q_ssp [lpm],q_boost [lpm],q_tf [lpm]\n0,1700,1500,200\n60,1700,1500,200\n120,1700,0,200\n600,1700,1500,200\n" },
   "chemostat.dgd": { data: "time [s],D [1/h]\n0,0.1\n3600,0.3\n36000,0.3\n", every: 600 },
+  "compartments.dgd": { data: "time [h],dose[1] [mg/h],dose[2] [mg/h],dose[3] [mg/h]\n0,4,0,1\n8,0,0,0\n24,0,0,0\n" },
   "controlled_level.dgd": { data: "time [s],demand [cm]\n0,7\n10,9\n400,9\n" },
   "cstr.dgd": { data: "time [s],q_f [l/min],T_c [degC]\n0,100,26.85\n60,100,31.85\n600,100,31.85\n" },
   "delayed_sensor.dgd": { data: "time [s],q_pump [lpm],heat [kW]\n-100,300,0\n30,300,20\n60,360,20\n120,240,5\n300,240,5\n", until: 200 },
@@ -13,6 +15,7 @@ export const MODELS = {
   "every_intrinsic.dgd": { until: 8, zero: /^gap_/ },
   "filling_pump.dgd": { data: "time [s],speed [%],q_out [m^3/h]\n0,95,150\n1200,100,150\n2400,100,400\n5400,94,250\n7200,98,250\n", every: 60 },
   "friction.dgd": { file: "friction_sweep.csv" },
+  "heated_plate.dgd": { data: "time [s],P[1] [W],P[2] [W],P[3] [W],P[4] [W],P[5] [W],P[6] [W],P[7] [W],P[8] [W],T_air [degC]\n0,1,2,3,4,4,3,2,1,15\n600,1,2,3,4,4,3,2,1,15\n" },
   "lines_of_the_well.dgd": { file: "lines_of_the_well.csv", until: 10, every: 0.1 },
   "medical_akzo_nobel.dgd": { until: 20 },
   "more_intrinsics.dgd": { until: 8, zero: /^gap_/ },
@@ -47,6 +50,7 @@ export const MODELS = {
   // Its transistors have exponentials of voltages over 26 mV.
   "test_set/transistor_amplifier.dgd": { until: 0.02, close: 1e-11 },
   "transmission_line.dgd": { data: "time [s],q_in [m^3/s],p_out [bar],p_in [bar],q_out [m^3/s]\n0,0.0333333,10,60,0.0333333\n1,0.03,10,60,0.03\n2,0.03,12,62,0.03\n10,0.03,12,62,0.03\n", until: 2, every: 0.1 },
+  "tube_passes.dgd": { data: "time [s],w_t [kg/s],w_s [kg/s],T_t_in [degC],T_s_in [degC]\n0,2,3,20,80\n60,2,3,30,80\n300,2,3,30,80\n" },
   "two_tanks.dgd": { data: "time [s],q_in [cm^3/s]\n0,50\n100,80\n300,50\n" },
   "u_tube_drill_string.dgd": { file: "u_tube.csv" },
   "van_der_pol.dgd": { until: 20 },

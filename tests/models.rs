@@ -675,12 +675,14 @@ macro_rules! agreement {
 }
 
 agreement! {
+    battery_pack: "models/battery_pack.dgd";
     bench_two_state: "models/bench_two_state.dgd";
     bench_two_state_static: "models/bench_two_state.dgd", flow = static;
     booster_line: "models/booster_line.dgd";
     booster_line_sealed: "models/booster_line.dgd", top = sealed;
     chemical_akzo_nobel: "models/test_set/chemical_akzo_nobel.dgd";
     chemostat: "models/chemostat.dgd";
+    compartments: "models/compartments.dgd";
     controlled_level: "models/controlled_level.dgd";
     cstr: "models/cstr.dgd";
     delayed_sensor: "models/delayed_sensor.dgd";
@@ -690,6 +692,7 @@ agreement! {
     every_intrinsic: "models/every_intrinsic.dgd";
     filling_pump: "models/filling_pump.dgd";
     friction: "models/friction.dgd";
+    heated_plate: "models/heated_plate.dgd";
     hires: "models/test_set/hires.dgd";
     lines_of_the_well: "models/lines_of_the_well.dgd";
     medical_akzo_nobel: "models/medical_akzo_nobel.dgd";
@@ -725,6 +728,7 @@ agreement! {
     transmission_line_inlet: "models/transmission_line.dgd", inlet = pressure;
     transmission_line_outlet: "models/transmission_line.dgd", outlet = flow;
     transistor_amplifier: "models/test_set/transistor_amplifier.dgd";
+    tube_passes: "models/tube_passes.dgd";
     two_tanks: "models/two_tanks.dgd";
     u_tube_drill_string: "models/u_tube_drill_string.dgd";
     van_der_pol: "models/van_der_pol.dgd";

@@ -10,4 +10,5 @@ mod from_rust;
 mod line;
 mod parts;
 mod tables;
+mod vector_models;
 mod vectors;
