@@ -5,7 +5,8 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use dgd_compiler::syntax::ast::{
-    Ast, Comparison, Expr, ExprKind, Factor, Item, ItemKind, LocalLet, Sign, Unit,
+    Ast, Comparison, Counter, Expr, ExprKind, Factor, Item, ItemKind, LocalLet, Reducing,
+    Reduction, Sign, Unit,
 };
 use dgd_compiler::units::parse_unit;
 
@@ -165,6 +166,42 @@ impl<'a> Truth<'a> {
         at.margin.set(at.margin.get().min((a - b).abs() / size));
     }
 
+    /// The name of an element, `x[2][3]`.
+    fn element(&self, expr: &Expr, at: &Place<'_>, local: &BTreeMap<&str, f64>) -> Option<String> {
+        match &expr.kind {
+            ExprKind::Name(name) => Some(name.clone()),
+            ExprKind::Element(array, index) => {
+                let of = self.element(array, at, local)?;
+                Some(format!("{of}[{}]", self.eval(index, at, local)?))
+            }
+            _ => None,
+        }
+    }
+
+    /// The values of a sum or the like, for all indices.
+    fn each<'e>(
+        &self,
+        reduction: &'e Reduction,
+        counters: &'e [Counter],
+        at: &Place<'_>,
+        local: &BTreeMap<&'e str, f64>,
+        all: &mut Vec<f64>,
+    ) -> Option<()> {
+        let Some((Counter { index, range }, inner)) = counters.split_first() else {
+            all.push(self.eval(&reduction.body, at, local)?);
+            return Some(());
+        };
+        let [from, to] = [&range.lower, &range.upper].map(|end| self.eval(end, at, local));
+        let (mut i, to) = (from?, to?);
+        let mut local = local.clone();
+        while i <= to {
+            local.insert(&index.text, i);
+            self.each(reduction, inner, at, &local, all)?;
+            i += 1.0;
+        }
+        Some(())
+    }
+
     fn eval(&self, expr: &Expr, at: &Place<'_>, local: &BTreeMap<&str, f64>) -> Option<f64> {
         let of = |expr: &Expr| self.eval(expr, at, local);
         let truth = |holds: bool| f64::from(u8::from(holds));
@@ -191,11 +228,27 @@ impl<'a> Truth<'a> {
                     }
                 }
             }
-            ExprKind::Element(array, index) => {
-                let ExprKind::Name(array) = &array.kind else { return None };
-                let index = of(index)?;
-                *at.values.get(&format!("{array}[{index}]"))?
+            ExprKind::Element(..) => *at.values.get(&self.element(expr, at, local)?)?,
+            ExprKind::Reduce(reduction) => {
+                let mut all = Vec::new();
+                self.each(reduction, &reduction.counters, at, local, &mut all)?;
+                match reduction.kind {
+                    Reducing::Sum => all.iter().sum(),
+                    Reducing::Product => all.iter().product(),
+                    Reducing::Mean => all.iter().sum::<f64>() / all.len() as f64,
+                    Reducing::Least | Reducing::Greatest => {
+                        for (k, a) in all.iter().enumerate() {
+                            all[..k].iter().for_each(|b| Self::compare(at, *a, *b));
+                        }
+                        let better = match reduction.kind {
+                            Reducing::Least => f64::min,
+                            _ => f64::max,
+                        };
+                        all.into_iter().reduce(better)?
+                    }
+                }
             }
+            ExprKind::List(_) => return None,
             ExprKind::Group(a) => of(a)?,
             ExprKind::Negate(a) => -of(a)?,
             ExprKind::Sum(terms) => {
@@ -248,7 +301,10 @@ impl<'a> Truth<'a> {
             ExprKind::Not(a) => truth(of(a)? == 0.0),
             ExprKind::Call { function, arguments } => {
                 if function.text == "der" {
-                    let ExprKind::Name(name) = &arguments.first()?.kind else { return None };
+                    let name = match &arguments.first()?.kind {
+                        ExprKind::Name(name) => name.clone(),
+                        _ => self.element(arguments.first()?, at, local)?,
+                    };
                     return at.values.get(&format!("der({name})")).copied();
                 }
                 let values: Option<Vec<f64>> = if function.text == "delay" {

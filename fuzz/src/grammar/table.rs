@@ -306,6 +306,7 @@ pub const TABLE: &[Row] = &[
     // Items that belong together.
     row(Whole, 3, "array with a loop", array),
     row(Whole, 1, "sum over an array", sum_of_array),
+    row(Whole, 2, "arrays of all kinds", vectors),
     row(Whole, 2, "tied states", |w, _| tied(w)),
     row(Whole, 2, "part", part),
     row(Whole, 1, "oscillator", |w, _| {
@@ -802,6 +803,31 @@ fn array(w: &mut Writer, d: u32) -> String {
     format!(
         "size {size} = {count}\n{start}\nequation {first}: der({name}[1]) = (tanh({inflow}) - {end}){rate}\n\
          for i in 2..{size} {{\n  {inner}\n}}"
+    )
+}
+
+/// A plate with arrays of constants, parameters and inputs, and sums over them.
+fn vectors(w: &mut Writer, d: u32) -> String {
+    let [x, k, g, u, e, f] = ["z", "p", "c", "u", "e", "e"].map(|letter| w.name(letter));
+    let total = w.name("o");
+    let outer = w.reads;
+    w.reads = Reads::Parameters;
+    let source = w.scalar(d.min(1));
+    w.reads = outer;
+    let [a, b, c] = [0.3, 0.7, 1.1].map(|size| size + w.random.between(0.0, 0.3));
+    let back = if w.random.chance(0.5) { "4-i" } else { "i" };
+    let gain = if w.random.chance(0.3) { format!("{k}[4-i]") } else { format!("{k}[i]") };
+    let reduced = w.random.pick(&["sum", "mean", "prod", "max", "min"]).to_owned();
+    w.known.push(Known::new(&format!("{x}[2][1]"), &SCALES[0], Kind::OfPart));
+    w.known.push(Known::new(&format!("{k}[3]"), &SCALES[0], Kind::OfPart));
+    format!(
+        "parameter {k}[1..3] = ({a:.2}, {b:.2}, {c:.2})\nconstant {g}[i in 1..3] = 0.4*i - 0.5\n\
+         input {u}[1..2] linear\nstate {x}[1..3][1..2] = ((0.1, 0.2), -0.3, (0.4, 0.6))\n\
+         for i in 1..3 {{\n  equation {e}[i]: der({x}[i][1]) = ({gain}*tanh({u}[2]) - {x}[i][1] + \
+         sum({g}[l]*{x}[l][2] for l in 1..3)/10)/1 [s]\n}}\n\
+         for i in 1..3, j in 2..2 {{\n  equation {f}[i][j]: der({x}[i][j]) = ({x}[i][j-1]*{k}[2] - \
+         {x}[i][j] + {g}[{back}]*tanh({source} + {u}[1]))/1 [s]\n}}\n\
+         output {total} = {reduced}({x}[l][m]*{k}[l] for l in 1..3, m in 1..2)"
     )
 }
 
