@@ -36,6 +36,7 @@ export const MODELS = {
   "pump_speed_step.dgd": { file: "pump_speed_step.csv", every: 1 },
   "rc_circuit.dgd": { data: "time [s],v_s [V]\n0,0\n0.005,5\n0.015,-5\n0.025,5\n" },
   "repeated_doses.dgd": { until: 200000, every: 600 },
+  "rested_cell.dgd": { data: "time [s],i [A]\n0,0\n60,0\n60,2\n600,2\n600,0\n900,0\n" },
   // How many steps it takes hangs on the last digits, and errors of the tolerance's size with it.
   "remote_level.dgd": { data: "time [s],q_out [lpm]\n0,300\n60,300\n70,360\n200,360\n", close: 2e-7, steps: false },
   "rigid_tanks.dgd": { data: "time [s],q_in [lpm],path [m]\n0,300,0\n50,600,0.3\n100,100,0.1\n" },

@@ -716,6 +716,7 @@ agreement! {
     rc_circuit: "models/rc_circuit.dgd";
     remote_level: "models/remote_level.dgd";
     repeated_doses: "models/repeated_doses.dgd";
+    rested_cell: "models/rested_cell.dgd";
     robertson: "models/robertson.dgd";
     robertson_dae: "models/robertson.dgd", form = dae;
     sampled_level: "models/sampled_level.dgd";

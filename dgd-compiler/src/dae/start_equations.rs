@@ -49,7 +49,9 @@ pub(super) fn verify(
         }
     }
     for (own, equation) in dae.start_equations.iter().zip(equations) {
-        let is_late = |symbol: &Symbol| matches!(symbol, Symbol::Past(..));
+        let is_late = |symbol: &Symbol| {
+            matches!(symbol, Symbol::DelayedUnknown(_) | Symbol::Late(_) | Symbol::Past(..))
+        };
         if dae.graph.symbols(own.rest).iter().any(is_late) {
             diagnostics.error(reads_late(equation));
         }
@@ -93,7 +95,8 @@ fn miscounted(model: &Model, determined: &BTreeSet<usize>) -> Diagnostic {
     let of_states = counted(determined.len(), "state", "states");
     let first = determined.iter().next().map(|i| model.unknowns[*i].declared.span);
     let span = equations.first().map(|equation| equation.span).or(first).unwrap_or_default();
-    let message = format!("there are {of_equations} for the start values of {of_states}");
+    let verb = if equations.len() == 1 { "is" } else { "are" };
+    let message = format!("there {verb} {of_equations} for the start values of {of_states}");
     let mut diagnostic = Diagnostic::new(Code::E509, span, message).help(
         "mark each state whose start value follows from a start equation with `guess`, as in `state h [m] = 2  guess`",
     );

@@ -68,6 +68,7 @@ impl Diffusion {
                 outputs: Vec::new().into(),
                 densities: Vec::new().into(),
                 starts_at_rest: false,
+                start_equations: Vec::new().into(),
                 directions: vec![Direction::Parameter(0)].into(),
                 sensitivity_jacobian: pattern(&jacobian),
                 jacobian: pattern(&jacobian),

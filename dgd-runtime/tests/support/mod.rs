@@ -86,6 +86,7 @@ fn signature<E: Equations>() -> Signature {
             .collect(),
         densities: Vec::new().into(),
         starts_at_rest: false,
+        start_equations: Vec::new().into(),
         directions: (0..n_s).map(Direction::Parameter).collect(),
         jacobian: full(n, n),
         sensitivity_jacobian: full(n * n_s, n),

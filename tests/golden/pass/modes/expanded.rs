@@ -305,6 +305,7 @@ pub mod tank {
                 reset_jacobian: Pattern::single(&[0], &[0]),
             },
             starts_at_rest: false,
+            start_equations: List::Borrowed(&[]),
         }
     };
     #[automatically_derived]

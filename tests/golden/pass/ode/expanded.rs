@@ -264,6 +264,7 @@ pub mod spring {
             ],
             discrete: Discrete::NONE,
             starts_at_rest: false,
+            start_equations: List::Borrowed(&[]),
         }
     };
     #[automatically_derived]

@@ -281,6 +281,7 @@ pub mod tables {
                 reset_jacobian: Pattern::single(&[], &[]),
             },
             starts_at_rest: false,
+            start_equations: List::Borrowed(&[]),
         }
     };
     /// `smooth''`
