@@ -71,7 +71,13 @@ fn infer(expr: &Expr, sizes: &[&str], known: &mut BTreeMap<Span, Dimension>) {
 
 /// The dimension of an expression from its operands.
 fn of_operands(expr: &Expr, known: &BTreeMap<Span, Dimension>) -> Option<Dimension> {
-    let of = |expr: &Expr| known.get(&expr.span).copied();
+    let of = |expr: &Expr| match &expr.kind {
+        // The ends of ranges are not lowered.
+        ExprKind::Number { unit: None, .. } => {
+            known.get(&expr.span).copied().or(Some(Dimension::ONE))
+        }
+        _ => known.get(&expr.span).copied(),
+    };
     match &expr.kind {
         ExprKind::Group(inner) | ExprKind::Negate(inner) => of(inner),
         ExprKind::Sum(terms) => terms.iter().find_map(|(_, term)| of(term)),

@@ -107,7 +107,8 @@ fn a_plate_follows_the_exponential_of_its_matrix() {
         for (name, expected) in ["T[1][4]", "T[3][2]", "T[6][8]", "T_mean"].iter().zip(expected) {
             close(name, run.at(name, k) - CELSIUS, *expected);
         }
-        close("T_max", run.at("T_max", k), run.at("T[1][5]", k));
+        let far: f64 = (1..=8).map(|j| run.at(&format!("T[6][{j}]"), k)).sum();
+        close("T_far", run.at("T_far", k), far / 8.0);
     }
 }
 
@@ -181,15 +182,15 @@ fn an_exchanger_has_the_effectiveness_of_its_passes() {
 fn an_exchanger_of_four_passes_follows_the_exponential_of_its_matrix() {
     // SciPy: expm of the 100 balances, in °C.
     let expected = [
-        (35.229_145_471, 60.195_573_398, 35.013_913_985),
-        (41.784_129_574, 51.136_007_604, 37.748_373_452),
+        (35.229_145_471, 60.195_573_398, 31.330_812_493),
+        (41.784_129_574, 51.136_007_604, 32.350_440_959),
     ];
     let inputs = [2.0, 3.0, 20.0 + CELSIUS, 80.0 + CELSIUS];
     let run = run("tube_passes.dgd", &[], &[(60.0, &inputs)], &[15.0, 60.0]);
-    for (k, (tubes, shell, hot)) in expected.into_iter().enumerate() {
+    for (k, (tubes, shell, end)) in expected.into_iter().enumerate() {
         close("T_t_out", run.at("T_t_out", k) - CELSIUS, tubes);
         close("T_s_out", run.at("T_s_out", k) - CELSIUS, shell);
-        close("T_hot", run.at("T_hot", k) - CELSIUS, hot);
+        close("T_end", run.at("T_end", k) - CELSIUS, end);
     }
 }
 

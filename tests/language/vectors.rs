@@ -30,7 +30,8 @@ parameter tau[1..N] [s] = 0.4
 input u[1..N] linear
 input v[1..M] hold
 state x[1..N] = (1, a, 3)
-state z[1..N] = 0.2
+state z[i in 1..N] = k[i]*2 [s] + u[i] - k[N+1-i]*1 [s]
+state y[i in 1..2] = 0.1*k[i]*1 [s] + w[2][i]
 state T[i in 1..N][j in 1..M] = a*i + 0.1*j
 unknown q[0..N][1..M] = 0.2
 for i in 1..N { let late[i] = delay(u[i], tau[i]) }
@@ -38,6 +39,7 @@ for i in 1..N, j in 1..M { let flux[i][j] = r[i][j]*T[i][j]*a }
 function squares(b) = sum((b + l)^2*g[l] for l in 1..N)
 for i in 1..N { equation z[i]: der(z[i]) = k[N+1-i]*a*z[i] + late[i]*g[i]/1 [s] }
 for i in 1..N { equation x[i]: der(x[i]) = -k[i]*x[i]*g[i] + k[2]*u[i]*u[1]*g[N+1-i] + sin(k[i]*time)*a*x[2]/1 [s] }
+for i in 1..2 { equation y[i]: der(y[i]) = 0 }
 for j in 1..M { equation top[j]: q[0][j] = v[j]*h[2] + squares(a) }
 for i in 1..N-1, j in 1..M { equation q[i][j]: q[i][j] = flux[i][j] - flux[i+1][j] + w[i][j]*v[j] }
 for j in 1..M { equation bottom[j]: q[N][j] = prod(x[l]*r[l][j] for l in 1..N) }
@@ -66,9 +68,14 @@ fn written_out() -> String {
         let _ = writeln!(text, "{text_of}");
     };
     for (i, k) in (1..=3).zip([0.1, 0.2, 0.3]) {
-        line(format!(
-            "parameter k_{i} [1/s] = {k}  in 0 ..\ninput u_{i} linear\nstate z_{i} = 0.2"
-        ));
+        line(format!("parameter k_{i} [1/s] = {k}  in 0 ..\ninput u_{i} linear"));
+    }
+    for i in 1..=3 {
+        line(format!("state z_{i} = k_{i}*2 [s] + u_{i} - k_{}*1 [s]", 4 - i));
+    }
+    for i in 1..=2 {
+        line(format!("state y_{i} = 0.1*k_{i}*1 [s] + {}", W[1][i - 1]));
+        line(format!("equation y_{i}: der(y_{i}) = 0"));
     }
     for (i, start) in (1..=3).zip(["1", "a", "3"]) {
         line(format!("state x_{i} = {start}"));
@@ -209,6 +216,7 @@ fn elements_are_set_from_outside() {
     let (p, y) = set(&["k=0.5", "z=2"]).expect("sound");
     assert_eq!(p[1..4], [0.5; 3]);
     assert_eq!(y[3..6], [2.0; 3]);
+    assert_eq!(y[6..8], [0.1 * 0.5 + 5.0, 0.1 * 0.5 + 6.0]);
     for (setting, what) in [
         ("k[4]=1", "`k` has no element [4]: it runs over [1..3]"),
         ("k=(1, 2)", "`k` runs from 1 to 3, and here are 2 values"),

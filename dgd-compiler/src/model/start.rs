@@ -133,9 +133,18 @@ impl Resolver<'_> {
             let Some((needed, k)) = self.place(symbol) else { continue };
             let value = self.start(needed);
             let graph = &mut self.lowering.graph;
-            let k = graph.constant(f64::from(k));
-            let at_k = |symbol| (symbol == Symbol::Counter).then_some(k);
-            values.insert(symbol, graph.substitute(value, at_k));
+            let mut at_k: BTreeMap<Symbol, ExprId> = BTreeMap::new();
+            for symbol in graph.symbols(value) {
+                let now = match symbol {
+                    Symbol::Counter => graph.constant(f64::from(k)),
+                    Symbol::SweptParameter(first, _) => graph.symbol(Symbol::Parameter(first + k)),
+                    Symbol::SweptInput(first, _) => graph.symbol(Symbol::Input(first + k)),
+                    _ => continue,
+                };
+                at_k.insert(symbol, now);
+            }
+            let opened = graph.substitute(value, |symbol| at_k.get(&symbol).copied());
+            values.insert(symbol, opened);
         }
         self.lowering.graph.substitute(start, |symbol| values.get(&symbol).copied())
     }

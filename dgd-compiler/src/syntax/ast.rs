@@ -919,6 +919,17 @@ impl Reducing {
         ("mean", Reducing::Mean),
     ];
 
+    /// What it is called in a sentence.
+    pub fn noun(self) -> &'static str {
+        match self {
+            Reducing::Sum => "the sum",
+            Reducing::Product => "the product",
+            Reducing::Least => "the least",
+            Reducing::Greatest => "the greatest",
+            Reducing::Mean => "the mean",
+        }
+    }
+
     /// Its word.
     pub fn word(self) -> &'static str {
         Self::ALL.iter().find(|(_, kind)| *kind == self).map_or("", |(word, _)| word)

@@ -6,7 +6,7 @@ use dgd_compiler::expr::display::number;
 use dgd_compiler::expr::intrinsics::INTRINSICS;
 use dgd_compiler::names::{Symbol, SymbolKind};
 use dgd_compiler::source::{SourceId, Sources};
-use dgd_compiler::syntax::ast::{EffectKind, SlotKind};
+use dgd_compiler::syntax::ast::{EffectKind, Reducing, SlotKind};
 use dgd_compiler::syntax::own_units;
 use dgd_compiler::units::catalogue::CATALOGUE;
 use lsp_types::{CompletionItem, CompletionItemKind, CompletionParams};
@@ -169,7 +169,14 @@ fn keywords(words: &[&str]) -> Vec<CompletionItem> {
 fn functions() -> impl Iterator<Item = CompletionItem> {
     let others = ["der", "delay"].iter().map(|word| item(word, CompletionItemKind::FUNCTION, None));
     let functions = INTRINSICS.iter().filter(|function| function.name != "^");
-    others.chain(functions.map(|f| item(f.name, CompletionItemKind::FUNCTION, Some(f.doc))))
+    let functions = functions.map(|f| item(f.name, CompletionItemKind::FUNCTION, Some(f.doc)));
+    // `min` and `max` are functions of two, too.
+    let is_other = |word: &str| !INTRINSICS.iter().any(|function| function.name == word);
+    let over = Reducing::ALL.iter().filter(move |(word, _)| is_other(word));
+    let over = over.map(|(word, kind)| {
+        item(word, CompletionItemKind::FUNCTION, Some(&format!("{} over indices", kind.noun())))
+    });
+    others.chain(functions).chain(over)
 }
 
 fn attributes() -> impl Iterator<Item = CompletionItem> {

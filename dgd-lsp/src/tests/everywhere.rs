@@ -32,13 +32,13 @@ fn is_condition(expr: &Expr) -> bool {
     }
 }
 
-/// The expressions with a derived dimension: not conditions or arrays without an index; names, numbers and indices have
+/// The expressions with a derived dimension: not conditions, lists or arrays without an index; names, numbers and indices have
 /// their own.
 fn with_dimensions(expr: &Expr, spans: &mut Vec<Span>) {
     if matches!(&expr.kind, ExprKind::Number { .. } | ExprKind::Name(_)) {
         return;
     }
-    if !is_condition(expr) {
+    if !is_condition(expr) && !matches!(&expr.kind, ExprKind::List(_)) {
         spans.push(expr.span);
     }
     if let ExprKind::Reduce(reduction) = &expr.kind {

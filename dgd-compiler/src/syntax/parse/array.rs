@@ -89,6 +89,24 @@ pub(super) fn declared<'a>(
     Ok((rest, ItemKind::Array { declared, name, axes, unit, start, attributes }))
 }
 
+/// Refuses an index behind a name where no element can stand.
+pub(super) fn no_element<'a>(
+    input: Tokens<'a>,
+    message: &str,
+    help: &'static str,
+) -> Parsed<'a, ()> {
+    if input.first() != Some(TokenKind::Index) {
+        return Ok((input, ()));
+    }
+    input.wrong(Diagnostic::new(Code::E105, input.span(), message).help(help))
+}
+
+/// Refuses a range behind a name where no array can be declared; what else stands there may be a unit.
+pub(super) fn no_range<'a>(input: Tokens<'a>, message: &str, help: &'static str) -> Parsed<'a, ()> {
+    let is_range = input.first_text().contains("..");
+    if is_range { no_element(input, message, help) } else { Ok((input, ())) }
+}
+
 /// The value of an array: an expression, or one for each element between parentheses.
 pub(super) fn value(input: Tokens<'_>) -> Parsed<'_, Expr> {
     if input.first() != Some(TokenKind::Open) || !input.is_list() {

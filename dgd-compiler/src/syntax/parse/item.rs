@@ -213,6 +213,8 @@ fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> 
 }
 
 fn held<'a>(what: &'static str, input: Tokens<'a>) -> Parsed<'a, ItemKind> {
+    let help = "declare one `held` value for each, or an array of states";
+    array::no_range(dotted(input)?.0, "`held` values are no arrays", help)?;
     let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
     let (rest, attributes) = attributes(&["fixed", "nominal"], what, rest)?;
     Ok((rest, ItemKind::Unknown { declared: UnknownKind::Held, name, unit, start, attributes }))
@@ -239,6 +241,8 @@ fn size(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 }
 
 fn definition(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    let help = "a `let` for each index stands in a loop: `for i in 1..N { let NAME[i] = … }`";
+    array::no_range(dotted(input)?.0, "a `let` is no array outside of loops", help)?;
     let (rest, ((name, unit), value)) = (declared, value("a `let`")).parse(input)?;
     let rest = attributes(&[], "a `let`", rest)?.0;
     Ok((rest, ItemKind::Let { name, unit, value }))
@@ -350,6 +354,9 @@ fn start(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 /// `saturate x >= e`
 fn saturate(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let (rest, name) = dotted(input)?;
+    let help =
+        "bound a single state, or what the equations of elements make of it with `max` or `min`";
+    array::no_element(rest, "`saturate` takes no element of an array", help)?;
     let side = match rest.first() {
         Some(TokenKind::GreaterEqual) => Bound::Lower,
         Some(TokenKind::LessEqual) => Bound::Upper,

@@ -3,6 +3,7 @@
 
 use nom::Parser;
 
+use super::array;
 use super::expression::{expression, sum};
 use super::item::last_value;
 use super::lexical::{Token, TokenKind};
@@ -259,7 +260,10 @@ fn condition(input: Tokens<'_>) -> Parsed<'_, Condition> {
 fn reset(input: Tokens<'_>) -> Parsed<'_, Reset> {
     let keyword = word("reset", "`reset NAME = …`");
     let equal = token(TokenKind::Equal, "`=`");
-    let (rest, (_, name, _, value)) = (keyword, dotted, equal, expression).parse(input)?;
+    let (rest, (_, name)) = (keyword, dotted).parse(input)?;
+    let help = "reset a single state or `held` value, and let the equations of elements read it";
+    array::no_element(rest, "`reset` takes no element of an array", help)?;
+    let (rest, (_, value)) = (equal, expression).parse(rest)?;
     if rest.is_empty() {
         Ok((rest, Reset { span: input.span_to(&rest), name, value }))
     } else {
