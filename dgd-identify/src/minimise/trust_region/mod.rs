@@ -3,7 +3,7 @@
 //! ```text
 //!   minimise  Σ r(x)²   over   lower ≤ x ≤ upper
 //!
-//!   gᵀδ + ½ δᵀH δ → min  within the bounds and ‖D δ‖ ≤ Δ      H: JᵀJ, or JᵀJ + S;  D²: diag(JᵀJ), slowly forgotten
+//!   gᵀδ + ½ δᵀH δ → min  within the bounds and ‖D δ‖ ≤ Δ      H: JᵀJ, or JᵀJ + S;  D²: √diag(JᵀJ), slowly forgotten
 //!   ρ = actual / promised reduction of Σ r²
 //!   ρ > 0: x ← x + δ;  Δ ← 2 ‖D δ‖ at least where ρ ≥ ¾,  ½ ‖D δ‖ where ρ < ¼
 //!   else:              Δ ← ‖D δ‖ times where the sum is least along δ, 0.1 to 0.5
@@ -13,9 +13,16 @@
 //! box and within the radius ([`subproblem`]), so that a variable at its bound that is pushed outwards stays, and
 //! the others converge as without it. Where residuals are large, S is what JᵀJ lacks ([`curvature`]).
 //!
+//! D lies halfway between Levenberg's 1, in whose metric variables of great influence hold back all others, and
+//! Marquardt's diag(JᵀJ), in whose metric those of little influence are carried away, to bounds and beyond where they
+//! matter.
+//!
 //! A step goes no further in a variable than its reach ([`Region`]): a quadratic model says nothing of what a
-//! logarithm is some decades away. Where no variable has influence, but for those at their bounds, there is no
-//! telling of a minimum: a plain has no slopes.
+//! logarithm is some decades away. Nor does it go far towards a bound that is far: what a search meets there early, it
+//! seldom leaves again.
+//!
+//! Where no variable has influence, but for those at their bounds, there is no telling of a minimum. What slope such a
+//! plain has is followed as far as variables reach, as long as that makes the sum smaller.
 //!
 //! Σ r² may be −2 ln of a likelihood, with its exact gradient and the information in the place of JᵀJ; changes are
 //! compared with its squares then, as the rest has no zero of its own.
@@ -23,8 +30,7 @@
 //! A trial that cannot be evaluated is a step that went too far: the radius becomes a quarter of it.
 //!
 //! Conn, Gould, Toint, Trust-Region Methods (2000), ch. 6 and 7; the size of the first step is that of Levenberg and
-//! Marquardt's method as Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems (2004), §3.2 begin it;
-//! scaling by Dennis, Gay, Welsch, ACM TOMS 7 (1981) 348, §7.
+//! Marquardt's method as Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems (2004), §3.2 begin it.
 
 mod curvature;
 mod problem;
@@ -38,7 +44,7 @@ use crate::progress::{Unwatched, Watch};
 use curvature::Curvature;
 use subproblem::Quadratic;
 
-/// The first radius is the length of the step with this damping, relative to D².
+/// The first radius is the length of the step with this damping, relative to diag(JᵀJ).
 const FIRST_DAMPING: f64 = 1e-3;
 
 /// What the radius becomes, as a part of the step, after a trial that could not be evaluated.
@@ -53,6 +59,12 @@ const GOOD: f64 = 0.75;
 /// Share of D² that is kept where a variable's influence falls: a steep place that a search came by does not hold
 /// it back for ever.
 const KEPT: f64 = 0.36;
+
+/// A step goes this part of the way to a bound at most …
+const TOWARDS_BOUND: f64 = 0.25;
+
+/// … that is further than this from a variable, whose size is 1.
+const FAR: f64 = 1.0;
 
 /// Share of Σ r² that a variable of no influence changes at most, where it moves by 1.
 const NO_INFLUENCE: f64 = 1e-20;
@@ -102,6 +114,9 @@ pub fn minimise_watched<T: AsRef<NormalEquations>, E>(
         search.forget_scale();
         let ended = search.converged().or_else(|| search.advance(watch, &mut evaluate));
         if let Some(termination) = ended {
+            if termination == Termination::Flat && search.follow_plain(watch, &mut evaluate) {
+                continue;
+            }
             return Minimum { termination, ..search.minimum };
         }
     }
@@ -157,24 +172,19 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
     fn forget_scale(&mut self) {
         let information = &self.minimum.at.as_ref().information;
         for (i, scale) in self.scale.iter_mut().enumerate() {
-            *scale = information[(i, i)].max(KEPT * *scale);
+            *scale = information[(i, i)].sqrt().max(KEPT * *scale);
         }
     }
 
     /// Why the present point is the minimum, if it is.
     fn converged(&mut self) -> Option<Termination> {
-        let (lower, upper) = self.room(|_| f64::INFINITY);
+        let (lower, upper) = self.room(|_, distance| distance);
         let normal = self.minimum.at.as_ref();
         if is_stationary(normal, &lower, &upper, self.rule.gradient) {
             return Some(self.or_flat(Termination::Gradient));
         }
-        let mut model = Quadratic {
-            h: normal.information.clone(),
-            g: &normal.gradient,
-            scale: &self.scale,
-            lower,
-            upper,
-        };
+        let mut model =
+            Quadratic::new(normal, normal.information.clone(), &self.scale, lower, upper);
         let mut is_reduced = true;
         let mut is_still = true;
         self.promise = f64::INFINITY;
@@ -203,17 +213,12 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         watch: &dyn Watch,
         mut evaluate: impl FnMut(&[f64]) -> Result<T, E>,
     ) -> Option<Termination> {
-        let (lower, upper) = self.room(|i| self.reach(i));
+        let (lower, upper) = self.room(|i, distance| self.stride(i, distance));
         let (mut trials, mut failed, mut is_switched) = (0, false, false);
         loop {
             let normal = self.minimum.at.as_ref();
-            let model = Quadratic {
-                h: self.curvature.hessian(normal),
-                g: &normal.gradient,
-                scale: &self.scale,
-                lower: lower.clone(),
-                upper: upper.clone(),
-            };
+            let h = self.curvature.hessian(normal);
+            let model = Quadratic::new(normal, h, &self.scale, lower.clone(), upper.clone());
             let radius = match self.radius {
                 Some(radius) => Some(radius),
                 None => model.damped(FIRST_DAMPING).map(|step| model.length(&step)),
@@ -233,11 +238,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
                 return Some(Termination::Stopped);
             }
             let length = model.length(&step);
-            let mut trial: Vec<f64> =
-                self.minimum.x.iter().zip(step.iter()).map(|(x, step)| x + step).collect();
-            for (x, (low, high)) in trial.iter_mut().zip(self.region.bounds) {
-                *x = x.clamp(*low, *high);
-            }
+            let trial = self.moved(&step);
             trials += 1;
             self.minimum.evaluations += 1;
             let at = match evaluate(&trial) {
@@ -285,6 +286,59 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         }
     }
 
+    /// Follows the slope of a plain as far as variables reach; whether that made the sum smaller. The next step has a
+    /// radius of its own.
+    fn follow_plain(
+        &mut self,
+        watch: &dyn Watch,
+        mut evaluate: impl FnMut(&[f64]) -> Result<T, E>,
+    ) -> bool {
+        let (lower, upper) = self.room(|i, distance| self.stride(i, distance));
+        let normal = self.normal();
+        let is_free = |i: usize| {
+            let room = if normal.gradient[i] > 0.0 { -lower[i] } else { upper[i] };
+            i < self.region.leading && room > 0.0
+        };
+        let slopes = (0..lower.len()).map(|i| if is_free(i) { -normal.gradient[i] } else { 0.0 });
+        let slopes = DVector::from_iterator(lower.len(), slopes);
+        let size = self.minimum.x.iter().zip(self.region.reach);
+        let size = DVector::from_iterator(
+            slopes.len(),
+            size.map(|(x, reach)| reach.min(x.abs().max(1.0))),
+        );
+        let steepest = slopes.component_div(&size).amax();
+        let is_allowed = self.minimum.evaluations < self.limit() && !watch.is_stopped();
+        if !(steepest > 0.0 && is_allowed) {
+            return false;
+        }
+        let step = (slopes / steepest)
+            .zip_zip_map(&lower, &upper, |step, low, high| step.clamp(low, high));
+        let trial = self.moved(&step);
+        self.minimum.evaluations += 1;
+        let at = match evaluate(&trial) {
+            Ok(at) => at,
+            Err(error) => {
+                self.minimum.failures += 1;
+                self.minimum.last_failure = Some(error);
+                return false;
+            }
+        };
+        // NaN compares false.
+        let is_lower = at.as_ref().cost < self.normal().cost;
+        if is_lower {
+            (self.minimum.x, self.minimum.at) = (trial, at);
+            self.minimum.iterations += 1;
+            self.radius = None;
+        }
+        is_lower
+    }
+
+    /// The present point moved by a step. A bound is met exactly, in spite of rounding.
+    fn moved(&self, step: &DVector<f64>) -> Vec<f64> {
+        let x = self.minimum.x.iter().zip(step.iter()).zip(self.region.bounds);
+        x.map(|((x, step), (low, high))| (x + step).clamp(*low, *high)).collect()
+    }
+
     /// Evaluations that are allowed.
     fn limit(&self) -> usize {
         let StoppingRule { evaluations, until_a_step, .. } = self.rule;
@@ -320,23 +374,22 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         found
     }
 
-    /// How far variables may go down and up, by bounds and by a reach.
-    fn room(&self, reach: impl Fn(usize) -> f64) -> (DVector<f64>, DVector<f64>) {
+    /// How far variables may go down and up: `part` of a variable's distance from a bound.
+    fn room(&self, part: impl Fn(usize, f64) -> f64) -> (DVector<f64>, DVector<f64>) {
         let (x, bounds) = (&self.minimum.x, self.region.bounds);
-        let down = |i: usize, _| (bounds[i].0 - x[i]).max(-reach(i));
-        let up = |i: usize, _| (bounds[i].1 - x[i]).min(reach(i));
+        let down = |i: usize, _| -part(i, x[i] - bounds[i].0);
+        let up = |i: usize, _| part(i, bounds[i].1 - x[i]);
         (DVector::from_fn(x.len(), down), DVector::from_fn(x.len(), up))
     }
 
-    /// How far a step goes at most in a variable. One without influence would have to move by ten decades to gain
-    /// anything, and goes no further than its size.
-    fn reach(&self, i: usize) -> f64 {
-        let reach = self.region.reach[i];
+    /// How far a step goes at most in a variable towards a bound at a distance. One without influence would have to
+    /// move by ten decades to gain anything, and goes no further than its size.
+    fn stride(&self, i: usize, distance: f64) -> f64 {
         let normal = self.normal();
-        if normal.information[(i, i)] > NO_INFLUENCE * normal.squares() {
-            return reach;
-        }
-        reach.min(self.minimum.x[i].abs().max(1.0))
+        let has_influence = normal.information[(i, i)] > NO_INFLUENCE * normal.squares();
+        let size = if has_influence { f64::INFINITY } else { self.minimum.x[i].abs().max(1.0) };
+        let towards = if distance > FAR { TOWARDS_BOUND * distance } else { distance };
+        towards.min(self.region.reach[i]).min(size)
     }
 }
 

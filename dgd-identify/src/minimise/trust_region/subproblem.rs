@@ -13,6 +13,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use super::problem::NormalEquations;
 use crate::minimise::box_quadratic;
 
 /// Damping that leaves a step what it is, and a singular matrix positive definite: well above the
@@ -37,14 +38,28 @@ const SMALLEST: f64 = 1e-16;
 /// A quadratic model on a box.
 pub(super) struct Quadratic<'a> {
     pub h: DMatrix<f64>,
-    pub g: &'a DVector<f64>,
+    g: &'a DVector<f64>,
+    /// Influence of each variable, diag(JᵀJ).
+    influence: DVector<f64>,
     /// D², 0 for what never had influence.
-    pub scale: &'a DVector<f64>,
-    pub lower: DVector<f64>,
-    pub upper: DVector<f64>,
+    scale: &'a DVector<f64>,
+    lower: DVector<f64>,
+    upper: DVector<f64>,
 }
 
-impl Quadratic<'_> {
+impl<'a> Quadratic<'a> {
+    /// At a point, with the curvature H and the scale D².
+    pub(super) fn new(
+        normal: &'a NormalEquations,
+        h: DMatrix<f64>,
+        scale: &'a DVector<f64>,
+        lower: DVector<f64>,
+        upper: DVector<f64>,
+    ) -> Self {
+        let influence = normal.information.diagonal();
+        Self { h, g: &normal.gradient, influence, scale, lower, upper }
+    }
+
     /// ‖D δ‖.
     pub(super) fn length(&self, step: &DVector<f64>) -> f64 {
         let squares = step.iter().zip(self.scale.iter()).map(|(step, scale)| scale * step * step);
@@ -61,18 +76,41 @@ impl Quadratic<'_> {
         self.damped(NO_DAMPING)
     }
 
-    /// The minimum of the damped model on the box; `None` where that is not positive definite.
+    /// The same with a damping relative to influences.
     pub(super) fn damped(&self, damping: f64) -> Option<DVector<f64>> {
-        box_quadratic::minimise(&self.with(damping), self.g, &self.lower, &self.upper)
+        self.minimum_with(damping, 0.0)
+    }
+
+    /// The minimum of H + λ D² on the box.
+    fn held_back(&self, lambda: f64) -> Option<DVector<f64>> {
+        self.minimum_with(NO_DAMPING, lambda)
+    }
+
+    /// What has no influence has no gradient, and any curvature does.
+    fn minimum_with(&self, damping: f64, lambda: f64) -> Option<DVector<f64>> {
+        let mut a = self.h.clone();
+        for (i, (influence, scale)) in self.influence.iter().zip(self.scale.iter()).enumerate() {
+            let own = if *influence > 0.0 { damping * influence } else { 1.0 };
+            a[(i, i)] += own + lambda * scale;
+        }
+        box_quadratic::minimise(&a, self.g, &self.lower, &self.upper)
     }
 
     /// The step within a radius; `None` of numbers that are not finite.
     pub(super) fn within(&self, radius: f64) -> Option<DVector<f64>> {
-        let least = self.least_damping()?;
-        let full = self.damped(least)?;
+        let (least, full) = match self.full() {
+            Some(full) => (0.0, full),
+            None => {
+                let least = self.least_damping()?;
+                (least, self.held_back(least)?)
+            }
+        };
         let mut low = (0.0, self.length(&full));
         if low.1 <= (1.0 + CLOSE) * radius {
-            let mild = self.damped(least.max(MILD))?;
+            if least > 0.0 {
+                return Some(full);
+            }
+            let mild = self.damped(MILD)?;
             let is_worth = self.value(&full) < (1.0 + WORTH) * self.value(&mild);
             return Some(if is_worth { full } else { mild });
         }
@@ -82,41 +120,29 @@ impl Quadratic<'_> {
         if !most.is_finite() {
             return None;
         }
-        let mut best = self.damped(least + most)?;
+        let mut best = self.held_back(least + most)?;
         let mut high = (most, self.length(&best));
         for k in 0..MOST {
             if high.1 >= (1.0 - CLOSE) * radius {
                 break;
             }
             let between = if k % 2 == 0 { secant(low, high, radius) } else { None };
-            let damping =
+            let lambda =
                 between.unwrap_or_else(|| (f64::max(low.0, SMALLEST * most) * high.0).sqrt());
-            let step = self.damped(least + damping)?;
+            let step = self.held_back(least + lambda)?;
             let length = self.length(&step);
             if length > (1.0 + CLOSE) * radius {
-                low = (damping, length);
+                low = (lambda, length);
             } else {
-                high = (damping, length);
+                high = (lambda, length);
                 best = step;
             }
         }
         Some(best)
     }
 
-    /// H + λ D², with 1 for what has no influence, and so no gradient.
-    fn with(&self, damping: f64) -> DMatrix<f64> {
-        let mut a = self.h.clone();
-        for (i, scale) in self.scale.iter().enumerate() {
-            a[(i, i)] += if *scale > 0.0 { damping * scale } else { 1.0 };
-        }
-        a
-    }
-
     /// The least λ from which on H + λ D² is positive definite.
     fn least_damping(&self) -> Option<f64> {
-        if self.with(NO_DAMPING).cholesky().is_some() {
-            return Some(NO_DAMPING);
-        }
         let size = |i: usize| if self.scale[i] > 0.0 { self.scale[i].sqrt() } else { 1.0 };
         let scaled = DMatrix::from_fn(self.h.nrows(), self.h.ncols(), |i, j| {
             self.h[(i, j)] / (size(i) * size(j))
@@ -127,7 +153,7 @@ impl Quadratic<'_> {
         let values = SymmetricEigen::try_new(scaled, f64::EPSILON, 1000)?.eigenvalues;
         let (least, size) = (values.min(), values.amax());
         // A little more, so that rounding does not make it indefinite again.
-        Some((-least).max(0.0) + 1e-6 * size + NO_DAMPING)
+        Some((-least).max(0.0) + 1e-6 * size)
     }
 }
 
@@ -145,28 +171,39 @@ mod tests {
 
     const FREE: f64 = f64::INFINITY;
 
+    const SCALE: [f64; 2] = [2.0, 0.5];
+
+    fn at(g: [f64; 2]) -> NormalEquations {
+        NormalEquations {
+            gradient: DVector::from_row_slice(&g),
+            information: DMatrix::from_diagonal(&DVector::from_row_slice(&SCALE)),
+            ..NormalEquations::zeros(2)
+        }
+    }
+
     fn quadratic<'a>(
+        at: &'a NormalEquations,
         h: [f64; 4],
-        g: &'a DVector<f64>,
         scale: &'a DVector<f64>,
         lower: [f64; 2],
         upper: [f64; 2],
     ) -> Quadratic<'a> {
         let h = DMatrix::from_row_slice(2, 2, &h);
         let (lower, upper) = (DVector::from_row_slice(&lower), DVector::from_row_slice(&upper));
-        Quadratic { h, g, scale, lower, upper }
+        Quadratic::new(at, h, scale, lower, upper)
     }
 
     /// On a grid of the box and the ellipse nothing is clearly below the step found: with curvature of either
     /// sign, a nearly singular matrix, and bounds that hold something or nothing.
     #[test]
     fn no_point_of_box_and_radius_is_lower() {
-        let g = DVector::from_row_slice(&[-1.0, 0.4]);
-        let scale = DVector::from_row_slice(&[2.0, 0.5]);
+        let at = at([-1.0, 0.4]);
+        let scale = DVector::from_row_slice(&SCALE);
+        let g = &at.gradient;
         for h in [[2.0, 0.9, 0.9, 0.5], [2.0, 1.0, 1.0, 0.5], [-1.0, 0.3, 0.3, 0.5]] {
             for (lower, upper) in [([-FREE; 2], [FREE; 2]), ([-0.1, -0.2], [0.3, 9.0])] {
                 for radius in [0.05, 0.4, 3.0] {
-                    let model = quadratic(h, &g, &scale, lower, upper);
+                    let model = quadratic(&at, h, &scale, lower, upper);
                     let step = model.within(radius).expect("finite");
                     let length = model.length(&step);
                     assert!(length <= 1.1 * radius, "{length} of {radius}");
@@ -178,8 +215,8 @@ mod tests {
                             // A radius that is a tenth less is as good.
                             let part = 0.9 * radius * f64::from(j) / 40.0;
                             let point = DVector::from_row_slice(&[
-                                part * angle.cos() / scale[0].sqrt(),
-                                part * angle.sin() / scale[1].sqrt(),
+                                part * angle.cos() / SCALE[0].sqrt(),
+                                part * angle.sin() / SCALE[1].sqrt(),
                             ]);
                             let is_inside =
                                 (0..2).all(|i| lower[i] <= point[i] && point[i] <= upper[i]);
@@ -198,9 +235,9 @@ mod tests {
 
     #[test]
     fn a_radius_that_holds_the_minimum_does_not_bind() {
-        let g = DVector::from_row_slice(&[-1.0, 0.4]);
-        let scale = DVector::from_row_slice(&[2.0, 0.5]);
-        let model = quadratic([2.0, 0.0, 0.0, 0.5], &g, &scale, [-FREE; 2], [FREE; 2]);
+        let at = at([-1.0, 0.4]);
+        let scale = DVector::from_row_slice(&SCALE);
+        let model = quadratic(&at, [2.0, 0.0, 0.0, 0.5], &scale, [-FREE; 2], [FREE; 2]);
         let step = model.within(10.0).expect("finite");
         // But for mild damping, a hundred millionth.
         assert!((step[0] - 0.5).abs() < 1e-7 && (step[1] + 0.8).abs() < 1e-7, "{step}");

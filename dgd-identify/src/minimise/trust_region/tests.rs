@@ -181,12 +181,25 @@ fn steps_of_limited_reach_do_not_leap_over_a_minimum() {
 
 #[test]
 fn a_plain_among_bounds_is_no_minimum() {
-    // Without a limit the first step goes eight decades, to the bound, where all has decayed.
-    let found = search(f64::INFINITY, 1e-4_f64.ln());
-    assert_eq!(found.termination, Termination::Flat, "{:?}", found.x);
+    // The slope is rounding: nothing changes along it.
+    let found = solve([0.0], &[(-9.0, 9.0)], |_| vec![(1.0, [1e-9])]);
+    assert_eq!(found.termination, Termination::Flat);
     assert!(!found.termination.is_converged());
-    // Nor is a place that lies on it from the start, if its slopes are there but for rounding.
-    assert_eq!(search(10_f64.ln(), 40_f64.ln()).termination, Termination::Flat);
+}
+
+#[test]
+fn a_far_bound_is_not_leapt_to() {
+    // The first step would go eight decades, to the bound, where all has decayed.
+    let found = search(f64::INFINITY, 1e-4_f64.ln());
+    assert!((found.x[0].exp() - 0.3).abs() < 1e-6, "{:?}", found.x);
+}
+
+#[test]
+fn the_slope_of_a_plain_leads_down_from_it() {
+    // exp(−40 t) changes Σ r² by 1e-17 of itself; ten times slower lies the edge of the plain.
+    let found = search(10_f64.ln(), 40_f64.ln());
+    assert!(found.termination.is_converged(), "{:?}", found.termination);
+    assert!((found.x[0].exp() - 0.3).abs() < 1e-6, "{:?}", found.x);
 }
 
 #[test]
@@ -237,7 +250,7 @@ fn a_failed_trial_quarters_the_radius() {
     });
     assert_eq!((found.termination, found.failures), (Termination::EvaluationLimit, 3));
     let length = |x: &Vec<f64>| {
-        let scaled = |i: usize| at.information[(i, i)] * (x[i] - [-1.2, 1.0][i]).powi(2);
+        let scaled = |i: usize| at.information[(i, i)].sqrt() * (x[i] - [-1.2, 1.0][i]).powi(2);
         (scaled(0) + scaled(1)).sqrt()
     };
     let lengths: Vec<f64> = tried.borrow().iter().map(length).collect();
