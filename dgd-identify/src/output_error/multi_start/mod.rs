@@ -1,9 +1,11 @@
 //! Fits from several starting points, and the minima that they end in.
 //!
-//! A fit finds the minimum in whose valley it starts; [`points`] draws where. What N fits from points drawn at random say
+//! A fit finds the minimum in whose valley it starts; [`points`] draws where. Those of models that switch take the way
+//! over ever longer beginnings ([`horizons`]). What N fits from points drawn at random say
 //! of minima that none of them found: one whose valley has the part v of the volume they were drawn from is missed by
 //! all with a probability of (1 − v)ᴺ, which is below 5 % from v = 3/N on.
 
+mod horizons;
 pub(crate) mod points;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -14,8 +16,9 @@ use dgd_runtime::parallel::in_parallel_by_model;
 use crate::error::EstimateError;
 use crate::minimise::trust_region::Termination;
 use crate::output_error::fit::Fit;
+use crate::output_error::multi_start::horizons::fit_by_horizons;
 use crate::output_error::multi_start::points::StartingPoints;
-use crate::output_error::{OutputErrorProblem, Starts, fit};
+use crate::output_error::{OutputErrorProblem, Starts};
 use crate::progress::{Of, Progress, Watch};
 
 /// Fits whose deviances differ by less may have ended in one minimum.
@@ -198,7 +201,7 @@ fn fit_each(
         for &(i, value) in &drawn {
             p[i] = value;
         }
-        let end = match fit(&OutputErrorProblem { p: &p, ..of_thread }) {
+        let end = match fit_by_horizons(&OutputErrorProblem { p: &p, ..of_thread }) {
             Ok(fit) => PointEnd::Fitted(Box::new(fit)),
             Err(error) if k > 0 && error.is_stopped() => PointEnd::LeftOut,
             Err(error) => PointEnd::Failed(error),

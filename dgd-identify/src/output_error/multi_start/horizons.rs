@@ -1,0 +1,118 @@
+//! Fits of models that switch, by way of ever longer beginnings of the recordings.
+//!
+//! Where a model switches when a state passes a threshold, a run with parameters that are a little off gets out of step
+//! with the recording after some cycles, and a fit of the whole recording ends in a minimum in which cycles are
+//! mistaken for their neighbours. Over a beginning with the first changes of mode nothing is out of step yet; what fits
+//! that is close enough for a beginning that is half as long again, and so on to the whole.
+
+use dgd_runtime::{Problem, simulate};
+
+use crate::error::EstimateError;
+use crate::output_error::fit::Fit;
+use crate::output_error::{OutputErrorProblem, fit};
+use crate::recording::Recording;
+
+/// The first beginning holds so many changes of mode in the run from the starting point: one there and one back.
+const FIRST_CHANGES: usize = 2;
+
+/// Each beginning is longer than the last one by this factor: what is off by less than a quarter of a cycle at the end
+/// of one is off by less than half of a cycle at the end of the next.
+const LONGER: f64 = 1.5;
+
+/// A fit, of a model that switches by way of ever longer beginnings.
+///
+/// # Errors
+///
+/// As [`fit`].
+pub(super) fn fit_by_horizons(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
+    let Some(first) = first_part(problem) else { return fit(problem) };
+    let parts = std::iter::successors(Some(first), |part| Some(LONGER * part));
+    let mut near = Near { p: problem.p.to_vec(), recordings: problem.recordings.to_vec() };
+    let mut spent = Spent::default();
+    for part in parts.take_while(|part| *part < 1.0) {
+        let heads: Vec<Recording> =
+            near.recordings.iter().map(|recording| beginning(recording, part)).collect();
+        // What a beginning does not tell, or cannot be simulated, a longer one may.
+        let Ok(found) =
+            fit(&OutputErrorProblem { p: &near.p, recordings: &heads, ..problem.clone() })
+        else {
+            continue;
+        };
+        spent.add(&found);
+        near.go_to(&found);
+    }
+    let mut found =
+        fit(&OutputErrorProblem { p: &near.p, recordings: &near.recordings, ..problem.clone() })?;
+    found.iterations += spent.iterations;
+    found.evaluations += spent.evaluations;
+    found.failures += spent.failures;
+    Ok(found)
+}
+
+/// Where the next fit starts.
+struct Near {
+    p: Vec<f64>,
+    /// With start values as they were found.
+    recordings: Vec<Recording>,
+}
+
+impl Near {
+    fn go_to(&mut self, found: &Fit) {
+        self.p.clone_from(&found.p);
+        for (recording, start) in self.recordings.iter_mut().zip(&found.starts) {
+            recording.start.clone_from(start);
+        }
+    }
+}
+
+/// What the fits of beginnings took.
+#[derive(Default)]
+struct Spent {
+    iterations: usize,
+    evaluations: usize,
+    failures: usize,
+}
+
+impl Spent {
+    fn add(&mut self, found: &Fit) {
+        self.iterations += found.iterations;
+        self.evaluations += found.evaluations;
+        self.failures += found.failures;
+    }
+}
+
+/// The part of the recordings to begin with: the least in which a run from the starting point switches often enough.
+/// `None` where none does, or the whole is needed for it.
+fn first_part(problem: &OutputErrorProblem<'_>) -> Option<f64> {
+    let automata = &problem.system.signature().discrete.automata;
+    if automata.iter().all(|automaton| automaton.kind.keeps_slopes()) {
+        return None;
+    }
+    let of_recording = |recording: &Recording| {
+        let (from, until) = (*recording.times.first()?, *recording.times.last()?);
+        if recording.linear.is_some() {
+            return None;
+        }
+        let Recording { inputs, times, start, .. } = recording;
+        let run = Problem { system: &problem.system, p: problem.p, inputs, start };
+        let solution = simulate(&run, times, &problem.options).ok()?;
+        let switches = |name: &str| {
+            let mut all = automata.iter();
+            all.any(|automaton| !automaton.kind.keeps_slopes() && *automaton.name == *name)
+        };
+        let changes = solution.events.iter().filter(|event| switches(&event.automaton));
+        let enough = changes.map(|event| event.t).nth(FIRST_CHANGES - 1)?;
+        Some((enough - from) / (until - from))
+    };
+    let parts = problem.recordings.iter().filter_map(of_recording);
+    parts.filter(|part| 0.0 < *part && *part < 1.0).min_by(f64::total_cmp)
+}
+
+/// A part of a recording, as if there were no more of it, but for what does not count.
+fn beginning(recording: &Recording, part: f64) -> Recording {
+    let (Some(from), Some(until)) = (recording.times.first(), recording.times.last()) else {
+        return recording.clone();
+    };
+    let head = recording.head(from + part * (until - from));
+    Recording { counts_from: recording.counts_from, ..head }
+}
