@@ -13,14 +13,6 @@ use dgd_compiler::source::{Source, SourceId, Sources};
 struct Random(u64);
 
 impl Random {
-    /// Numbers of a model's own, whatever other models there are: FNV-1a of its name.
-    fn of(path: &Path) -> Self {
-        let name = path.file_name().expect("a name").to_string_lossy();
-        let step =
-            |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        Random(name.bytes().fold(0xcbf2_9ce4_8422_2325, step))
-    }
-
     fn below(&mut self, n: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -122,10 +114,10 @@ fn with_line(lines: &[&str], at: usize, line: &str) -> String {
 
 #[test]
 fn a_mistake_of_syntax_hides_few_others_and_makes_up_none() {
+    let mut random = Random(0x5eed_1234_9876);
     let (mut n_pairs, mut n_found, mut missed) = (0, 0, Vec::new());
     let mut made_up = Vec::new();
     for (path, text) in models() {
-        let mut random = Random::of(&path);
         let lines: Vec<&str> = text.lines().collect();
         let items: Vec<usize> =
             (0..lines.len()).filter(|&i| !code(lines[i]).trim().is_empty()).collect();
