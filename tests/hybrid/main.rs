@@ -4,12 +4,15 @@
 mod exact;
 #[path = "../support/inline.rs"]
 mod inline;
+#[path = "../support/normal.rs"]
+mod normal;
 #[path = "../support/recorded.rs"]
 mod recorded;
 #[path = "../support/mod.rs"]
 mod support;
 
 mod events;
+mod fits;
 mod hybrid;
 mod periodic;
 mod steps;

@@ -2,18 +2,17 @@
 //!
 //! Where a model switches when a state passes a threshold, a run with parameters that are a little off gets out of step
 //! with the recording after some cycles, and a fit of the whole recording ends in a minimum in which cycles are
-//! mistaken for their neighbours. Over a beginning with the first changes of mode nothing is out of step yet; what fits
-//! that is close enough for a beginning that is half as long again, and so on to the whole.
+//! mistaken for their neighbours. Over a short beginning nothing is out of step yet; what fits that is close enough for a beginning that is half as long again, and so on to the whole.
 
-use dgd_runtime::{Problem, simulate};
+use dgd_runtime::signature::Automaton;
 
 use crate::error::EstimateError;
 use crate::output_error::fit::Fit;
 use crate::output_error::{OutputErrorProblem, fit};
 use crate::recording::Recording;
 
-/// The first beginning holds so many changes of mode in the run from the starting point: one there and one back.
-const FIRST_CHANGES: usize = 2;
+/// The first beginning has so many readings for each estimate.
+const READINGS: usize = 3;
 
 /// Each beginning is longer than the last one by this factor: what is off by less than a quarter of a cycle at the end
 /// of one is off by less than half of a cycle at the end of the next.
@@ -81,28 +80,19 @@ impl Spent {
     }
 }
 
-/// The part of the recordings to begin with: the least in which a run from the starting point switches often enough.
-/// `None` where none does, or the whole is needed for it.
+/// The part of the recordings to begin with: as many readings of each as [`READINGS`] says. `None` for a model that does
+/// not switch, and where the whole is needed.
 fn first_part(problem: &OutputErrorProblem<'_>) -> Option<f64> {
-    let automata = &problem.system.signature().discrete.automata;
-    if automata.iter().all(|automaton| automaton.kind.keeps_slopes()) {
+    let switches = |automaton: &Automaton| !automaton.kind.keeps_slopes();
+    if !problem.system.signature().discrete.automata.iter().any(switches) {
         return None;
     }
+    let estimates = problem.free.iter().filter(|free| **free).count();
+    let outputs = problem.noise.iter().filter(|noise| noise.is_some()).count().max(1);
+    let rows = (READINGS * estimates).div_ceil(outputs);
     let of_recording = |recording: &Recording| {
-        let (from, until) = (*recording.times.first()?, *recording.times.last()?);
-        if recording.linear.is_some() {
-            return None;
-        }
-        let Recording { inputs, times, start, .. } = recording;
-        let run = Problem { system: &problem.system, p: problem.p, inputs, start };
-        let solution = simulate(&run, times, &problem.options).ok()?;
-        let switches = |name: &str| {
-            let mut all = automata.iter();
-            all.any(|automaton| !automaton.kind.keeps_slopes() && *automaton.name == *name)
-        };
-        let changes = solution.events.iter().filter(|event| switches(&event.automaton));
-        let enough = changes.map(|event| event.t).nth(FIRST_CHANGES - 1)?;
-        Some((enough - from) / (until - from))
+        let (from, until) = (recording.times.first()?, recording.times.last()?);
+        Some((recording.times.get(rows)? - from) / (until - from))
     };
     let parts = problem.recordings.iter().filter_map(of_recording);
     parts.filter(|part| 0.0 < *part && *part < 1.0).min_by(f64::total_cmp)
