@@ -311,8 +311,7 @@ impl<'a, T: AsRef<NormalEquations>, E> Search<'a, T, E> {
         if !(steepest > 0.0 && is_allowed) {
             return false;
         }
-        let step = (slopes / steepest)
-            .zip_zip_map(&lower, &upper, |step, low, high| step.clamp(low, high));
+        let step = (slopes / steepest).zip_zip_map(&lower, &upper, f64::clamp);
         let trial = self.moved(&step);
         self.minimum.evaluations += 1;
         let at = match evaluate(&trial) {

@@ -98,12 +98,11 @@ impl<'a> Quadratic<'a> {
 
     /// The step within a radius; `None` of numbers that are not finite.
     pub(super) fn within(&self, radius: f64) -> Option<DVector<f64>> {
-        let (least, full) = match self.full() {
-            Some(full) => (0.0, full),
-            None => {
-                let least = self.least_damping()?;
-                (least, self.held_back(least)?)
-            }
+        let (least, full) = if let Some(full) = self.full() {
+            (0.0, full)
+        } else {
+            let least = self.least_damping()?;
+            (least, self.held_back(least)?)
         };
         let mut low = (0.0, self.length(&full));
         if low.1 <= (1.0 + CLOSE) * radius {
