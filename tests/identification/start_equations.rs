@@ -160,6 +160,6 @@ fn equations_that_cannot_be_met_are_named() {
     };
     let negative = fails("square: h_1^2 = -1 [m^2]");
     assert!(negative.contains("`square` is not met"), "{negative}");
-    let other = fails("lower: h_2 = 0.3 [m]");
-    assert!(other.contains("`lower` does not determine `h_1`"), "{other}");
+    let other = fails("other: h_2 = 0.3 [m]");
+    assert!(other.contains("`other` does not determine `h_1`"), "{other}");
 }

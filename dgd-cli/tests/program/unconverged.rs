@@ -65,7 +65,7 @@ fn rates_four_decades_too_slow_are_found_and_not_leapt_over() {
 #[test]
 fn a_search_that_ends_on_a_plain_says_so_and_keeps_what_it_has() {
     let folder = decays(&[]);
-    let fast = ["--set", "k1=500", "--set", "k2=500", "--set", "k3=500", "-o", "out"];
+    let fast = ["--set", "k1=5000", "--set", "k2=5000", "--set", "k3=5000", "-o", "out"];
     let run = fit(&folder, &fast);
     run.refused(3, &["see nothing of the parameters", "in out"]);
     assert_eq!(listing(&folder), ["decays.dgd", "out", "run.csv"]);
@@ -129,7 +129,7 @@ fn a_simplex_that_ends_on_a_plain_says_so() {
     let model = "model plain
         input t_s
         parameter c = 0.1
-        parameter k = 100 in 1e-8 .. 1e4, log
+        parameter k = 5000 in 1e-8 .. 1e4, log
         output y = c + exp(-k*t_s)  noise 0.01";
     let mut data = "t_s,y\n".to_owned();
     for t in 1..=50_i32 {

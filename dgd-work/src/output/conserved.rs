@@ -45,7 +45,10 @@ pub(crate) fn described(
 /// A combination and its value, in declared units.
 pub(crate) fn combination(signature: &Signature, own: &Conserved) -> (String, String) {
     let held = Held::new(signature, own);
-    (held.formula(), with_unit(held.value, &held.unit.symbol))
+    let value = significant(held.value, DIGITS);
+    let value =
+        if held.unit.symbol == "1" { value } else { format!("{value} {}", held.unit.symbol) };
+    (held.formula(), value)
 }
 
 impl Held {

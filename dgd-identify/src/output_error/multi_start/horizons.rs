@@ -7,6 +7,7 @@
 use dgd_runtime::signature::Automaton;
 
 use crate::error::EstimateError;
+use crate::minimise::trust_region::StoppingRule;
 use crate::output_error::fit::Fit;
 use crate::output_error::{OutputErrorProblem, fit};
 use crate::recording::Recording;
@@ -17,6 +18,10 @@ const READINGS: usize = 3;
 /// Each beginning is longer than the last one by this factor: what is off by less than a quarter of a cycle at the end
 /// of one is off by less than half of a cycle at the end of the next.
 const LONGER: f64 = 1.5;
+
+/// The fit of a beginning ends where a step promises no more than this part of Σ r²: the next one goes on from there, and
+/// what a short beginning hardly determines is not worth the search.
+const NEAR: f64 = 0.01;
 
 /// A fit, of a model that switches by way of ever longer beginnings.
 ///
@@ -32,9 +37,12 @@ pub(super) fn fit_by_horizons(problem: &OutputErrorProblem<'_>) -> Result<Fit, E
         let heads: Vec<Recording> =
             near.recordings.iter().map(|recording| beginning(recording, part)).collect();
         // What a beginning does not tell, or cannot be simulated, a longer one may.
-        let Ok(found) =
-            fit(&OutputErrorProblem { p: &near.p, recordings: &heads, ..problem.clone() })
-        else {
+        let Ok(found) = fit(&OutputErrorProblem {
+            p: &near.p,
+            recordings: &heads,
+            stopping: StoppingRule { reduction: NEAR, ..problem.stopping },
+            ..problem.clone()
+        }) else {
             continue;
         };
         spent.add(&found);

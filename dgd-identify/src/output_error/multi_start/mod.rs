@@ -18,7 +18,7 @@ use crate::minimise::trust_region::Termination;
 use crate::output_error::fit::Fit;
 use crate::output_error::multi_start::horizons::fit_by_horizons;
 use crate::output_error::multi_start::points::StartingPoints;
-use crate::output_error::{OutputErrorProblem, Starts};
+use crate::output_error::{OutputErrorProblem, Starts, fit};
 use crate::progress::{Of, Progress, Watch};
 
 /// Fits whose deviances differ by less may have ended in one minimum.
@@ -201,7 +201,9 @@ fn fit_each(
         for &(i, value) in &drawn {
             p[i] = value;
         }
-        let end = match fit_by_horizons(&OutputErrorProblem { p: &p, ..of_thread }) {
+        // Who asks for one start alone says where it is.
+        let fitted = if count == 1 { fit } else { fit_by_horizons };
+        let end = match fitted(&OutputErrorProblem { p: &p, ..of_thread }) {
             Ok(fit) => PointEnd::Fitted(Box::new(fit)),
             Err(error) if k > 0 && error.is_stopped() => PointEnd::LeftOut,
             Err(error) => PointEnd::Failed(error),
