@@ -47,6 +47,8 @@ pub(crate) struct Writer {
     pub(crate) random: Random,
     weights: Vec<u32>,
     known: Vec<Known>,
+    /// Inputs that only some expressions may read, and that the recording has, too.
+    columns: Vec<Known>,
     functions: Vec<Function>,
     lines: Vec<String>,
     files: BTreeMap<String, String>,
@@ -70,6 +72,7 @@ impl Writer {
             random: Random::new(seed),
             weights: TABLE.iter().map(weight).collect(),
             known: Vec::new(),
+            columns: Vec::new(),
             functions: Vec::new(),
             lines: Vec::new(),
             files: BTreeMap::new(),
@@ -259,7 +262,8 @@ impl Writer {
 
     /// A recording of the inputs, and the length of the run.
     fn recording(&mut self) -> (String, f64) {
-        let inputs = self.of_kind(Kind::Input);
+        let mut inputs = self.of_kind(Kind::Input);
+        inputs.append(&mut self.columns);
         let until = self.random.between(0.8, 4.0);
         let until = (until * 1000.0).round() / 1000.0;
         if inputs.is_empty() {

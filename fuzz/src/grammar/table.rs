@@ -818,6 +818,8 @@ fn vectors(w: &mut Writer, d: u32) -> String {
     let back = if w.random.chance(0.5) { "4-i" } else { "i" };
     let gain = if w.random.chance(0.3) { format!("{k}[4-i]") } else { format!("{k}[i]") };
     let reduced = w.random.pick(&["sum", "mean", "prod", "max", "min"]).to_owned();
+    let column = |i: usize| Known::new(&format!("{u}[{i}]"), &SCALES[0], Kind::Input);
+    w.columns.extend([column(1), column(2)]);
     w.known.push(Known::new(&format!("{x}[2][1]"), &SCALES[0], Kind::OfPart));
     w.known.push(Known::new(&format!("{k}[3]"), &SCALES[0], Kind::OfPart));
     format!(
