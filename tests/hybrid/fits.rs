@@ -5,7 +5,7 @@ use dgd_identify::{Noise, OutputErrorProblem, Recording, fit, fit_from};
 use dgd_runtime::{Inputs, Options, Problem, System, observe, simulate};
 
 use crate::inline;
-use crate::normal::Normal;
+use crate::support::normal::Normal;
 
 /// A valve fills the upper of two tanks until the lower one is full, and again when that is nearly empty.
 const TANKS: &str = "

@@ -4,8 +4,6 @@
 mod exact;
 #[path = "../support/inline.rs"]
 mod inline;
-#[path = "../support/normal.rs"]
-mod normal;
 #[path = "../support/recorded.rs"]
 mod recorded;
 #[path = "../support/mod.rs"]

@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "no test binary uses all of it")]
 
 #[path = "normal.rs"]
-mod normal;
+pub(crate) mod normal;
 
 use std::path::{Path, PathBuf};
 

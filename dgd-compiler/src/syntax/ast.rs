@@ -417,6 +417,7 @@ pub struct PartArgument {
 
 /// What determines where a run begins, besides start values.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "a model has few of them")]
 pub enum StartRule {
     /// `start steady`: a run begins where the whole model is at rest.
     Steady,
