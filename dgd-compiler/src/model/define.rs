@@ -134,7 +134,7 @@ pub(super) struct Scope<'a> {
     pub(super) let_arrays: Vec<LetArray<'a>>,
     /// Arrays of constants, parameters and inputs.
     pub(super) vectors: Vec<Vector<'a>>,
-    /// Constants, parameters and inputs that are no elements: elements come behind them.
+    /// Constants, parameters and inputs outside arrays; the elements of arrays follow them.
     pub(super) n_scalars: [u32; 3],
     /// Outputs have names of their own: one may bear the name of its unknown.
     pub(super) outputs: BTreeMap<&'a str, Span>,

@@ -57,7 +57,7 @@ pub fn list_of(elements: &[Element]) -> String {
         rest = &rest[n..];
     }
     match &values[..] {
-        // Of a single element there is no list.
+        // A single element has no list.
         [only] => only.clone(),
         _ => format!("({})", values.join(", ")),
     }

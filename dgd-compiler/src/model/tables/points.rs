@@ -101,7 +101,7 @@ impl<'a> Lowering<'a> {
                 let none = Arguments::new();
                 return Err(self.unknown_name(name, array.span, &none, diagnostics));
             }
-            let message = format!("`{name}` is no array of constants or parameters");
+            let message = format!("`{name}` is not an array of constants or parameters");
             return refuse(message, "write the values: `= (…, …)`", diagnostics);
         };
         let vector = &self.scope.vectors[vector];

@@ -214,7 +214,7 @@ fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> 
 
 fn held<'a>(what: &'static str, input: Tokens<'a>) -> Parsed<'a, ItemKind> {
     let help = "declare one `held` value for each, or an array of states";
-    array::no_range(dotted(input)?.0, "`held` values are no arrays", help)?;
+    array::no_range(dotted(input)?.0, "`held` values cannot be arrays", help)?;
     let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
     let (rest, attributes) = attributes(&["fixed", "nominal"], what, rest)?;
     Ok((rest, ItemKind::Unknown { declared: UnknownKind::Held, name, unit, start, attributes }))
@@ -242,7 +242,7 @@ fn size(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 
 fn definition(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let help = "a `let` for each index stands in a loop: `for i in 1..N { let NAME[i] = … }`";
-    array::no_range(dotted(input)?.0, "a `let` is no array outside of loops", help)?;
+    array::no_range(dotted(input)?.0, "a `let` can be an array only in a loop", help)?;
     let (rest, ((name, unit), value)) = (declared, value("a `let`")).parse(input)?;
     let rest = attributes(&[], "a `let`", rest)?.0;
     Ok((rest, ItemKind::Let { name, unit, value }))

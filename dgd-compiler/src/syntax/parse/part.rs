@@ -24,7 +24,7 @@ pub(super) fn binding(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 pub(super) fn part(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let colon = token(TokenKind::Colon, "`:` and the part's model");
     let help = "write a part for each: `part cell_1: …`; or make the model's states arrays";
-    array::no_element(name(input)?.0, "parts are no arrays", help)?;
+    array::no_element(name(input)?.0, "parts cannot be arrays", help)?;
     let (rest, (name, _, model)) = (name, colon, name).parse(input)?;
     let mut arguments = Vec::new();
     if rest.first() != Some(TokenKind::Open) {

@@ -21,8 +21,8 @@
 //! logarithm is some decades away. Nor does it go far towards a bound that is far: what a search meets there early, it
 //! seldom leaves again.
 //!
-//! Where no variable has influence, but for those at their bounds, there is no telling of a minimum. What slope such a
-//! plain has is followed as far as variables reach, as long as that makes the sum smaller.
+//! Where no variable has any influence, except those at their bounds, the point may or may not be a minimum. If such a
+//! plain slopes, the search follows the slope as far as variables reach, as long as that makes the sum smaller.
 //!
 //! Σ r² may be −2 ln of a likelihood, with its exact gradient and the information in the place of JᵀJ; changes are
 //! compared with its squares then, as the rest has no zero of its own.
