@@ -19,7 +19,7 @@ use dgd_runtime::parallel::in_parallel;
 
 use crate::conditions::Circumstances;
 use crate::fit::{
-    Budget, Data, Fitted, NoFit, StartPoint, WorkJournal, method_for_ranking, most_steps,
+    Budget, Data, Fitted, Methods, NoFit, StartPoint, WorkJournal, methods_for_ranking, most_steps,
     options_for_ranking, period, ranges, stepping_alike,
 };
 use crate::guess::{Followed, Guessing};
@@ -190,10 +190,15 @@ fn fit_base<'a>(request: &'a Request<'a>) -> Result<(Fitted, Data<'a>), Discover
     let keeping = WorkJournal { journal: request.journal, watch: request.watch, request: digest };
     let (counts_from, own_weights) = (Vec::new(), false);
     let budget = Budget::new(request.budget);
-    let mut data = Data { train, valid, noise, counts_from, options, own_weights, budget, keeping };
+    let explicit = None;
+    let mut data =
+        Data { train, valid, noise, counts_from, options, explicit, own_weights, budget, keeping };
     let refused = |refused: Refused| DiscoverError::BaseModel(refused.0);
     if !request.is_method_named {
-        data.options.method = method_for_ranking(request.base, &data).map_err(refused)?;
+        let Methods { general, explicit } =
+            methods_for_ranking(request.base, &data).map_err(refused)?;
+        data.options.method = general;
+        data.explicit = explicit;
     }
     data.options.max_steps = most_steps(request.base, &data).map_err(refused)?;
     let mut search = Search::new(request.base, &[], data, request.threads, request.seed);
@@ -227,10 +232,10 @@ fn refine<'a>(
     searched: &Searched<'a>,
 ) -> Result<Refined<'a>, DiscoverError> {
     let Searched { search, outcome, .. } = searched;
-    let data = Data { options: prepared.options(), ..search.data.clone() };
+    let data = Data { options: prepared.options(), explicit: None, ..search.data.clone() };
     // The corrected model gets the result of its own fit, which chooses its steps itself.
     let options = prepared.request.options;
-    let of_fit = Data { options, own_weights: true, ..search.data.clone() };
+    let of_fit = Data { options, explicit: None, own_weights: true, ..search.data.clone() };
     let named = outcome.structure();
     let count = data.keeping.count("last fits", if named.is_base() { 1 } else { 2 });
     let of_base = if *outcome == Outcome::Sufficient { &of_fit } else { &data };

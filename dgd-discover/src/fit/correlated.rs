@@ -59,7 +59,7 @@ impl Fitted {
                 recording,
                 &self.p,
                 &start,
-                &data.options,
+                &data.options_for(system),
             )
             .ok()?;
             // The estimates of this recording, and their directions.

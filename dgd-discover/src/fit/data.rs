@@ -1,7 +1,8 @@
 //! The recordings with which structures are compared.
 
+use dgd_execute::Loaded;
 use dgd_identify::Recording;
-use dgd_runtime::Options;
+use dgd_runtime::{Method, Options, System};
 use dgd_screen::noise::SensorNoise;
 
 use super::budget::Budget;
@@ -20,6 +21,8 @@ pub(crate) struct Data<'a> {
     pub counts_from: Vec<f64>,
     /// How to integrate.
     pub options: Options,
+    /// The method for structures without algebraic unknowns, if another one suits them better.
+    pub explicit: Option<&'static Method>,
     /// Whether fits end with weights from their own residuals, like those of `dgd fit`, so that it reproduces the
     /// parameters of a corrected model.
     pub own_weights: bool,
@@ -30,6 +33,13 @@ pub(crate) struct Data<'a> {
 }
 
 impl<'a> Data<'a> {
+    /// How to integrate a structure.
+    pub(crate) fn options_for(&self, system: &Loaded) -> Options {
+        let is_explicit = || system.signature().unknowns.iter().all(|unknown| unknown.differential);
+        let method = self.explicit.filter(|_| is_explicit()).unwrap_or(self.options.method);
+        Options { method, ..self.options }
+    }
+
     /// Whether the search for names must end: its time is over, or it was cancelled.
     pub(crate) fn is_spent(&self) -> bool {
         self.budget.is_spent() || self.keeping.is_stopped()

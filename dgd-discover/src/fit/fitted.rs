@@ -71,7 +71,7 @@ impl Fitted {
                 .of(from)
                 .of(&points)
                 .of(&data.noise)
-                .of(&data.options)
+                .of(&data.options_for(&structure.system))
                 .of(&evaluations)
                 .of(&data.own_weights)
         });
@@ -116,7 +116,8 @@ impl Fitted {
     pub(crate) fn counts_from(&self, data: &Data<'_>, evaluations: usize) -> Vec<f64> {
         let problem = problem(&self.structure, &self.p, data.valid, data, evaluations);
         let key = data.keeping.key(&("counts from", &self.structure.id), |digest| {
-            digest.of(&self.p).of(&data.noise).of(&data.options).of(&evaluations)
+            let options = data.options_for(&self.structure.system);
+            digest.of(&self.p).of(&data.noise).of(&options).of(&evaluations)
         });
         let correlations: Vec<NoiseCorrelation> = data
             .noise
@@ -339,7 +340,8 @@ pub(crate) fn held_out_starts(
 ) -> Option<Vec<Starts>> {
     let problem = problem(structure, p, data.valid, data, evaluations);
     let key = data.keeping.key(&("held out", &structure.id), |digest| {
-        let with = digest.of(&p).of(&data.noise).of(&data.options).of(&evaluations);
+        let options = data.options_for(&structure.system);
+        let with = digest.of(&p).of(&data.noise).of(&options).of(&evaluations);
         with.of(&data.counts_from)
     });
     kept(data.keeping.journal, key, || fit_starts(&problem, &data.counts_from).ok())
@@ -356,7 +358,7 @@ fn problem<'a>(
     let noise = data.noise.iter().map(known).collect();
     let until_a_step = UNTIL_A_STEP * evaluations;
     let stopping = StoppingRule { evaluations, until_a_step, ..StoppingRule::default() };
-    let options = data.options;
+    let options = data.options_for(&structure.system);
     let problem = OutputErrorProblem::new(structure.system.as_model(), p, recordings);
     OutputErrorProblem { noise, stopping, options, threads: 1, ..problem }
 }

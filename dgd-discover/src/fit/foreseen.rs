@@ -101,7 +101,7 @@ impl Fitted {
                 recording,
                 &self.p,
                 start,
-                &data.options,
+                &data.options_for(system),
             )
             .ok()?;
             let seen = Seen { recording, observations: &seen, counts_from: *from };

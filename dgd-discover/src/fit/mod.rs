@@ -22,7 +22,7 @@ pub(crate) use fitted::{Fitted, NoFit, held_out_starts, with_starts};
 pub(crate) use keeping::WorkJournal;
 pub(crate) use patience::{most_steps, too_many_steps};
 pub(crate) use ranges::{period, ranges};
-pub(crate) use ranking::{method_for_ranking, options_for_ranking, stepping_alike};
+pub(crate) use ranking::{Methods, methods_for_ranking, options_for_ranking, stepping_alike};
 pub(crate) use residuals::{
     as_far_as_readings, chi_square, mean, slack, whitened, whitened_square,
 };

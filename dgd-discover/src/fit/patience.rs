@@ -21,7 +21,8 @@ pub(crate) fn most_steps(base: &BaseModel, data: &Data<'_>) -> Result<usize, Ref
     let mut per_sample = 1.0_f64;
     for recording in data.train {
         let problem = Problem { system, p, inputs: &recording.inputs, start: &recording.start };
-        let run = simulate_with_sensitivities(&problem, &recording.times, &data.options);
+        let run =
+            simulate_with_sensitivities(&problem, &recording.times, &data.options_for(system));
         // A failed run has taken steps as well.
         let solution = run.unwrap_or_else(|failure| *failure.partial);
         let tried = solution.statistics.steps + solution.statistics.rejected;

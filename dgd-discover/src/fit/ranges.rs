@@ -29,7 +29,7 @@ pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
             all.push((output.name.to_string(), output.unit.symbol.to_string(), a, b));
         }
     }
-    if let Ok(solution) = simulate(&problem, &recording.times, &data.options) {
+    if let Ok(solution) = simulate(&problem, &recording.times, &data.options_for(system)) {
         for (i, unknown) in signature.unknowns.iter().enumerate() {
             let (a, b) = within(&mut (0..solution.len()).map(|k| solution.y(k)[i]));
             all.push((unknown.name.to_string(), unknown.unit.symbol.to_string(), a, b));

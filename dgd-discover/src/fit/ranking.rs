@@ -1,7 +1,7 @@
 //! Integration options for ranking structures.
 
 use dgd_identify::Recording;
-use dgd_runtime::for_identify::inputs_change_by_sample;
+use dgd_runtime::for_identify::{inputs_change_by_sample, stiffness};
 use dgd_runtime::{METHODS, Method, MethodKind, Options, Problem, Steps};
 
 use super::data::Data;
@@ -9,6 +9,20 @@ use crate::library::{BaseModel, Refused, StructureId, Values};
 
 /// A tolerance fine enough to rank structures: no sensor is accurate to 1e-4 of its reading.
 const TOLERANCE: f64 = 1e-4;
+
+/// Ratio of a sample interval to the limit of stability of an explicit method below which a model is far from stiff. A
+/// step of the general method takes three times as long as an explicit one, so that the latter pays even for structures
+/// that are ten times stiffer.
+const FAR_FROM_STIFF: f64 = 0.3;
+
+/// The methods with which structures are integrated.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Methods {
+    /// For all of them.
+    pub general: &'static Method,
+    /// For those without algebraic unknowns, if it is better there.
+    pub explicit: Option<&'static Method>,
+}
 
 /// These options, with a tolerance fine enough for ranking.
 pub(crate) fn options_for_ranking(options: Options) -> Options {
@@ -22,27 +36,36 @@ pub(crate) fn stepping_alike(options: Options) -> Options {
     Options { steps, ..options }
 }
 
-/// The method for ranking. If inputs change in most sample intervals, they cut nearly every step short, so that of
-/// methods of the same kind the one with the fewest evaluations is as good.
-pub(crate) fn method_for_ranking(
+/// The methods for ranking. If inputs change in most sample intervals, they cut nearly every step short, so that of
+/// methods of the same kind the one with the fewest evaluations is as good. An explicit method is better still, as long
+/// as the model is far from stiff: structures may be stiffer than it is.
+pub(crate) fn methods_for_ranking<'a>(
     base: &BaseModel,
-    data: &Data<'_>,
-) -> Result<&'static Method, Refused> {
+    data: &Data<'a>,
+) -> Result<Methods, Refused> {
     let own = data.options.method;
+    let as_it_is = Methods { general: own, explicit: None };
+    let MethodKind::Rosenbrock(_) = own.kind else { return Ok(as_it_is) };
     let system = &base.structure(&[], StructureId::BASE)?.system;
     let p = &Values::default().parameters(system);
-    let changes = |recording: &Recording| {
-        let problem = Problem { system, p, inputs: &recording.inputs, start: &recording.start };
-        inputs_change_by_sample(&problem, &recording.times)
-    };
-    if !data.train.iter().all(changes) {
-        return Ok(own);
+    let problem_of =
+        |one: &'a Recording| Problem { system, p, inputs: &one.inputs, start: &one.start };
+    if !data.train.iter().all(|one| inputs_change_by_sample(&problem_of(one), &one.times)) {
+        return Ok(as_it_is);
     }
     let evaluations = |method: &Method| match method.kind {
         MethodKind::Rosenbrock(tableau) => Some(tableau.evaluations()),
         _ => None,
     };
     let alike = METHODS.iter().filter(|method| evaluations(method).is_some());
-    let cheapest = alike.min_by_key(|method| evaluations(method));
-    Ok(cheapest.filter(|_| evaluations(own).is_some()).unwrap_or(own))
+    let general = alike.min_by_key(|method| evaluations(method)).unwrap_or(own);
+    let explicit = METHODS.iter().find(|method| matches!(method.kind, MethodKind::Explicit(_)));
+    let is_far_from_stiff = |method: &&'static Method| {
+        let options = Options { method, ..data.options };
+        data.train.iter().all(|one| {
+            let stiffness = stiffness(&problem_of(one), &one.times, &options);
+            stiffness.is_some_and(|stiffness| stiffness < FAR_FROM_STIFF)
+        })
+    };
+    Ok(Methods { general, explicit: explicit.filter(is_far_from_stiff) })
 }

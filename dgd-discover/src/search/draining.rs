@@ -67,6 +67,7 @@ pub(super) fn with_effects<T>(
         noise: vec![Some(SensorNoise::known(1.0))],
         counts_from: Vec::new(),
         options: Options::default(),
+        explicit: None,
         own_weights: false,
         budget: Budget::default(),
         keeping: WorkJournal::NONE,

@@ -46,8 +46,10 @@ const NEAR_THE_BEST: f64 = 3.0;
 /// many simulations will not improve much.
 const GOES_ON: f64 = 0.99;
 
-/// The same for a fit that is hopelessly far from the noise, which has to approach it fast.
+/// The same for a fit that is hopelessly far from the noise, which has to approach it fast; and if the base model
+/// diverges, where fits take long to come near.
 const APPROACHES: f64 = 0.5;
+const COMES_NEAR: f64 = 0.7;
 
 /// When to simulate validation recordings with a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -142,8 +144,6 @@ impl Search<'_> {
         }
         let mut open: Vec<StructureId> = new.iter().map(|wanted| wanted.structure).collect();
         let mut next = new;
-        // Fits that began at a model that diverges take long to come near, and nothing continues them later.
-        let is_far = self.runs_away();
         for (evaluations, within) in STAGES {
             let before = self.training_sums(&open);
             self.refit(next, evaluations, HeldOut::Later);
@@ -152,8 +152,7 @@ impl Search<'_> {
             open.retain(|one| error(one).is_some_and(|error| error <= within * least));
             let unfinished = open.iter().filter(|one| {
                 let is_lost = before.get(one).is_some_and(|before| self.is_lost(**one, *before));
-                (is_far || !is_lost)
-                    && self.fitted(**one).is_some_and(|fitted| !fitted.is_converged)
+                !is_lost && self.fitted(**one).is_some_and(|fitted| !fitted.is_converged)
             });
             next = unfinished.map(|one| self.continued(*one)).collect();
         }
@@ -275,8 +274,9 @@ impl Search<'_> {
 
     /// Whether a fit that left this much before a round is far from the noise and does not approach it.
     fn is_lost(&self, structure: StructureId, before: f64) -> bool {
+        let approaches = if self.runs_away() { COMES_NEAR } else { APPROACHES };
         let now = self.training_error(structure);
-        now.is_some_and(|(now, n)| now > HOPELESS * n as f64 && now > APPROACHES * before)
+        now.is_some_and(|(now, n)| now > HOPELESS * n as f64 && now > approaches * before)
     }
 
     /// Tries near twins for each effect of the best structure, until none is better.

@@ -138,14 +138,16 @@ impl<'a, 'r> Judge<'a, 'r> {
         {
             best = simpler;
         }
-        // Of two equivalent templates the plainer one is used, regardless of rounding.
+        // Of two equivalent templates the plainer one is used, and of the same one at two places the first place,
+        // regardless of rounding.
         let even = self.thresholds.even;
+        let order = |standing: &Standing<'_>| Some((standing.template?, standing.structure));
         let plainer = ranked.iter().filter(nearly).filter(|other| {
             self.explains(other)
-                && other.template.is_some_and(|other| best.template.is_some_and(|own| other < own))
+                && order(other).is_some_and(|other| order(best).is_some_and(|own| other < own))
                 && other.criterion - best.criterion < even
         });
-        best = plainer.min_by_key(|other| other.template).unwrap_or(best);
+        best = plainer.min_by_key(|other| order(other)).unwrap_or(best);
         // If the base model already leaves little, any effect explains the rest.
         let base = self.ranking.get(StructureId::BASE);
         let is_idle = base.is_some_and(|base| {

@@ -72,7 +72,8 @@ pub(crate) fn screen(
     threads: usize,
 ) -> Screen {
     let key = data.keeping.key(&("screen", &fitted.structure.id, others, resolution), |digest| {
-        digest.of(&fitted.values).of(&fitted.estimates).of(&data.noise).of(&data.options)
+        let options = data.options_for(&fitted.structure.system);
+        digest.of(&fitted.values).of(&fitted.estimates).of(&data.noise).of(&options)
     });
     kept(data.keeping.journal, key, || {
         computed(base, all, others, fitted, data, resolution, threads)

@@ -79,7 +79,8 @@ fn sensitivities_by_recording(
         .map(|(r, recording)| {
             let start = values.starts(system, r);
             let observations =
-                observe(system.as_model(), recording, &p, &start, &data.options).ok()?;
+                observe(system.as_model(), recording, &p, &start, &data.options_for(system))
+                    .ok()?;
             let mut columns = vec![Vec::new(); directions];
             let mut undefined = 0;
             for (output, noise) in data.noise.iter().enumerate() {

@@ -280,3 +280,13 @@ pub fn inputs_change_by_sample<S: Solved>(problem: &Problem<'_, S>, times: &[f64
         _ => false,
     }
 }
+
+/// The largest ratio of a sample interval to the limit of stability of an explicit method, along a run with one step
+/// per sample; `None` if there is no such run.
+pub fn stiffness<S: Solved>(
+    problem: &Problem<'_, S>,
+    times: &[f64],
+    options: &Options,
+) -> Option<f64> {
+    measure(problem, times, 1, options).ok().map(|measured| measured.stiffness)
+}

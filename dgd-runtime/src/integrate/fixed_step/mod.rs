@@ -49,7 +49,7 @@ use crate::solved::Solved;
 use carried::{Carried, Unknowns, WithSensitivities};
 use choice::head;
 pub(crate) use choice::{Measured, measure, per_sample_of_head};
-pub use choice::{PerSampleChoice, choose_per_sample, inputs_change_by_sample};
+pub use choice::{PerSampleChoice, choose_per_sample, inputs_change_by_sample, stiffness};
 use count::Count;
 pub use error::PerSampleError;
 use error::verify;
