@@ -200,16 +200,20 @@ impl Splicing {
         match &change.kind {
             ChangeKind::Replace { name, arguments, equation, by } => {
                 let model = self.model.clone();
+                let brought = &instance.brought;
+                let parameters = brought.names.iter().map(|(_, name)| name);
+                let marks = parameters.chain(&brought.blend).cloned().collect();
                 let splice = Splice {
                     name,
                     arguments,
                     by,
                     clause: change.span,
                     kind: instance.kind,
-                    own: instance.brought.source,
+                    own: brought.source,
                     model: &model,
                     blending: self.blending,
-                    blend: instance.brought.blend.as_deref(),
+                    blend: brought.blend.as_deref(),
+                    marks,
                 };
                 self.replace(&splice, equation.as_ref(), diagnostics);
             }

@@ -4,7 +4,7 @@
 //! sensor's effect leaves alone what others bring. Where an earlier effect stands in the place of the
 //! same name, its expression is what a later one finds as the old value.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::Blending;
 use super::apply::blended;
@@ -19,9 +19,19 @@ pub(super) const DEEPEST: usize = 256;
 /// A model may grow by this many operands.
 const LARGEST: usize = 200_000;
 
-/// Where effects have replaced a name: the name, the place of the expression that stands there, and
-/// the effect's clause with its kind.
-pub(super) type Replaced = BTreeMap<(String, Span), (Span, EffectKind)>;
+/// Where effects have replaced a name: the name, and the place of the expression that stands there.
+pub(super) type Replaced = BTreeMap<(String, Span), Replacement>;
+
+/// What stands in the place of a name.
+#[derive(Debug)]
+pub(super) struct Replacement {
+    /// The clause of the effect, and its kind.
+    clause: Span,
+    kind: EffectKind,
+    /// Names that its applications have brought, one of which stands in the expression: a template that was applied to
+    /// several names has put expressions of one place in all of them.
+    marks: BTreeSet<String>,
+}
 
 /// What is replaced by what.
 #[derive(Debug)]
@@ -40,6 +50,8 @@ pub(super) struct Splice<'a> {
     pub(super) blending: Blending,
     /// λ, where the effect is blended in.
     pub(super) blend: Option<&'a str>,
+    /// Names that the application brings.
+    pub(super) marks: BTreeSet<String>,
 }
 
 /// What splices have done so far.
@@ -86,10 +98,16 @@ impl Splice<'_> {
     }
 
     /// The effect that has replaced the name here and acts before this one.
-    fn earlier<'r>(&self, expr: &Expr, replaced: &'r Replaced) -> Option<&'r (Span, EffectKind)> {
+    fn earlier<'r>(&self, expr: &Expr, replaced: &'r Replaced) -> Option<&'r Replacement> {
         let found = replaced.get(&(self.name.text.clone(), expr.span));
+        let stands_here = |found: &&Replacement| {
+            found.marks.is_empty() || mentions(expr, &|name| found.marks.contains(name))
+        };
         // Input effects act before all others, as what replaces an input is not an input.
-        found.filter(|(_, kind)| self.kind != EffectKind::Input || *kind == EffectKind::Input)
+        let acts = |found: &&Replacement| {
+            self.kind != EffectKind::Input || found.kind == EffectKind::Input
+        };
+        found.filter(acts).filter(stands_here)
     }
 
     /// Replaces the uses in an expression and returns their number.
@@ -100,7 +118,7 @@ impl Splice<'_> {
         done: &mut Done,
         diagnostics: &mut Diagnostics,
     ) -> usize {
-        if let Some((clause, kind)) = self.earlier(expr, &done.replaced).copied() {
+        if let Some(&Replacement { clause, kind, .. }) = self.earlier(expr, &done.replaced) {
             let plants = (kind, self.kind) == (EffectKind::Plant, EffectKind::Plant);
             if self.blending == Blending::Applied && plants {
                 let message =
@@ -206,8 +224,19 @@ impl Splice<'_> {
             None => new,
             Some(blend) => blended(expr.clone(), new, blend, span),
         };
-        done.replaced.insert((self.name.text.clone(), span), (self.clause, self.kind));
+        let (clause, kind) = (self.clause, self.kind);
+        let marks = BTreeSet::new();
+        let here = done.replaced.entry((self.name.text.clone(), span));
+        let here = here.or_insert(Replacement { clause, kind, marks });
+        (here.clause, here.kind) = (clause, kind);
+        here.marks.extend(self.marks.iter().cloned());
     }
+}
+
+/// Whether an expression reads one of some names.
+fn mentions(expr: &Expr, is_one: &dyn Fn(&str) -> bool) -> bool {
+    matches!(&expr.kind, ExprKind::Name(name) if is_one(name))
+        || visit::operands(expr).into_iter().any(|operand| mentions(operand, is_one))
 }
 
 /// The message where a model grows beyond its limit.

@@ -2,6 +2,7 @@
 
 mod parts;
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::*;
@@ -55,16 +56,21 @@ impl Run {
     }
 
     fn apply(&mut self, effects: &[(&str, &[&str])], blending: Blending) -> Option<Applied> {
-        let read: Vec<Effect> = effects.iter().filter_map(|(text, _)| self.effect(text)).collect();
+        // Applications of one effect come from one file.
+        let mut read: BTreeMap<&str, Effect> = BTreeMap::new();
+        for (text, _) in effects {
+            if !read.contains_key(text) {
+                read.extend(self.effect(text).map(|effect| (*text, effect)));
+            }
+        }
         self.diagnostics.check().ok()?;
         let name = |text: &&str| Name { text: (*text).to_owned(), span: self.model.items[0].span };
-        let applications: Vec<Application<'_>> = read
+        let applications: Vec<Application<'_>> = effects
             .iter()
-            .zip(effects)
-            .map(|(effect, (_, arguments))| Application {
-                effect,
+            .map(|(text, arguments)| Application {
+                effect: &read[text],
                 arguments: arguments.iter().map(name).collect(),
-                span: effect.name.span,
+                span: read[text].name.span,
             })
             .collect();
         apply(std::slice::from_ref(&self.model), &applications, blending, &mut self.diagnostics)
@@ -358,6 +364,21 @@ fn templates_bring_names_and_units_of_their_arguments() {
             "parameter b_loss [m^3/s] = 0  in -1 .. 1  /// too much",
         ]
     );
+}
+
+#[test]
+fn a_template_on_several_names_stacks_on_each_alone() {
+    let template = "effect varies(p: parameter, x: quantity)\nkind plant\nparameter slope [1/unit(x)] = 0\nnull slope = 0\nreplace p by p*(1 + slope*x)\n";
+    let effects: Vec<(&str, &[&str])> =
+        vec![(template, &["k", "h"]), (template, &["c", "h"]), (template, &["k", "q_in"])];
+    let mut run = Run::new(&TANK.replace("q_in - out", "q_in - out - c"));
+    let applied = run.apply(&effects, Blending::Null).unwrap_or_else(|| panic!("{}", run.shown()));
+    let text = write(&run.model, &applied.asts[0], &applied.brought, &run.sources);
+    assert!(
+        text.contains("let out = k*(1 + slope_k_h*h)*(1 + slope_k_q_in*q_in)*root(h)"),
+        "{text}"
+    );
+    assert!(text.contains("let net = q_in - out - c*(1 + slope_c_h*h) "), "{text}");
 }
 
 #[test]
