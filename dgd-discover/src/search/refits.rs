@@ -46,10 +46,8 @@ const NEAR_THE_BEST: f64 = 3.0;
 /// many simulations will not improve much.
 const GOES_ON: f64 = 0.99;
 
-/// The same for a fit that is hopelessly far from the noise, which has to approach it fast; and if the base model
-/// diverges, where fits take long to come near.
-const APPROACHES: f64 = 0.5;
-const COMES_NEAR: f64 = 0.7;
+/// Factor by which fits approach the minimum faster later than at first.
+const SPEEDS_UP: f64 = 2.0;
 
 /// When to simulate validation recordings with a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -151,7 +149,8 @@ impl Search<'_> {
             let least = self.tried.keys().filter_map(error).fold(f64::INFINITY, f64::min);
             open.retain(|one| error(one).is_some_and(|error| error <= within * least));
             let unfinished = open.iter().filter(|one| {
-                let is_lost = before.get(one).is_some_and(|before| self.is_lost(**one, *before));
+                let is_lost =
+                    before.get(one).is_some_and(|before| self.is_lost(**one, *before, evaluations));
                 !is_lost && self.fitted(**one).is_some_and(|fitted| !fitted.is_converged)
             });
             next = unfinished.map(|one| self.continued(*one)).collect();
@@ -255,7 +254,7 @@ impl Search<'_> {
                 let now = self.training_error(*one).map(|(sum, _)| sum);
                 let gains = before.get(one).zip(now);
                 gains.is_some_and(|(before, now)| {
-                    now < GOES_ON * before && !self.is_lost(*one, *before)
+                    now < GOES_ON * before && !self.is_lost(*one, *before, evaluations)
                 })
             });
         }
@@ -272,11 +271,13 @@ impl Search<'_> {
         structures.iter().map(of).collect()
     }
 
-    /// Whether a fit that left this much before a round is far from the noise and does not approach it.
-    fn is_lost(&self, structure: StructureId, before: f64) -> bool {
-        let approaches = if self.runs_away() { COMES_NEAR } else { APPROACHES };
-        let now = self.training_error(structure);
-        now.is_some_and(|(now, n)| now > HOPELESS * n as f64 && now > approaches * before)
+    /// Whether a fit that left this much before a round of so many simulations would still be far from the noise after
+    /// as many as a fit may take, and as many again.
+    fn is_lost(&self, structure: StructureId, before: f64, evaluations: usize) -> bool {
+        self.training_error(structure).is_some_and(|(now, n)| {
+            let rounds = SPEEDS_UP * EVALUATIONS as f64 / evaluations as f64;
+            now * (now / before).powf(rounds) > HOPELESS * n as f64
+        })
     }
 
     /// Tries near twins for each effect of the best structure, until none is better.
