@@ -17,7 +17,7 @@ macro_rules! texts {
     };
 }
 
-const TEXTS: [(&str, &str); 41] = texts![
+const TEXTS: [(&str, &str); 42] = texts![
     "sensor/sensor_gain",
     "sensor/sensor_offset",
     "sensor/sensor_drift",
@@ -43,6 +43,7 @@ const TEXTS: [(&str, &str); 41] = texts![
     "balance/end_stop",
     "balance/power_loss",
     "balance/dry_friction",
+    "balance/creeping_friction",
     "balance/stribeck_friction",
     "balance/cubic_stiffness",
     "balance/quadratic_stiffness",

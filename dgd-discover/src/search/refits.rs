@@ -143,16 +143,11 @@ impl Search<'_> {
         let mut open: Vec<StructureId> = new.iter().map(|wanted| wanted.structure).collect();
         let mut next = new;
         for (evaluations, within) in STAGES {
-            let before = self.training_sums(&open);
             self.refit(next, evaluations, HeldOut::Later);
             let error = |one: &StructureId| self.training_error(*one).map(|(sum, _)| sum);
             let least = self.tried.keys().filter_map(error).fold(f64::INFINITY, f64::min);
             open.retain(|one| error(one).is_some_and(|error| error <= within * least));
-            let unfinished = open.iter().filter(|one| {
-                let is_lost =
-                    before.get(one).is_some_and(|before| self.is_lost(**one, *before, evaluations));
-                !is_lost && self.fitted(**one).is_some_and(|fitted| !fitted.is_converged)
-            });
+            let unfinished = open.iter().filter(|one| self.may_go_on(**one));
             next = unfinished.map(|one| self.continued(*one)).collect();
         }
         // Of the unfinished fits only the best is completed, if it is promising.
@@ -168,6 +163,8 @@ impl Search<'_> {
     /// Fits structures, several at a time.
     pub(crate) fn refit(&mut self, wanted: Vec<Wanted>, evaluations: usize, held_out: HeldOut) {
         let (base, candidates, data) = (self.base, self.candidates, &self.data);
+        let structures: Vec<StructureId> = wanted.iter().map(|wanted| wanted.structure).collect();
+        let before = self.training_sums(&structures);
         let count = data.keeping.count("structures fitted", wanted.len());
         let results = in_parallel_stateless(wanted.len(), self.threads, |k| {
             let Wanted { structure, from, points } = &wanted[k];
@@ -190,6 +187,13 @@ impl Search<'_> {
                 continue;
             }
             self.tried.insert(wanted.structure, result);
+        }
+        for (structure, before) in before {
+            if self.is_lost(structure, before, evaluations) {
+                self.lost.insert(structure);
+            } else {
+                self.lost.remove(&structure);
+            }
         }
     }
 
@@ -243,7 +247,7 @@ impl Search<'_> {
     pub(crate) fn finish(&mut self, structures: &[StructureId]) {
         let mut open = structures.to_vec();
         for evaluations in ROUNDS {
-            open.retain(|one| self.fitted(*one).is_some_and(|fitted| !fitted.is_converged));
+            open.retain(|one| self.may_go_on(*one));
             if open.is_empty() {
                 break;
             }
@@ -253,9 +257,7 @@ impl Search<'_> {
             open.retain(|one| {
                 let now = self.training_error(*one).map(|(sum, _)| sum);
                 let gains = before.get(one).zip(now);
-                gains.is_some_and(|(before, now)| {
-                    now < GOES_ON * before && !self.is_lost(*one, *before, evaluations)
-                })
+                gains.is_some_and(|(before, now)| now < GOES_ON * before)
             });
         }
         self.hold_out(structures);
@@ -269,6 +271,12 @@ impl Search<'_> {
             (*one, own.unwrap_or(of_base))
         };
         structures.iter().map(of).collect()
+    }
+
+    /// Whether a fit is worth another round.
+    fn may_go_on(&self, structure: StructureId) -> bool {
+        self.fitted(structure).is_some_and(|fitted| !fitted.is_converged)
+            && !self.lost.contains(&structure)
     }
 
     /// Whether a fit that left this much before a round of so many simulations would still be far from the noise after

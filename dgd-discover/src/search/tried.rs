@@ -40,6 +40,8 @@ pub(crate) struct Search<'a> {
     pub has_effects: bool,
     /// Parts of structures that were fitted from the end point of the whole, with the whole.
     pub settled: BTreeSet<(StructureId, StructureId)>,
+    /// Structures whose fits do not come near the noise at the rate of their last round.
+    pub lost: BTreeSet<StructureId>,
 }
 
 /// The candidates that a search may use.
@@ -89,6 +91,7 @@ impl<'a> Search<'a> {
             has_effects: false,
             screens: BTreeMap::new(),
             settled: BTreeSet::new(),
+            lost: BTreeSet::new(),
         }
     }
 }
