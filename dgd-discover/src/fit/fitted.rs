@@ -41,6 +41,8 @@ pub(crate) struct Fitted {
     pub valid: Option<Vec<Observations>>,
     /// Two of its effects of which the second only cancels the first, computed on demand.
     pub cancelling: OnceLock<Option<[usize; 2]>>,
+    /// Expected mean squares of its validation errors, relative to the noise, computed on demand.
+    pub foreseen: OnceLock<Option<Vec<f64>>>,
 }
 
 /// The result of a fit, which takes long to compute.
@@ -84,7 +86,8 @@ impl Fitted {
         let problem = problem(&structure, &p, &recordings, data, evaluations);
         let Evaluation { observations: train, .. } =
             evaluate(&problem, &p, &starts).map_err(|error| NoFit(error.to_string()))?;
-        let (error, valid, cancelling) = ((0.0, 0), None, OnceLock::new());
+        let (error, valid) = ((0.0, 0), None);
+        let (cancelling, foreseen) = (OnceLock::new(), OnceLock::new());
         let mut fitted = Fitted {
             structure,
             values,
@@ -97,6 +100,7 @@ impl Fitted {
             train,
             valid,
             cancelling,
+            foreseen,
         };
         fitted.weigh(data);
         Ok(fitted)
@@ -105,6 +109,7 @@ impl Fitted {
     /// Recomputes the misfit with the current noise.
     pub(crate) fn weigh(&mut self, data: &Data<'_>) {
         self.error = whitened_square(data.train, &self.residuals(data), &data.noise);
+        self.foreseen = OnceLock::new();
     }
 
     /// Simulates the validation recordings.

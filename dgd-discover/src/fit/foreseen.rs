@@ -69,6 +69,16 @@ impl Fitted {
         Some(found.iter().zip(&foreseen).map(chance).collect())
     }
 
+    /// Expected mean square of validation errors of each output relative to the noise, if nothing is missing: more than
+    /// one where parameters and start values are not known well enough; `None` if not available. Computed once.
+    pub(crate) fn foreseen_squares(&self, data: &Data<'_>, evaluations: usize) -> Option<&[f64]> {
+        let computed = || {
+            let foreseen = self.foreseen(data, evaluations)?;
+            Some(foreseen.iter().map(|one| one.map_or(1.0, |one| one.mean.max(1.0))).collect())
+        };
+        self.foreseen.get_or_init(computed).as_deref()
+    }
+
     /// The expectation for each output; `None` for outputs without a reading that counts.
     fn foreseen(&self, data: &Data<'_>, evaluations: usize) -> Option<Vec<Option<Foreseen>>> {
         let system = &self.structure.system;

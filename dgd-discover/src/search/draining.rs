@@ -89,5 +89,6 @@ pub(super) fn leaving(left: f64, structure: Structure) -> Fitted {
         train: vec![Observations { n_w: 1, n_s: 0, w: vec![left.sqrt(); SAMPLES], dw: Vec::new() }],
         valid: None,
         cancelling: OnceLock::from(None),
+        foreseen: OnceLock::from(None),
     }
 }

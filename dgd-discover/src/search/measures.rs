@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use dgd_screen::noise::SensorNoise;
 
 use super::ranking::{Asked, HeldOutMisfit, Misfit, Question, Ranking, Standing};
+use super::refits::EVALUATIONS;
 use super::tried::{Open, Search};
 use crate::fit::{
     Fitted, as_far_as_readings, chi_square, mean, slack, too_many_steps, whitened, whitened_square,
@@ -100,7 +101,16 @@ impl Search<'_> {
     /// The misfit of a structure in each output.
     fn misfit(&self, fitted: &Fitted) -> Misfit {
         let data = &self.data;
-        self.misfit_of(&fitted.residuals(data), fitted.held_out_residuals(data))
+        let mut misfit = self.misfit_of(&fitted.residuals(data), fitted.held_out_residuals(data));
+        // Parameters that the training recordings do not determine well predict no better.
+        let (training, held_out) = (self.thresholds.explained, self.thresholds.explained_held_out);
+        if misfit.is_at_most(training, f64::INFINITY)
+            && !misfit.is_at_most(training, held_out)
+            && let HeldOutMisfit::Left { slack, .. } = &mut misfit.held_out
+        {
+            slack.extend(fitted.foreseen_squares(data, EVALUATIONS).unwrap_or_default());
+        }
+        misfit
     }
 
     /// The same, but if the simulation diverges from an output's readings, at most their variance.
@@ -121,6 +131,7 @@ impl Search<'_> {
             Some(residuals) => HeldOutMisfit::Left {
                 by_output: chi_square(&residuals, noise),
                 error: whitened_square(data.valid, &residuals, noise),
+                slack: Vec::new(),
             },
         };
         let trained = chi_square(trained, noise);

@@ -87,22 +87,32 @@ pub(crate) enum HeldOutMisfit {
     /// They cannot be simulated.
     NoSimulation,
     /// The misfit in each output, and Σ ε² with the number of samples.
-    Left { by_output: Vec<(f64, usize)>, error: (f64, usize) },
+    Left {
+        by_output: Vec<(f64, usize)>,
+        error: (f64, usize),
+        /// Factor by which limits are raised for each output, for the uncertainty of parameters and start values.
+        slack: Vec<f64>,
+    },
 }
 
 impl Misfit {
     /// Whether the mean square of each output's errors is within these limits, in training and in validation data.
     pub(crate) fn is_at_most(&self, training: f64, held_out: f64) -> bool {
-        let all_within = |by_output: &[(f64, usize)], limit: f64| {
-            let slack = self.slack.iter().copied().chain(std::iter::repeat(1.0));
-            let mut all = by_output.iter().zip(slack);
-            all.all(|((sum, n), slack)| *n == 0 || *sum <= slack * limit * *n as f64)
+        let all_within = |by_output: &[(f64, usize)], more: &[f64], limit: f64| {
+            let or_one = |slack: &[f64], i: usize| slack.get(i).copied().unwrap_or(1.0);
+            let mut all = by_output.iter().enumerate();
+            all.all(|(i, (sum, n))| {
+                let slack = or_one(&self.slack, i) * or_one(more, i);
+                *n == 0 || *sum <= slack * limit * *n as f64
+            })
         };
-        all_within(&self.trained, training)
+        all_within(&self.trained, &[], training)
             && match &self.held_out {
                 HeldOutMisfit::NoRecording => true,
                 HeldOutMisfit::NoSimulation => false,
-                HeldOutMisfit::Left { by_output, .. } => all_within(by_output, held_out),
+                HeldOutMisfit::Left { by_output, slack, .. } => {
+                    all_within(by_output, slack, held_out)
+                }
             }
     }
 

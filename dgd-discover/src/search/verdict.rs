@@ -311,7 +311,11 @@ mod tests {
         let misfit = Misfit {
             trained: vec![all(training)],
             slack: Vec::new(),
-            held_out: HeldOutMisfit::Left { by_output: vec![all(held_out)], error: all(held_out) },
+            held_out: HeldOutMisfit::Left {
+                by_output: vec![all(held_out)],
+                error: all(held_out),
+                slack: Vec::new(),
+            },
         };
         Standing {
             structure: effects.iter().copied().collect(),
