@@ -83,6 +83,15 @@ impl Candidate<'_> {
         self.target() == other.target() && (has_kink(self) || has_kink(other))
     }
 
+    /// Whether it scales what it changes: one of its parameters is one where it vanishes.
+    pub(crate) fn scales(&self) -> bool {
+        let clauses = self.application.effect.ast.effect.iter().flat_map(|header| &header.clauses);
+        clauses.into_iter().any(|clause| match &clause.kind {
+            ClauseKind::Null { value, .. } => plain(value) == Some(1.0),
+            _ => false,
+        })
+    }
+
     /// Whether it is a template that takes any quantity of the model.
     pub(crate) fn depends_on_a_quantity(&self) -> bool {
         match &self.application.effect.target {

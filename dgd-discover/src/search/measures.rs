@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use dgd_runtime::System;
 use dgd_screen::noise::SensorNoise;
 
 use super::ranking::{Asked, HeldOutMisfit, Misfit, Question, Ranking, Standing};
@@ -41,13 +42,25 @@ impl Search<'_> {
         Ranking { standings, question, discrepancy }
     }
 
-    /// The position of a template's file, if a structure is a single template: that of its first candidate, as
-    /// candidates are in the order of the files.
-    fn template(&self, structure: StructureId) -> Option<usize> {
+    /// The place of a template in an order of plainness, if a structure is a single template: the position of its file,
+    /// which is that of its first candidate, as candidates are in the order of the files. What scales a quantity whose
+    /// zero is a convention, such as a temperature in °C, comes last.
+    fn template(&self, structure: StructureId) -> Option<(bool, usize)> {
         let mut effects = structure.effects().filter(|_| structure.len() == 1);
         let own = effects.next().filter(|c| self.candidates[*c].is_generic)?;
         let file = |c: usize| self.candidates[c].application.effect.full_name();
-        self.range(Open::Templates).find(|&c| file(c) == file(own))
+        let first = self.range(Open::Templates).find(|&c| file(c) == file(own))?;
+        let candidate = &self.candidates[own];
+        Some((candidate.scales() && self.has_conventional_zero(&candidate.target()), first))
+    }
+
+    /// Whether an input or output has a unit whose zero is not nothing.
+    fn has_conventional_zero(&self, name: &str) -> bool {
+        let Some(base) = self.fitted(StructureId::BASE) else { return false };
+        let signature = base.structure.system.signature();
+        let mut units = (signature.outputs.iter().map(|output| (&output.name, &output.unit)))
+            .chain(signature.inputs.iter().map(|input| (&input.name, &input.unit)));
+        units.any(|(own, unit)| *own == *name && unit.offset != 0.0)
     }
 
     /// The fitted structures by the Bayesian information criterion, the best first.

@@ -39,8 +39,8 @@ pub(crate) struct Standing<'a> {
     pub names: BTreeSet<String>,
     /// Its templates.
     pub generic: Vec<usize>,
-    /// If it is a single template, the position of its file.
-    pub template: Option<usize>,
+    /// If it is a single template, its place in an order of plainness.
+    pub template: Option<(bool, usize)>,
     /// Whether its templates are few enough and at different places.
     pub is_sayable: bool,
     /// Number of estimated parameters.

@@ -321,7 +321,9 @@ mod tests {
             structure: effects.iter().copied().collect(),
             names: specific.map(|effect| format!("effect {effect}")).collect(),
             generic: effects.iter().copied().filter(|effect| *effect >= TEMPLATE).collect(),
-            template: effects.first().copied().filter(|one| effects.len() == 1 && *one >= TEMPLATE),
+            template: (effects.first().copied())
+                .filter(|one| effects.len() == 1 && *one >= TEMPLATE)
+                .map(|one| (false, one)),
             is_sayable: true,
             numbers: 2 * effects.len(),
             criterion: all(training).0 + 2.0 * effects.len() as f64 * (SAMPLES as f64).ln(),
