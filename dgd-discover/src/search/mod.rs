@@ -79,10 +79,14 @@ impl Search<'_> {
         }
         self.open_templates();
         if nearly_all != Outcome::Unexplained {
-            // Its remaining discrepancy may have another name.
+            // Its remaining discrepancy may have another name, or all of it a name that explains more with no more effects.
             let whole = nearly_all.structure();
-            return match self.search(vec![whole]) {
-                Outcome::Effects(more) if whole.is_part_of(more) => Outcome::Effects(more),
+            return match self.search(vec![StructureId::BASE, whole]) {
+                Outcome::Effects(other)
+                    if whole.is_part_of(other) || other.len() <= whole.len() =>
+                {
+                    Outcome::Effects(other)
+                }
                 _ => nearly_all,
             };
         }
