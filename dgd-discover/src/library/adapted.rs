@@ -13,6 +13,7 @@
 //! | `middle(x)` | the middle of the range of x |
 //! | `middle_of_store(x)` | the same for quantities that are never negative and have a unit, such as levels |
 //! | `loss(x, e)` | zero if e is the balance of x, from which a loss can only take; no bound otherwise |
+//! | `own_loss(x, e)` | the same, and the template is not for other balances |
 //!
 //! in a value, a bound, a nominal or a null; numbers replace these names before it is tried. Ranges are those of the
 //! fitted base model and of the recordings. A template that needs a value that does not exist is not tried.
@@ -89,6 +90,10 @@ pub(crate) fn adapted(
                 (_, []) => times.get(name).map(|time| Some(*time)),
                 ("loss", [state, equation]) => {
                     Some(Some(least_loss(model, named(state)?, named(equation)?)))
+                }
+                ("own_loss", [state, equation]) => {
+                    let least = least_loss(model, named(state)?, named(equation)?);
+                    Some(least.is_finite().then_some(least))
                 }
                 (_, [slot]) => Quantity::named(name).map(|of| of(&quantity(slot)?)),
                 _ => None,

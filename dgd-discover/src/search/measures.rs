@@ -30,7 +30,7 @@ impl Search<'_> {
                 error: fitted.error,
                 misfit: Asked::new(Box::new(|| self.misfit(fitted))),
                 is_noise: Asked::new(Box::new(move || self.is_noise(structure))),
-                is_sound: self.is_sound(structure),
+                is_sound: self.is_sound(structure) && self.is_finished(structure),
                 is_doubted: self.doubted.contains_key(&structure),
                 is_cancelling: Asked::new(Box::new(move || self.cancelling(structure).is_some())),
             })

@@ -199,6 +199,10 @@ impl Search<'_> {
 
     /// The structure that explains the data and is not contradicted by its evidence.
     fn explaining(&mut self) -> Outcome {
+        let mut unfinished = self.ranked();
+        unfinished.retain(|one| self.may_be_said(*one) && self.explains(*one));
+        unfinished.truncate(BEAM);
+        self.finish(&unfinished);
         loop {
             let outcome = self.judged(Question::WhatExplains);
             if self.holds(outcome) {

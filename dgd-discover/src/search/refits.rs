@@ -194,6 +194,12 @@ impl Search<'_> {
             } else {
                 self.lost.remove(&structure);
             }
+            let is_round = evaluations >= ROUNDS[0];
+            if is_round && self.training_sum(structure) >= GOES_ON * before {
+                self.at_rest.insert(structure);
+            } else {
+                self.at_rest.remove(&structure);
+            }
         }
     }
 

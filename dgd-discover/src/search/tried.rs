@@ -42,6 +42,8 @@ pub(crate) struct Search<'a> {
     pub settled: BTreeSet<(StructureId, StructureId)>,
     /// Structures whose fits do not come near the noise at the rate of their last round.
     pub lost: BTreeSet<StructureId>,
+    /// Structures whose last round of a fit has gained next to nothing.
+    pub at_rest: BTreeSet<StructureId>,
 }
 
 /// The candidates that a search may use.
@@ -92,6 +94,7 @@ impl<'a> Search<'a> {
             screens: BTreeMap::new(),
             settled: BTreeSet::new(),
             lost: BTreeSet::new(),
+            at_rest: BTreeSet::new(),
         }
     }
 }
@@ -168,6 +171,14 @@ impl Search<'_> {
     /// Whether no parameter of an effect is at a bound.
     pub(crate) fn is_sound(&self, structure: StructureId) -> bool {
         self.fitted(structure).is_some() && self.at_bound(structure).is_empty()
+    }
+
+    /// Whether its fit has converged or gains nothing more, if it has templates: one that is still on its way is no
+    /// finding.
+    pub(crate) fn is_finished(&self, structure: StructureId) -> bool {
+        let has_templates = structure.effects().any(|c| self.candidates[c].is_generic);
+        let has_converged = || self.fitted(structure).is_some_and(|fitted| fitted.is_converged);
+        !has_templates || self.at_rest.contains(&structure) || has_converged()
     }
 
     /// Effects of a structure with a parameter at a bound.
