@@ -100,6 +100,16 @@ impl Candidate<'_> {
         }
     }
 
+    /// Whether it is a template for a parameter.
+    pub(crate) fn changes_a_parameter(&self) -> bool {
+        match &self.application.effect.target {
+            Target::Template(slots) => {
+                slots.first().is_some_and(|slot| slot.kind == SlotKind::Parameter)
+            }
+            Target::Model(_) => false,
+        }
+    }
+
     /// `plant`, `sensor` or `input`.
     pub(crate) fn kind(&self) -> &'static str {
         match self.application.effect.kind {

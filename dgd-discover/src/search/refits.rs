@@ -7,7 +7,7 @@ use super::tried::{Open, Search};
 use dgd_runtime::parallel::in_parallel_stateless;
 
 use crate::fit::{Fitted, NoFit, StartPoint};
-use crate::library::{MOST_EFFECTS, StructureId, Values};
+use crate::library::{Candidate, MOST_EFFECTS, StructureId, Values};
 
 /// Number of structures from which the search continues.
 pub(crate) const BEAM: usize = 3;
@@ -108,7 +108,8 @@ impl Search<'_> {
         let mut chosen: Vec<usize> = Vec::new();
         for score in scores {
             let own = &self.candidates[score.candidate];
-            let is_alike = |c: &&usize| self.candidates[**c].kind() == own.kind();
+            let kind = |of: &Candidate<'_>| (of.kind(), of.changes_a_parameter());
+            let is_alike = |c: &&usize| kind(&self.candidates[**c]) == kind(own);
             if own.is_generic && chosen.iter().filter(is_alike).count() < OF_EACH_KIND {
                 chosen.push(score.candidate);
             }
@@ -286,8 +287,11 @@ impl Search<'_> {
     }
 
     /// Whether a fit that left this much before a round of so many simulations would still be far from the noise after
-    /// as many as a fit may take, and as many again.
+    /// as many as a fit may take, and as many again. If the base model diverges, the first rounds do not tell.
     fn is_lost(&self, structure: StructureId, before: f64, evaluations: usize) -> bool {
+        if evaluations < ROUNDS[0] && self.runs_away() {
+            return false;
+        }
         self.training_error(structure).is_some_and(|(now, n)| {
             let rounds = SPEEDS_UP * EVALUATIONS as f64 / evaluations as f64;
             now * (now / before).powf(rounds) > HOPELESS * n as f64
