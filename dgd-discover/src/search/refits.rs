@@ -287,11 +287,8 @@ impl Search<'_> {
     }
 
     /// Whether a fit that left this much before a round of so many simulations would still be far from the noise after
-    /// as many as a fit may take, and as many again. If the base model diverges, the first rounds do not tell.
+    /// as many as a fit may take, and as many again.
     fn is_lost(&self, structure: StructureId, before: f64, evaluations: usize) -> bool {
-        if evaluations < ROUNDS[0] && self.runs_away() {
-            return false;
-        }
         self.training_error(structure).is_some_and(|(now, n)| {
             let rounds = SPEEDS_UP * EVALUATIONS as f64 / evaluations as f64;
             now * (now / before).powf(rounds) > HOPELESS * n as f64
