@@ -165,7 +165,7 @@ fn a_run_that_takes_hours_is_stopped_before_its_next_step() {
     let stop = bench.stop();
     let answer = std::thread::scope(|scope| {
         let answered = scope.spawn(|| bench.answer(&Ask::default(), &files));
-        std::thread::sleep(std::time::Duration::from_millis(200));
+        std::thread::sleep(std::time::Duration::from_millis(20));
         assert!(!answered.is_finished(), "it takes long");
         stop.stop();
         answered.join().expect("it ends")
