@@ -281,8 +281,8 @@ pub fn inputs_change_by_sample<S: Solved>(problem: &Problem<'_, S>, times: &[f64
     }
 }
 
-/// The largest ratio of a sample interval to the limit of stability of an explicit method, along a run with one step
-/// per sample; `None` if there is no such run.
+/// The largest ratio of the sample interval to the stability limit of an explicit method, over a run with one step per
+/// sample; `None` if the model cannot be run with such steps.
 pub fn stiffness<S: Solved>(
     problem: &Problem<'_, S>,
     times: &[f64],
