@@ -1,6 +1,7 @@
 //! One application of an effect, with the names that everything has in the model.
 
 use super::declared::{Declarations, namespace_of, noun};
+use super::splice::mentions;
 use super::{Application, Blending, Brought, units};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::source::Span;
@@ -52,17 +53,10 @@ impl Instance {
 
     /// Whether what it puts into the model mentions a name.
     pub(super) fn mentions(&self, name: &str) -> bool {
-        fn mentions(expr: &Expr, name: &str) -> bool {
-            let is_it = match &expr.kind {
-                ExprKind::Name(other) => other == name,
-                ExprKind::Call { function, .. } => function.text == name,
-                _ => false,
-            };
-            is_it || visit::operands(expr).into_iter().any(|operand| mentions(operand, name))
-        }
+        let is_it = |other: &str| other == name;
         self.changes.iter().any(|change| match &change.kind {
-            ChangeKind::Replace { by, .. } | ChangeKind::Output { by, .. } => mentions(by, name),
-            ChangeKind::Add { value, .. } => mentions(value, name),
+            ChangeKind::Replace { by, .. } | ChangeKind::Output { by, .. } => mentions(by, &is_it),
+            ChangeKind::Add { value, .. } => mentions(value, &is_it),
         })
     }
 }

@@ -233,10 +233,14 @@ impl Splice<'_> {
     }
 }
 
-/// Whether an expression reads one of some names.
-fn mentions(expr: &Expr, is_one: &dyn Fn(&str) -> bool) -> bool {
-    matches!(&expr.kind, ExprKind::Name(name) if is_one(name))
-        || visit::operands(expr).into_iter().any(|operand| mentions(operand, is_one))
+/// Whether an expression reads or calls one of some names.
+pub(super) fn mentions(expr: &Expr, is_one: &dyn Fn(&str) -> bool) -> bool {
+    let is_it = match &expr.kind {
+        ExprKind::Name(name) => is_one(name),
+        ExprKind::Call { function, .. } => is_one(&function.text),
+        _ => false,
+    };
+    is_it || visit::operands(expr).into_iter().any(|operand| mentions(operand, is_one))
 }
 
 /// The message where a model grows beyond its limit.
