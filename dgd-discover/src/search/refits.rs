@@ -258,14 +258,9 @@ impl Search<'_> {
             if open.is_empty() {
                 break;
             }
-            let before = self.training_sums(&open);
             let wanted = open.iter().map(|one| self.continued(*one)).collect();
             self.refit(wanted, evaluations, HeldOut::Later);
-            open.retain(|one| {
-                let now = self.training_error(*one).map(|(sum, _)| sum);
-                let gains = before.get(one).zip(now);
-                gains.is_some_and(|(before, now)| now < GOES_ON * before)
-            });
+            open.retain(|one| !self.at_rest.contains(one));
         }
         self.hold_out(structures);
     }
