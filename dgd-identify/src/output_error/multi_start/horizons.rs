@@ -5,11 +5,13 @@
 //! mistaken for their neighbours. Over a short beginning nothing is out of step yet; what fits that is close enough for a beginning that is half as long again, and so on to the whole.
 
 use dgd_runtime::signature::Automaton;
+use dgd_runtime::{Options, Problem, simulate};
 
 use crate::error::EstimateError;
 use crate::minimise::trust_region::StoppingRule;
 use crate::output_error::fit::Fit;
-use crate::output_error::{OutputErrorProblem, fit};
+use crate::output_error::multi_start::next_switch::next_switch;
+use crate::output_error::{OutputErrorProblem, Starts, fit};
 use crate::recording::Recording;
 
 /// The first beginning has so many readings for each estimate.
@@ -18,6 +20,10 @@ const READINGS: usize = 3;
 /// Each beginning is longer than the last one by this factor: what is off by less than a quarter of a cycle at the end
 /// of one is off by less than half of a cycle at the end of the next.
 const LONGER: f64 = 1.5;
+
+/// Limit on the steps of a simulation, in multiples of those with the values to start from or of its readings,
+/// whichever are more. A visible period has at least two readings, and so forty steps.
+const TIMES: usize = 20;
 
 /// The fit of a beginning ends where a step promises no more than this part of Σ r²: the next one goes on from there, and
 /// what a short beginning hardly determines is not worth the search.
@@ -30,30 +36,76 @@ const NEAR: f64 = 0.01;
 /// As [`fit`].
 pub(super) fn fit_by_horizons(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
     let Some(first) = first_part(problem) else { return fit(problem) };
+    let options = Options { max_steps: most_steps(problem), ..problem.options };
+    let patient = problem;
+    let problem = &OutputErrorProblem { options, ..problem.clone() };
     let parts = std::iter::successors(Some(first), |part| Some(LONGER * part));
     let mut near = Near { p: problem.p.to_vec(), recordings: problem.recordings.to_vec() };
     let mut spent = Spent::default();
     for part in parts.take_while(|part| *part < 1.0) {
         let heads: Vec<Recording> =
             near.recordings.iter().map(|recording| beginning(recording, part)).collect();
+        let stopping = StoppingRule { reduction: NEAR, ..problem.stopping };
+        let head =
+            OutputErrorProblem { p: &near.p, recordings: &heads, stopping, ..problem.clone() };
         // What a beginning does not tell, or cannot be simulated, a longer one may.
-        let Ok(found) = fit(&OutputErrorProblem {
-            p: &near.p,
-            recordings: &heads,
-            stopping: StoppingRule { reduction: NEAR, ..problem.stopping },
-            ..problem.clone()
-        }) else {
-            continue;
-        };
+        let Ok(found) = fit_with_next_switch(&head, &mut spent) else { continue };
         spent.add(&found);
         near.go_to(&found);
     }
-    let mut found =
-        fit(&OutputErrorProblem { p: &near.p, recordings: &near.recordings, ..problem.clone() })?;
+    let whole = OutputErrorProblem { p: &near.p, recordings: &near.recordings, ..problem.clone() };
+    let found = fit_with_next_switch(&whole, &mut spent);
+    let options = patient.options;
+    let mut found = found.or_else(|_| fit(&OutputErrorProblem { options, ..whole }))?;
     found.iterations += spent.iterations;
     found.evaluations += spent.evaluations;
     found.failures += spent.failures;
     Ok(found)
+}
+
+/// Limit on the steps of a simulation: a model that switches to and fro without end, as a thermostat whose thresholds
+/// have met, is a minimum of its own, and takes all the time there is.
+fn most_steps(problem: &OutputErrorProblem<'_>) -> usize {
+    let tried = |(recording, start): (&Recording, &Starts)| {
+        let inputs = &recording.inputs;
+        let run = Problem { system: &problem.system, p: problem.p, inputs, start };
+        let run = simulate(&run, &recording.times, &problem.options);
+        // A failed run has taken steps as well.
+        let statistics =
+            run.map_or_else(|failure| failure.partial.statistics, |run| run.statistics);
+        (statistics.steps + statistics.rejected).max(recording.times.len())
+    };
+    let starts = problem.recordings.iter().map(|recording| &recording.start);
+    let most = problem.recordings.iter().zip(starts).map(tried).max().unwrap_or(0);
+    problem.options.max_steps.min(TIMES * most)
+}
+
+/// A fit, and again from where the model makes a switch that it had not made, as long as that is better.
+fn fit_with_next_switch(
+    problem: &OutputErrorProblem<'_>,
+    spent: &mut Spent,
+) -> Result<Fit, EstimateError> {
+    let mut found = fit(problem)?;
+    loop {
+        let (switched, simulations) = next_switch(problem, &found, NEAR);
+        spent.evaluations += simulations;
+        let Some(p) = switched else { return Ok(found) };
+        let recordings: Vec<Recording> = (problem.recordings.iter().zip(&found.starts))
+            .map(|(recording, start)| Recording { start: start.clone(), ..recording.clone() })
+            .collect();
+        let again = OutputErrorProblem { p: &p, recordings: &recordings, ..problem.clone() };
+        match fit(&again) {
+            Ok(other) if other.deviance < found.deviance => {
+                spent.add(&found);
+                found = other;
+            }
+            Ok(other) => {
+                spent.add(&other);
+                return Ok(found);
+            }
+            Err(_) => return Ok(found),
+        }
+    }
 }
 
 /// Where the next fit starts.

@@ -6,6 +6,7 @@
 //! all with a probability of (1 − v)ᴺ, which is below 5 % from v = 3/N on.
 
 mod horizons;
+mod next_switch;
 pub(crate) mod points;
 
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,0 +1,172 @@
+//! The next switch of a model, where a run does not reach its threshold.
+//!
+//! A threshold that a run does not reach has no influence: no derivative tells that the recording has a switch there.
+//! So the moment of the switch is looked for instead. For each of some moments since the last switch, the parameters on
+//! which the threshold depends are moved until the run reaches it there,
+//!
+//! ```text
+//!   e(y(t), p + δ) = 0,   δ = −e S² ∂e/∂p / (∂e/∂pᵀ S² ∂e/∂p),   S = diag |p|
+//! ```
+//!
+//! with y as it is, and the best moment is where the next fit starts.
+
+use dgd_runtime::model::Model;
+use dgd_runtime::signature::{Automaton, AutomatonKind, Crossing};
+use dgd_runtime::system::Point;
+use dgd_runtime::{Direction, Problem, Solution, side, simulate};
+
+use crate::noise::Noise;
+use crate::output_error::fit::Fit;
+use crate::output_error::{OutputErrorProblem, evaluate};
+use crate::recording::Recording;
+
+/// Number of moments that are tried since the last switch.
+const MOMENTS: usize = 8;
+
+/// Number of Newton steps to a threshold; most are linear in their parameters.
+const STEPS: usize = 3;
+
+/// Parameters from which a switch that the fit does not make improves it by more than this part, and the number of
+/// simulations that the search took.
+pub(super) fn next_switch(
+    problem: &OutputErrorProblem<'_>,
+    found: &Fit,
+    part: f64,
+) -> (Option<Vec<f64>>, usize) {
+    let noise = found.noise.iter().map(|sigma| sigma.map(Noise::Known)).collect();
+    let known = OutputErrorProblem { noise, ..problem.clone() };
+    let cost = |p: &[f64]| evaluate(&known, p, &found.starts).map_or(f64::INFINITY, |e| e.cost);
+    let points = points(problem, found);
+    if points.is_empty() {
+        return (None, 0);
+    }
+    let limit = (1.0 - part) * cost(&found.p);
+    let simulations = points.len() + 2;
+    let costs = points.into_iter().map(|p| (cost(&p), p));
+    let best = costs.min_by(|(a, _), (b, _)| a.total_cmp(b));
+    (best.filter(|(cost, _)| *cost < limit).map(|(_, p)| p), simulations)
+}
+
+/// Parameters with which a run reaches a threshold of its last mode at some moment since the last switch.
+fn points(problem: &OutputErrorProblem<'_>, found: &Fit) -> Vec<Vec<f64>> {
+    let signature = problem.system.signature();
+    // Values that are read late are not known here.
+    if !signature.delayed_inputs.is_empty() || !signature.delayed_unknowns.is_empty() {
+        return Vec::new();
+    }
+    let mut all = Vec::new();
+    for (recording, start) in problem.recordings.iter().zip(&found.starts) {
+        let run =
+            Problem { system: &problem.system, p: &found.p, inputs: &recording.inputs, start };
+        let Ok(solution) = simulate(&run, &recording.times, &problem.options) else { continue };
+        let at = Run { system: problem.system, recording, solution: &solution };
+        let mut first = 0;
+        for (a, automaton) in signature.discrete.automata.iter().enumerate() {
+            let transitions = first..first + automaton.transitions.len();
+            first = transitions.end;
+            if !is_declared(automaton) {
+                continue;
+            }
+            let Some((mode, rows)) = at.last_stretch(a) else { continue };
+            for (e, transition) in transitions.zip(automaton.transitions.iter()) {
+                if transition.from != mode {
+                    continue;
+                }
+                let moved = rows.iter().filter_map(|&k| {
+                    at.reaching(e, transition.crossing, k, &found.p, &problem.free)
+                });
+                all.extend(moved);
+            }
+        }
+    }
+    all
+}
+
+/// Whether its thresholds are those of the model's author.
+fn is_declared(automaton: &Automaton) -> bool {
+    matches!(automaton.kind, AutomatonKind::Modes | AutomatonKind::When)
+}
+
+/// A simulated recording.
+struct Run<'a> {
+    system: &'a dyn Model,
+    recording: &'a Recording,
+    solution: &'a Solution,
+}
+
+impl Run<'_> {
+    /// The last mode of an automaton, and some rows since it was entered.
+    fn last_stretch(&self, automaton: usize) -> Option<(usize, Vec<usize>)> {
+        let last = self.solution.len().checked_sub(1)?;
+        let mode = |k: usize| self.solution.z(k)[automaton];
+        let since = (0..last).rev().find(|&k| mode(k) != mode(last)).map_or(0, |k| k + 1);
+        let rows = last - since;
+        let mut moments: Vec<usize> =
+            (1..=MOMENTS).map(|m| since + (m * rows).div_ceil(MOMENTS)).collect();
+        moments.dedup();
+        moments.retain(|k| *k > since);
+        Some((mode(last) as usize, moments))
+    }
+
+    /// The parameters with which event function e is zero at a row; `None` if it passes zero before, or does not depend on
+    /// free parameters enough.
+    fn reaching(
+        &self,
+        e: usize,
+        crossing: Crossing,
+        k: usize,
+        p: &[f64],
+        free: &[bool],
+    ) -> Option<Vec<f64>> {
+        let signature = self.system.signature();
+        let mut p = p.to_vec();
+        let before = self.event(e, k, &p).0;
+        let is_before = |e: f64| match crossing {
+            Crossing::Rises => e < 0.0,
+            Crossing::Falls => e > 0.0,
+        };
+        if !is_before(before) {
+            return None;
+        }
+        for _ in 0..STEPS {
+            let (value, slopes) = self.event(e, k, &p);
+            let moves: Vec<(usize, f64, f64)> = (signature.directions.iter().zip(&slopes))
+                .zip(free)
+                .filter(|(_, free)| **free)
+                .filter_map(|((direction, slope), _)| match direction {
+                    Direction::Parameter(i) if *slope != 0.0 => Some((*i, *slope, p[*i].abs())),
+                    _ => None,
+                })
+                .collect();
+            let curvature: f64 = moves.iter().map(|(_, slope, size)| (slope * size).powi(2)).sum();
+            if curvature == 0.0 {
+                return None;
+            }
+            for (i, slope, size) in moves {
+                let parameter = &signature.parameters[i];
+                let moved = p[i] - value * slope * size * size / curvature;
+                p[i] = moved.clamp(parameter.lower, parameter.upper);
+            }
+        }
+        (self.event(e, k, &p).0.abs() < 0.01 * before.abs()).then_some(p)
+    }
+
+    /// Event function e at a row, and its derivatives with respect to the directions with the unknowns held.
+    fn event(&self, e: usize, k: usize, p: &[f64]) -> (f64, Vec<f64>) {
+        let signature = self.system.signature();
+        let (t, y, z) = (self.recording.times[k], self.solution.y(k), self.solution.z(k));
+        let mut u = vec![0.0; signature.inputs.len()];
+        self.recording.inputs.value(t, side(&self.recording.times, k), &mut u);
+        let at = Point { t, y, u: &u, p, z };
+        let discrete = &signature.discrete;
+        let n_e = discrete.automata.iter().map(|automaton| automaton.transitions.len()).sum();
+        let (n_s, udot) = (signature.directions.len(), vec![0.0; u.len()]);
+        let (mut values, mut slopes) = (vec![0.0; n_e], vec![0.0; n_e * n_s]);
+        let mut by_y = vec![0.0; discrete.event_jacobian.len()];
+        let mut by_t = vec![0.0; n_e];
+        self.system.event_functions(at, &mut values);
+        let s = vec![0.0; y.len() * n_s];
+        self.system.event_sensitivities(at, &udot, &s, &mut slopes, &mut by_y, &mut by_t);
+        (values[e], (0..n_s).map(|j| slopes[j * n_e + e]).collect())
+    }
+}
