@@ -141,6 +141,21 @@ pub(crate) fn outputs_of(
     }
 }
 
+/// Outputs at the sample times of a recording.
+///
+/// # Errors
+///
+/// As [`outputs_with_sensitivities`].
+pub fn outputs(
+    system: &dyn Model,
+    recording: &Recording,
+    p: &[f64],
+    start: &[(usize, f64)],
+    options: &Options,
+) -> Result<Observations, TrialFailure> {
+    outputs_of(system, recording, p, start, options, Derivatives::No)
+}
+
 /// Outputs at the sample times of a recording, and their sensitivities to the directions of the model.
 ///
 /// # Errors

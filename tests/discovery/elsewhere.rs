@@ -77,7 +77,9 @@ fn is_found(hidden: Servo, name: &str, truth: f64) {
     assert_eq!(discovery.verdict, Verdict::Effects, "{}", discovery.reason);
     let [effect] = discovery.effects.as_slice() else { panic!("{}", discovery.reason) };
     assert_eq!(effect.name, name, "{}\n{:#?}", discovery.reason, discovery.ranking);
-    let size = &effect.parameters[0];
+    // What stays at its null is not it.
+    let own = effect.parameters.iter().find(|own| own.std.is_some());
+    let size = own.expect("a size");
     let std = size.std.expect("the data determines it");
     assert!((size.value - truth).abs() < 4.0 * std + 0.001 * truth, "{} ± {std}", size.value);
     for gap in &discovery.gap {
@@ -93,6 +95,12 @@ fn dry_friction_of_a_servo_is_found() {
 #[test]
 fn a_dead_band_of_an_amplifier_is_found() {
     is_found(Servo { dead_band: 0.2, ..Servo::default() }, "dead_band(u)", 0.2);
+}
+
+/// Where a limit begins, its derivative shows nothing of it.
+#[test]
+fn an_amplifier_that_saturates_is_found() {
+    is_found(Servo { most: Some(1.4), ..Servo::default() }, "input_saturation(u)", 1.4);
 }
 
 #[test]

@@ -38,6 +38,8 @@ pub(crate) struct Servo {
     pub(crate) friction: f64,
     /// Voltage that the amplifier does not pass on, V.
     pub(crate) dead_band: f64,
+    /// The largest voltage that the amplifier passes on, V.
+    pub(crate) most: Option<f64>,
     /// Time constant of the tachometer, s.
     pub(crate) lag: f64,
     /// Step of the encoder, rad.
@@ -52,7 +54,8 @@ impl Servo {
     /// ẇ = gain u − viscous w − friction sign(w) by steps of 0.1 ms; at rest it sticks while the motor is
     /// weaker than the friction. Nothing is smoothed.
     pub(crate) fn record(&self, seed: u64, seconds: usize) -> Samples {
-        let steps = if self.friction == 0.0 && self.dead_band == 0.0 { 50 } else { 500 };
+        let is_smooth = self.friction == 0.0 && self.dead_band == 0.0 && self.most.is_none();
+        let steps = if is_smooth { 50 } else { 500 };
         let mut random = Random::new(seed, 1);
         let n = RATE * seconds;
         let parts: Vec<[f64; 3]> = (0..4)
@@ -79,7 +82,8 @@ impl Servo {
             for step in 0..steps {
                 let h = 1.0 / (RATE * steps) as f64;
                 let share = (step as f64 + 0.5) / steps as f64;
-                let voltage = u[k] + share * (next - u[k]);
+                let voltage =
+                    (u[k] + share * (next - u[k])).min(self.most.unwrap_or(f64::INFINITY));
                 let beyond = voltage - voltage.clamp(-self.dead_band, self.dead_band);
                 let motor = |w: f64| GAIN * beyond - VISCOUS * w;
                 let before = w;

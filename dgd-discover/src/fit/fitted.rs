@@ -8,6 +8,7 @@ use dgd_identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, NoiseCorrelation, OutputErrorProblem,
     Recording, Starts, StoppingRule, counts_from, evaluate, fit, fit_starts,
 };
+use dgd_runtime::signature::Parameter;
 use dgd_runtime::{Observations, Signature, System};
 
 use super::data::Data;
@@ -59,7 +60,21 @@ struct Ended {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct NoFit(pub String);
 
+/// How near to a bound, in standard deviations, an estimate is as good as at it.
+const AS_GOOD_AS_AT: f64 = 0.1;
+
 impl Fitted {
+    /// Whether a parameter is at a bound, or as near to one as makes no difference to the recordings: the rate of a
+    /// limit that nothing reaches, for instance, is as good as any.
+    pub(crate) fn is_at_bound(&self, estimate: &Estimate) -> bool {
+        let parameters = &self.structure.system.signature().parameters;
+        let declared = parameters.iter().find(|declared| *declared.name == *estimate.name);
+        let distance = declared.map_or(f64::INFINITY, |Parameter { lower, upper, .. }| {
+            (estimate.value - lower).min(upper - estimate.value)
+        });
+        estimate.at_bound.is_some() || estimate.std.is_some_and(|s| distance < AS_GOOD_AS_AT * s)
+    }
+
     /// Fits a structure from several points, and keeps the best; the first on a tie.
     pub(crate) fn new(
         structure: Structure,
@@ -195,7 +210,7 @@ impl Ended {
             };
             let (suggested, nothing) = (at(&point.values), at(&point.at_nothing));
             let problem = problem(structure, &suggested, &recordings, data, evaluations);
-            match fitted(&problem, &nothing, structure, data.own_weights) {
+            match fitted(&problem, &nothing, &point.held, structure, data.own_weights) {
                 Ok(found) if best.as_ref().is_none_or(|(best, _)| found.0.cost < best.cost) => {
                     best = Some(found);
                 }
@@ -247,9 +262,11 @@ fn is_near(problem: &OutputErrorProblem<'_>, cost: f64) -> bool {
 }
 
 /// A fit from the better of two points, with the moments at which readings jump, which were moved sample by sample.
+/// Some parameters are held at first.
 fn fitted(
     problem: &OutputErrorProblem<'_>,
     other: &[f64],
+    held_at_first: &[String],
     structure: &Structure,
     own_weights: bool,
 ) -> Result<(Fit, Moments), EstimateError> {
@@ -267,10 +284,23 @@ fn fitted(
         }
     }
     let free = moments.held(problem);
+    let mut recordings = problem.recordings.to_vec();
+    if !held_at_first.is_empty() {
+        let signature = problem.system.signature();
+        let is_free = |(j, free): (usize, &bool)| {
+            *free && !held_at_first.iter().any(|held| *held == signature.direction_name(j))
+        };
+        let free = free.iter().enumerate().map(is_free).collect();
+        let evaluations = problem.stopping.evaluations / 2;
+        let stopping = StoppingRule { evaluations, ..problem.stopping };
+        let adapted = fit(&OutputErrorProblem { p: &p, free, stopping, ..problem.clone() })?;
+        recordings = with_found_starts(&recordings, &adapted.starts);
+        p = adapted.p;
+    }
     let held = |p: &[f64], recordings: &[Recording]| {
         fit(&OutputErrorProblem { p, recordings, free: free.clone(), ..problem.clone() })
     };
-    let mut best = held(&p, problem.recordings)?;
+    let mut best = held(&p, &recordings)?;
     for _ in 0..MOST_ROUNDS {
         let mut p = best.p.clone();
         // A model that is not fitted yet says nothing about the moment.

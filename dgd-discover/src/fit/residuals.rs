@@ -2,6 +2,7 @@
 
 use dgd_identify::Recording;
 use dgd_screen::noise::SensorNoise;
+use dgd_screen::normality::normal_quantile;
 
 use crate::noise::Whitener;
 
@@ -84,20 +85,22 @@ pub(crate) fn mean(by_output: &[(f64, usize)]) -> Option<f64> {
 }
 
 /// Factor by which to raise the limit of each output's mean square relative to the noise, for the uncertainty of both:
-/// a limit of 1.1 then accepts a correct model in 99 of 100 recordings, however short.
+/// a limit of 1.1 then accepts a correct model in 99 of 100 recordings, however short and however many outputs they have.
 pub(crate) fn slack(
     by_output: &[(f64, usize)],
     noise: &[Option<SensorNoise>],
     limit: f64,
 ) -> Vec<f64> {
+    let count = noise.iter().flatten().count().max(1);
+    let sure = normal_quantile(1.0 - REJECTED / count as f64);
     let of_output = |((_, n), noise): (&(f64, usize), &Option<SensorNoise>)| {
         let Some(noise) = noise else { return 1.0 };
         let of_noise = 2.0 * noise.relative_error;
         let scatter = of_noise.hypot((2.0 / (*n).max(1) as f64).sqrt());
-        ((1.0 + SURE * scatter) / limit).max(1.0)
+        ((1.0 + sure * scatter) / limit).max(1.0)
     };
     by_output.iter().zip(noise).map(of_output).collect()
 }
 
-/// Standard deviations that a normal deviate exceeds with a probability of 1 %.
-const SURE: f64 = 2.33;
+/// Probability that one of a correct model's outputs exceeds its raised limit.
+const REJECTED: f64 = 0.01;

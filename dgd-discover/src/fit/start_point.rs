@@ -10,6 +10,8 @@ pub(crate) struct StartPoint {
     /// The same with the candidate at its null: if the suggested values would require large changes in the rest of the
     /// model, a fit is faster from here.
     pub at_nothing: Vec<(String, f64)>,
+    /// Names among them that are held until the rest of the model has adapted to them.
+    pub held: Vec<String>,
 }
 
 impl StartPoint {
@@ -28,4 +30,4 @@ impl StartPoint {
     }
 }
 
-keep_by_fields!(StartPoint { values, at_nothing });
+keep_by_fields!(StartPoint { values, at_nothing, held });

@@ -79,8 +79,12 @@ impl Candidate<'_> {
     /// Whether one of the two puts a kink into what the other does to the same name: at a kink without slope, such as a
     /// band of zero width, the other would seem to do nothing.
     pub(crate) fn bends(&self, other: &Candidate<'_>) -> bool {
-        let has_kink = |of: &Candidate<'_>| has_kink(of.application.effect);
-        self.target() == other.target() && (has_kink(self) || has_kink(other))
+        self.target() == other.target() && (self.has_kink() || other.has_kink())
+    }
+
+    /// Whether what it changes has a kink or a jump.
+    pub(crate) fn has_kink(&self) -> bool {
+        has_kink(self.application.effect)
     }
 
     /// Whether it scales what it changes: one of its parameters is one where it vanishes.
@@ -90,6 +94,14 @@ impl Candidate<'_> {
             ClauseKind::Null { value, .. } => plain(value) == Some(1.0),
             _ => false,
         })
+    }
+
+    /// Whether it is a template that takes an input.
+    pub(crate) fn is_at_input(&self) -> bool {
+        match &self.application.effect.target {
+            Target::Template(slots) => slots.iter().any(|slot| slot.kind == SlotKind::Input),
+            Target::Model(_) => false,
+        }
     }
 
     /// Whether it is a template that takes any quantity of the model.

@@ -17,7 +17,7 @@ macro_rules! texts {
     };
 }
 
-const TEXTS: [(&str, &str); 42] = texts![
+const TEXTS: [(&str, &str); 44] = texts![
     "sensor/sensor_gain",
     "sensor/sensor_offset",
     "sensor/sensor_drift",
@@ -31,6 +31,8 @@ const TEXTS: [(&str, &str); 42] = texts![
     "input/input_delay",
     "input/dead_band",
     "input/input_saturation",
+    "input/saturation_below",
+    "input/saturation_at_both_ends",
     "input/rate_limit",
     "input/backlash",
     "parameter/parameter_step",

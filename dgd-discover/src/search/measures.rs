@@ -250,6 +250,8 @@ impl Search<'_> {
         for estimate in &fitted.estimates {
             if estimate.at_bound.is_some() {
                 notes.push(format!("`{}` is at its bound", estimate.name));
+            } else if fitted.is_at_bound(estimate) {
+                notes.push(format!("`{}` is not determined", estimate.name));
             }
         }
         if !fitted.is_converged {

@@ -223,6 +223,13 @@ impl Search<'_> {
                 return Outcome::Unexplained;
             }
             self.finish(&[best]);
+            // What ended at a bound cannot be named, but the rest may do without it.
+            if let Some(effect) = self.at_bound(best).first() {
+                let rest = best.without(*effect);
+                self.settle(rest, best);
+                best = rest;
+                continue;
+            }
             let question = Question::IsNearlyAll(best);
             if !Judge::new(&self.ranking(question), &thresholds).takes_nearly_all(best) {
                 return Outcome::Unexplained;
@@ -253,7 +260,7 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use dgd_identify::Estimate;
+    use dgd_identify::{Bound, Estimate};
     use dgd_runtime::Direction;
 
     use super::draining::{SAMPLES, id, leaving, with_effects};
@@ -273,19 +280,27 @@ mod tests {
 
     /// The verdict on structures with these mean squares of residuals relative to the noise.
     fn nearly_all(left: &[(&[usize], f64)]) -> Outcome {
+        nearly_all_at_bound(left, &[])
+    }
+
+    /// The same if an effect's parameters end at a bound in these structures.
+    fn nearly_all_at_bound(left: &[(&[usize], f64)], at_bound: &[(&[usize], usize)]) -> Outcome {
         with_effects(NAMES, |base, candidates, data| {
             let fitted = |(chosen, left): &(&[usize], f64)| {
                 let structure = base.structure(candidates, id(chosen)).expect("a structure");
-                let parameters = structure.brought.iter().flat_map(|brought| &brought.parameters);
-                let estimate = |(i, name): (usize, &String)| Estimate {
-                    name: name.clone(),
-                    of: Direction::Parameter(i),
-                    recording: None,
-                    value: 0.0,
-                    std: None,
-                    at_bound: None,
-                };
-                let estimates = parameters.enumerate().map(estimate).collect();
+                let brought = structure.id.effects().zip(&structure.brought);
+                let estimates = brought.flat_map(|(effect, brought)| {
+                    let is_at_bound = at_bound.contains(&(chosen, effect));
+                    brought.parameters.iter().enumerate().map(move |(i, name)| Estimate {
+                        name: name.clone(),
+                        of: Direction::Parameter(i),
+                        recording: None,
+                        value: 0.0,
+                        std: None,
+                        at_bound: is_at_bound.then_some(Bound::Lower),
+                    })
+                });
+                let estimates = estimates.collect();
                 let fitted = leaving(*left, structure);
                 (id(chosen), Ok(Fitted { estimates, valid: Some(Vec::new()), ..fitted }))
             };
@@ -325,6 +340,16 @@ mod tests {
         for gain in [least_gain - 1.0, least_gain + 1.0] {
             assert_eq!(nearly_all(&with(gain)), Outcome::NearlyAll(id(name)));
         }
+    }
+
+    #[test]
+    fn a_name_with_a_part_at_its_bound_beside_it_is_named_without() {
+        let (name, both): (&[usize], &[usize]) = (&[DENSITY], &[DENSITY, CLOCK]);
+        let tried: [(&[usize], f64); 3] = [(&[], 400.0), (name, 1.18), (both, 1.0)];
+        let at_bound = |effect| nearly_all_at_bound(&tried, &[(both, effect)]);
+        assert_eq!(at_bound(CLOCK), Outcome::NearlyAll(id(name)));
+        // Without the name that is at its bound, far more is left.
+        assert_eq!(at_bound(DENSITY), Outcome::Unexplained);
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! Chooses which structures are fitted, from which starting points, and how far.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::screen::{Remedy, Score};
 use super::tried::{Open, Search};
+use dgd_runtime::System;
 use dgd_runtime::parallel::in_parallel_stateless;
 
 use crate::fit::{Fitted, NoFit, StartPoint};
@@ -86,9 +88,18 @@ impl Search<'_> {
             };
             let sayable: Vec<&Score> = scores.iter().filter(is_sayable).collect();
             let of_kinds = if structure.is_base() { self.first_of_kinds(&sayable) } else { vec![] };
-            for (rank, score) in sayable.into_iter().enumerate() {
-                let is_asked = of_kinds.contains(&score.candidate);
-                if rank < refitted || is_asked || is_understated(score.candidate) {
+            let (mut rank, mut counted) = (0, Vec::new());
+            for score in sayable {
+                let own = score.candidate;
+                // More forms of one template at one place are tried once it is among the best.
+                let is_first = !counted.iter().any(|other| self.are_forms(*other, own));
+                let is_counted = !self.candidates[own].is_generic || is_first;
+                let is_ranked = is_counted && rank < refitted;
+                if is_counted {
+                    rank += 1;
+                    counted.push(own);
+                }
+                if is_ranked || of_kinds.contains(&own) || is_understated(own) {
                     wanted.push(self.extended(structure, score));
                 }
             }
@@ -108,7 +119,7 @@ impl Search<'_> {
         let mut chosen: Vec<usize> = Vec::new();
         for score in scores {
             let own = &self.candidates[score.candidate];
-            let kind = |of: &Candidate<'_>| (of.kind(), of.changes_a_parameter());
+            let kind = |of: &Candidate<'_>| (of.kind(), of.changes_a_parameter(), of.is_at_input());
             let is_alike = |c: &&usize| kind(&self.candidates[**c]) == kind(own);
             if own.is_generic && chosen.iter().filter(is_alike).count() < OF_EACH_KIND {
                 chosen.push(score.candidate);
@@ -389,7 +400,8 @@ impl Search<'_> {
     }
 
     /// Tries other forms of an effect that explains the data only with a parameter at its bound, from the end point of
-    /// that fit: a form with fewer parameters may explain as much.
+    /// that fit: a form with fewer parameters may explain as much. So may another template at its place: a stop without
+    /// a gap is a leak.
     pub(crate) fn try_other_forms(&mut self) {
         let mut explaining = self.ranked();
         explaining.retain(|one| self.explains(*one));
@@ -407,7 +419,13 @@ impl Search<'_> {
     /// Structures with another form of an effect that has a parameter at its bound.
     fn with_other_forms(&self, structure: StructureId) -> Vec<StructureId> {
         let other_forms = self.at_bound(structure).into_iter().flat_map(|effect| {
-            let forms = self.range(self.open).filter(move |form| self.are_forms(*form, effect));
+            let is_other = move |form: &usize| {
+                let is_template = self.are_near(*form, effect) && *form != effect;
+                let is_tried = self.fitted(structure.without(effect).with(*form)).is_some();
+                self.are_forms(*form, effect)
+                    || (is_template && is_tried && self.have_one_place(*form, effect))
+            };
+            let forms = self.range(self.open).filter(is_other);
             forms.map(move |form| structure.without(effect).with(form))
         });
         other_forms.collect()
@@ -430,17 +448,34 @@ impl Search<'_> {
         }
         let error = |search: &Self| search.training_error(part).map(|(sum, _)| sum);
         let (least, before) = (error(self), self.tried.remove(&part));
-        let wanted = Wanted { structure: part, ..self.continued(whole) };
-        self.confirm(vec![wanted]);
+        let points = vec![StartPoint { held: self.known_to(whole, part), ..StartPoint::default() }];
+        let from = self.values(whole);
+        self.confirm(vec![Wanted { structure: part, from, points }]);
         match (least, error(self)) {
             (Some(least), Some(error)) if error < least => {
                 self.screens.retain(|(_, structure), _| *structure != part);
+                if matches!(&before, Some(Ok(before)) if before.valid.is_some()) {
+                    self.hold_out(&[part]);
+                }
             }
             (Some(_), _) => {
                 self.tried.extend(before.map(|before| (part, before)));
             }
             (None, _) => {}
         }
+    }
+
+    /// What an effect in place of another first adapts to: the rest of the model as it was found with that one.
+    fn known_to(&self, whole: StructureId, part: StructureId) -> Vec<String> {
+        let Some(fitted) = self.fitted(whole).filter(|_| !part.is_part_of(whole)) else {
+            return Vec::new();
+        };
+        let replaced = whole.effects().filter(|effect| !part.contains(*effect));
+        let brought = replaced.filter_map(|effect| fitted.structure.brought_by(effect));
+        let own: Vec<&String> = brought.flat_map(|brought| &brought.parameters).collect();
+        let signature = fitted.structure.system.signature();
+        let names = (0..signature.directions.len()).map(|j| signature.direction_name(j));
+        names.map(Cow::into_owned).filter(|name| !own.contains(&name)).collect()
     }
 
     /// A structure with one more effect, to be fitted from the points that its screen suggests.

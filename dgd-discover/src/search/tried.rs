@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use dgd_compiler::effects::{Application, Brought};
+use dgd_compiler::effects::Brought;
 use dgd_runtime::System;
 
 use super::evidence::Weighed;
@@ -146,11 +146,17 @@ impl Search<'_> {
 
     /// Whether two candidates are different forms of one effect at one place.
     pub(crate) fn are_forms(&self, one: usize, other: usize) -> bool {
-        let place = |c: usize| {
-            let Application { effect, arguments, .. } = &self.candidates[c].application;
-            (&effect.name.text, arguments.iter().map(|name| &name.text).collect::<Vec<_>>())
+        let name = |c: usize| &self.candidates[c].application.effect.name.text;
+        one != other && name(one) == name(other) && self.have_one_place(one, other)
+    }
+
+    /// Whether two candidates have the same arguments.
+    pub(crate) fn have_one_place(&self, one: usize, other: usize) -> bool {
+        let arguments = |c: usize| {
+            let arguments = self.candidates[c].application.arguments.iter();
+            arguments.map(|name| &name.text).collect::<Vec<_>>()
         };
-        one != other && place(one) == place(other)
+        arguments(one) == arguments(other)
     }
 
     /// Whether two candidates are templates of one kind at one place.
@@ -185,7 +191,7 @@ impl Search<'_> {
     pub(crate) fn at_bound(&self, structure: StructureId) -> Vec<usize> {
         let Some(fitted) = self.fitted(structure) else { return Vec::new() };
         let is_at_bound = |name: &String| {
-            fitted.estimates.iter().any(|e| e.name == *name && e.at_bound.is_some())
+            fitted.estimates.iter().any(|e| e.name == *name && fitted.is_at_bound(e))
         };
         let effects = structure.effects().zip(&fitted.structure.brought);
         let at_bound = effects.filter(|(effect, brought)| {

@@ -107,9 +107,19 @@ impl<'a, 'r> Judge<'a, 'r> {
     fn simplest(self) -> Option<Outcome> {
         let Thresholds { explained, nearly_explained_held_out, least_gain, .. } = *self.thresholds;
         let ranked = &self.ranking.standings;
-        let mut best = ranked
+        let first = ranked
             .iter()
             .find(|standing| self.explains(standing) && self.may_be_named(standing))?;
+        // What is hardly less likely may predict the validation recordings better.
+        let mut best = ranked
+            .iter()
+            .filter(|other| {
+                other.structure.len() == first.structure.len()
+                    && other.criterion - first.criterion < least_gain
+                    && self.explains(other)
+                    && self.may_be_named(other)
+            })
+            .min_by(|a, b| likelihood(a).total_cmp(&likelihood(b)))?;
         // A simpler structure is preferred even if it predicts slightly worse: the difference may be due to its
         // estimates, and a name that only noise suggests is worse than none.
         let nearly = |standing: &&Standing<'_>| {
@@ -145,7 +155,7 @@ impl<'a, 'r> Judge<'a, 'r> {
         let plainer = ranked.iter().filter(nearly).filter(|other| {
             self.explains(other)
                 && order(other).is_some_and(|other| order(best).is_some_and(|own| other < own))
-                && other.criterion - best.criterion < even
+                && likelihood(other) - likelihood(best) < even
         });
         best = plainer.min_by_key(|other| order(other)).unwrap_or(best);
         // If the base model already leaves little, any effect explains the rest.
@@ -282,6 +292,16 @@ impl<'a, 'r> Judge<'a, 'r> {
             })
         })
     }
+}
+
+/// How likely a structure makes the training and the validation recordings; less is better. It was fitted to the
+/// former only.
+fn likelihood(standing: &Standing<'_>) -> f64 {
+    let held_out = match &standing.misfit.held_out {
+        HeldOutMisfit::Left { error: (sum, _), .. } => *sum,
+        HeldOutMisfit::NoRecording | HeldOutMisfit::NoSimulation => 0.0,
+    };
+    standing.criterion + held_out
 }
 
 /// Whether the effects of a structure may be named: none is at a bound, cancels another or is doubted.

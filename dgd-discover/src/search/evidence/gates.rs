@@ -13,10 +13,13 @@
 
 use rand_pcg::Pcg64;
 
-use super::super::screen::{BLOCKS, RESAMPLES, blocks, gain, p_value, weighted};
+use super::super::screen::{
+    BLOCKS, RESAMPLES, Trial, blocks, gain, independent_blocks, p_value, weighted,
+};
 use super::super::tried::{Open, Search};
 use super::super::verdict::Outcome;
 use super::{Contender, Evidence, Weighed, inclusion, is_no_chance};
+use crate::fit::Fitted;
 use crate::library::StructureId;
 
 impl Search<'_> {
@@ -56,7 +59,9 @@ impl Search<'_> {
         let rest = structure.without(effect);
         let bic_gain = self.bic(rest).zip(self.bic(structure)).map_or(0.0, |(a, b)| a - b);
         let mut random = Pcg64::new(u128::from(self.seed), 1 + effect as u128);
-        let trials = self.trials(rest);
+        let sizes = self.sizes_of_noise(structure, rest);
+        let trials: Vec<Trial> =
+            self.trials(rest).into_iter().map(|trial| trial.with_errors_of(&sizes)).collect();
         let own = trials.iter().filter(|trial| trial.candidate == effect);
         // The first-order promise of a large effect, or one with jumps, is far below the gain of its refit.
         let left = |of: StructureId| self.training_error(of).map_or(0.0, |(sum, _)| sum);
@@ -66,6 +71,34 @@ impl Search<'_> {
         let [inclusion, with_alike] = inclusion(&contenders, self.unit(), &mut random);
         let evidence = Evidence { p_value, resamples: RESAMPLES, bic_gain, inclusion };
         Weighed { evidence, with_alike }
+    }
+
+    /// The size of the noise in each block, as a fraction of the errors that a structure's rest leaves there.
+    ///
+    /// What an explained discrepancy adds to the errors is no noise: if the effect shows in a few blocks only, their
+    /// signs agree by chance often enough for as large a gain. One for a structure that does not explain the data.
+    fn sizes_of_noise(&self, structure: StructureId, rest: StructureId) -> [f64; BLOCKS] {
+        let mut sizes = [1.0; BLOCKS];
+        let fits = self.fitted(structure).zip(self.fitted(rest));
+        if let Some((whole, rest)) = fits.filter(|_| self.explains(structure)) {
+            let number = independent_blocks(&self.data);
+            let sums = [whole, rest].map(|fitted| self.sums_of_blocks(fitted, number));
+            for (size, (noise, all)) in sizes.iter_mut().zip(sums[0].iter().zip(&sums[1])) {
+                *size = if noise < all { (noise / all).sqrt() } else { 1.0 };
+            }
+        }
+        sizes
+    }
+
+    /// Σ ε² of each of a number of blocks.
+    fn sums_of_blocks(&self, fitted: &Fitted, number: usize) -> [f64; BLOCKS] {
+        let residuals = fitted.residuals(&self.data);
+        let mut sums = [0.0; BLOCKS];
+        let errors = weighted(&self.data, &residuals);
+        for (e, block) in errors.iter().zip(blocks(&self.data, &residuals, number)) {
+            sums[block] += e * e;
+        }
+        sums
     }
 
     /// All structures, to look for an effect of one of them in resamples. Other forms of the effect, other templates at
@@ -78,15 +111,11 @@ impl Search<'_> {
         let alike: Vec<usize> = alternatives.chain(forms).collect();
         let contender = |of: StructureId| {
             let fitted = self.fitted(of)?;
-            let residuals = fitted.residuals(&self.data);
-            let residual = weighted(&self.data, &residuals);
-            let mut sums = vec![0.0; BLOCKS];
-            for (e, block) in residual.iter().zip(blocks(&self.data, &residuals, BLOCKS)) {
-                sums[block] += e * e;
-            }
-            let penalty = fitted.free() as f64 * (residual.len() as f64).ln();
+            let (_, samples) = fitted.error;
+            let penalty = fitted.free() as f64 * (samples as f64).ln();
             let own = of.contains(effect);
             let either = own || alike.iter().any(|other| of.contains(*other));
+            let sums = self.sums_of_blocks(fitted, BLOCKS);
             Some(Contender { has: [own, either], penalty, sums })
         };
         self.ranked().into_iter().filter_map(contender).collect()

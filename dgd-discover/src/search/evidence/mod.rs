@@ -45,7 +45,7 @@ pub(crate) struct Contender {
     /// The penalty for its parameters.
     pub penalty: f64,
     /// Σ ε² of each block.
-    pub sums: Vec<f64>,
+    pub sums: [f64; BLOCKS],
 }
 
 /// Whether the best candidate gains more in the base model than in any of ten thousand resamples of its errors.

@@ -16,6 +16,7 @@ mod inner;
 mod projection;
 mod resampled;
 mod score;
+mod steps;
 mod weighted;
 
 use dgd_compiler::effects::{Blending, Brought};
@@ -34,8 +35,8 @@ pub(super) use resampled::{
     BLOCKS, Errors, MANY_RESAMPLES, RESAMPLES, Trial, gain, p_value, resampled_p_value,
 };
 pub(crate) use score::{Remedy, Score, Screen, Silent, are_parallel, best_first};
-pub(crate) use weighted::{blocks, weighted};
-use weighted::{fitted_directions, independent_blocks, sensitivities};
+pub(crate) use weighted::{blocks, independent_blocks, weighted};
+use weighted::{fitted_directions, sensitivities};
 
 /// Factor by which the grid is refined around the best onset each time …
 const ZOOM: i32 = 4;
@@ -280,6 +281,13 @@ impl Parts<'_> {
         if least > self.undefined.max(bearable) {
             return None;
         }
+        for (((&one, brought), inner), found) in
+            others.iter().zip(&brought).zip(&inner).zip(&mut found)
+        {
+            if inner.is_empty() {
+                found.extend(self.steps(&system, &all[one], brought));
+            }
+        }
         for (&candidate, found) in others.iter().zip(&mut found) {
             let is_seen = found.iter().any(|promise| promise.is_seen);
             found.retain(|promise| !promise.columns.is_empty());
@@ -301,6 +309,7 @@ impl Parts<'_> {
                 |(why, remedy): (&str, _)| Silent { candidate, why: why.to_owned(), remedy };
             screen.silent.extend(said.map(silent));
             let contrasts = found.iter_mut().map(|promise| std::mem::take(&mut promise.contrasts));
+            let contrasts = contrasts.filter(|contrasts| !contrasts.is_empty());
             screen.trials.extend(contrasts.map(|contrasts| Trial { candidate, contrasts }));
             found.retain(|promise| promise.gain > 0.0);
             found.sort_by(|a, b| b.gain.total_cmp(&a.gain));

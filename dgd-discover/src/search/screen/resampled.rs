@@ -111,6 +111,11 @@ impl Errors {
         Errors { blocks, as_they_are, restored }
     }
 
+    /// Σ r⊥².
+    pub(crate) fn square(&self) -> f64 {
+        self.as_they_are.iter().map(|e| e * e).sum()
+    }
+
     /// The possible gain of a column that is orthogonal to the fitted directions, with λ within bounds relative to its
     /// null.
     pub(crate) fn contrast(&self, column: &[f64], bounds: [f64; 2]) -> Contrast {
@@ -153,6 +158,16 @@ fn restore(errors: &mut [f64], block: &[usize], directions: &[Vec<f64>]) {
 }
 
 impl Trial {
+    /// The same with resampled errors of another size in each block.
+    pub(crate) fn with_errors_of(mut self, sizes: &[f64; BLOCKS]) -> Trial {
+        for contrast in &mut self.contrasts {
+            for (part, size) in contrast.parts.iter_mut().zip(sizes) {
+                *part *= size;
+            }
+        }
+        self
+    }
+
     /// Its gain from the original errors.
     fn gain(&self) -> f64 {
         self.contrasts.iter().map(Contrast::gain).sum()
@@ -298,5 +313,27 @@ mod tests {
         let mean = sum / f64::from(n);
         let std = (squares / f64::from(n) - mean * mean).sqrt() / f64::from(n).sqrt();
         assert!((mean - 1.0).abs() < 4.0 * std, "{mean} ± {std}");
+    }
+
+    #[test]
+    fn a_large_effect_in_a_few_blocks_is_chance_among_its_own_errors_and_not_among_the_noise() {
+        let mut random = Pcg64::new(5, 0);
+        let column: Vec<f64> =
+            (0..SAMPLES).map(|k| if k < SAMPLES / 25 { 1.0 } else { 0.0 }).collect();
+        let errors: Vec<f64> = column.iter().map(|c| 10.0 * c + normal(&mut random)).collect();
+        let blocks: Vec<usize> = (0..SAMPLES).map(|k| k * BLOCKS / SAMPLES).collect();
+        let errors = Errors::new(&errors, blocks, &Basis::new(&[]));
+        let trial = Trial {
+            candidate: 0,
+            contrasts: vec![errors.contrast(&column, [f64::NEG_INFINITY, f64::INFINITY])],
+        };
+        let observed = trial.gain();
+        let mut sizes = [1.0; BLOCKS];
+        sizes[..BLOCKS / 25].fill(0.1);
+        let mut p = |trial: Trial| p_value(&[trial], observed, &mut random);
+        // Four blocks have the same sign in one of eight resamples.
+        let among_errors = p(trial.clone());
+        assert!((among_errors - 0.125 / 2.0).abs() < 0.07, "{among_errors}");
+        assert_eq!(p(trial.with_errors_of(&sizes)), 0.001);
     }
 }

@@ -67,6 +67,29 @@ pub(super) fn sensitivities(
     Some(((0..directions).map(joined).collect(), undefined))
 }
 
+/// Simulated outputs at the measured samples, in units of the noise and whitened, in the order of the columns above.
+pub(super) fn outputs(system: &Loaded, values: &Values, data: &Data<'_>) -> Option<Vec<f64>> {
+    let p = values.parameters(system);
+    let mut all = Vec::new();
+    for (r, recording) in data.train.iter().enumerate() {
+        let (start, options) = (values.starts(system, r), data.options_for(system));
+        let simulated =
+            dgd_identify::outputs(system.as_model(), recording, &p, &start, &options).ok()?;
+        let sensors = data.noise.iter().zip(&recording.measured).enumerate();
+        for (output, (noise, measured)) in sensors {
+            let (Some(noise), Some(measured)) = (noise, measured) else { continue };
+            let whitener = Whitener::new(&recording.times, |k| measured[k].is_finite(), noise);
+            let of_sample = |(k, measured): (usize, &f64)| {
+                if measured.is_finite() { simulated.w(k)[output] } else { f64::NAN }
+            };
+            let whitened = whitener.apply(measured.iter().enumerate().map(of_sample));
+            let counted = measured.iter().zip(whitened);
+            all.extend(counted.filter(|(measured, _)| measured.is_finite()).map(|(_, w)| w));
+        }
+    }
+    Some(all)
+}
+
 fn sensitivities_by_recording(
     system: &Loaded,
     values: &Values,
@@ -132,7 +155,7 @@ const MEMORIES: f64 = 5.0;
 const FEWEST_BLOCKS: f64 = 10.0;
 
 /// Number of nearly independent blocks in all recordings.
-pub(super) fn independent_blocks(data: &Data<'_>) -> usize {
+pub(crate) fn independent_blocks(data: &Data<'_>) -> usize {
     let colours = data.noise.iter().flatten().filter_map(|noise| noise.colour);
     let memory = colours.map(|colour| colour.memory).fold(0.0, f64::max);
     let length = |recording: &Recording| match recording.times.as_slice() {

@@ -49,7 +49,8 @@ const HIDDEN: &[Hidden] = &[
     },
     Hidden {
         name: "loose_spring",
-        truth: Truth::Template(&["backlash(x, momentum)"]),
+        // The stiffness is estimated: a spring with a gap is no spring, and two stops at the ends of the gap.
+        truth: Truth::Template(&["backlash(x, momentum)", "end_stop(x, momentum)"]),
         effect: "effect truth on oscillator\nkind plant\n\
             parameter play [mm] = 10 in 0 ..\nnull play = 0\n\
             replace x in momentum by max(x - play, 0) + min(x + play, 0)\n",

@@ -1,0 +1,121 @@
+//! Limits at which an effect begins, screened by how far they move rather than by their derivative.
+//!
+//! A limit at the edge of what a quantity reaches acts on no sample, or on one; further in it acts on ever more. Its
+//! derivative at the edge therefore says nothing about it. With w(ℓ) the outputs with the limit at ℓ and ℓ₀ its null,
+//!
+//! ```text
+//!   φ = w(ℓ) − w(ℓ₀),   gain = 2 φ⊥ᵀr − φ⊥ᵀφ⊥
+//! ```
+//!
+//! for the whole step, at some points between the edge and the other end of the limit's range.
+
+use dgd_compiler::effects::Brought;
+use dgd_execute::Loaded;
+use dgd_runtime::System;
+use dgd_runtime::parallel::in_parallel;
+use dgd_runtime::signature::Parameter;
+
+use super::weighted::outputs;
+use super::{Parts, Promise, Resolution};
+use crate::fit::StartPoint;
+use crate::library::Candidate;
+
+/// Points of the grid.
+const POINTS: usize = 6;
+
+/// How often the grid is refined about the best point; by a factor of three each time.
+const ZOOMS: usize = 2;
+
+/// Share of Σ (e/σ)² that the best point must promise for that.
+const WORTH_ZOOMING: f64 = 0.1;
+
+/// A limit at the edge of its range.
+struct Limit<'a> {
+    name: &'a str,
+    null: f64,
+    /// The other end of its range.
+    end: f64,
+}
+
+impl Limit<'_> {
+    fn at(&self, share: f64) -> f64 {
+        self.null + share * (self.end - self.null)
+    }
+}
+
+/// The parameters of a kinked effect whose null is one end of their range.
+fn limits<'a>(system: &Loaded, one: &Candidate<'_>, brought: &'a Brought) -> Vec<Limit<'a>> {
+    let limit = |name: &'a String| {
+        let mut parameters = system.signature().parameters.iter();
+        let &Parameter { value, lower, upper, .. } = parameters.find(|p| *p.name == **name)?;
+        let end = match (value == lower, value == upper) {
+            (true, false) => upper,
+            (false, true) => lower,
+            _ => return None,
+        };
+        end.is_finite().then_some(Limit { name, null: value, end })
+    };
+    if one.has_kink() { brought.null.iter().filter_map(limit).collect() } else { Vec::new() }
+}
+
+impl Parts<'_> {
+    /// What a candidate promises with its limits moved, all by the same share of their ranges.
+    pub(super) fn steps(
+        &self,
+        system: &Loaded,
+        one: &Candidate<'_>,
+        brought: &Brought,
+    ) -> Vec<Promise> {
+        let limits = limits(system, one, brought);
+        if limits.is_empty() {
+            return Vec::new();
+        }
+        let Some(as_it_is) = outputs(system, self.values, self.data) else { return Vec::new() };
+        let try_shares = |shares: &[f64]| -> Vec<(f64, Promise)> {
+            let found = in_parallel(system, shares.len(), self.threads, |system, k| {
+                let moved = limits.iter().map(|limit| (limit.name.to_owned(), limit.at(shares[k])));
+                self.step(system, moved.collect(), &as_it_is)
+            });
+            let both = shares.iter().copied().zip(found);
+            both.filter_map(|(share, promise)| Some((share, promise?))).collect()
+        };
+        let grid: Vec<f64> = (0..POINTS).map(|g| (g as f64 + 0.5) / POINTS as f64).collect();
+        let mut found = try_shares(&grid);
+        let mut spacing = 1.0 / POINTS as f64;
+        let zooms = if self.resolution == Resolution::Refined { ZOOMS } else { 0 };
+        for _ in 0..zooms {
+            let best = found.iter().max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain));
+            let least = WORTH_ZOOMING * self.errors.square();
+            let Some((share, _)) = best.filter(|(_, best)| best.gain > least) else { break };
+            spacing /= 3.0;
+            let mut nearer = try_shares(&[share - spacing, share + spacing]);
+            // Where the data leads to is no trial: it has no part in p-values.
+            for (_, promise) in &mut nearer {
+                promise.contrasts.clear();
+            }
+            found.extend(nearer);
+        }
+        found.into_iter().map(|(_, promise)| promise).collect()
+    }
+
+    /// What moved limits promise; `None` if they change nothing that is measured, or cannot be simulated.
+    fn step(
+        &self,
+        system: &Loaded,
+        moved: Vec<(String, f64)>,
+        as_it_is: &[f64],
+    ) -> Option<Promise> {
+        let mut values = self.values.clone();
+        values.p.extend(moved.iter().cloned());
+        let outputs = outputs(system, &values, self.data)?;
+        let column: Vec<f64> = outputs.iter().zip(as_it_is).map(|(w, before)| w - before).collect();
+        let rest = self.basis.project_out(&column)?;
+        let contrast = self.errors.contrast(&rest, [0.0, 1.0]);
+        let gain = contrast.gain();
+        // A fit gets nowhere from the edge, whatever the rest of the model has to change.
+        let held = moved.iter().map(|(name, _)| name.clone()).collect();
+        let mut point = StartPoint { held, ..StartPoint::default() };
+        point.set(moved.into_iter());
+        Some(Promise { gain, point, columns: vec![rest], contrasts: vec![contrast], is_seen: true })
+    }
+}
