@@ -68,9 +68,10 @@ impl UnitError {
             UnitErrorKind::Unknown { suggestion, .. } => {
                 suggestion.as_ref().map(|unit| format!("did you mean `{unit}`?"))
             }
-            UnitErrorKind::Malformed { .. } => {
-                Some("units are written like `kg/m^3`, `Pa*s^2/m^6` or `1/(m*s)`".to_owned())
-            }
+            UnitErrorKind::Malformed { .. } => Some(
+                "units are written like `kg/m^3`, `Pa*s^2/m^6`, `m^(5/2)/s` or `1/(m*s)`"
+                    .to_owned(),
+            ),
             UnitErrorKind::OutOfRange => None,
         }
     }

@@ -122,7 +122,7 @@ fn declared(input: Tokens<'_>) -> Parsed<'_, (Name, Option<Unit>)> {
 /// `= …`, which has to be there.
 fn value(what: &'static str) -> impl Fn(Tokens<'_>) -> Parsed<'_, Expr> {
     move |input| match input.first() {
-        Some(TokenKind::Equal) => expression(input.behind_first()),
+        Some(TokenKind::Equal) => one_value(input.behind_first()),
         None => input.wrong(
             Diagnostic::new(Code::E111, input.span(), format!("{what} needs a value"))
                 .help("write `= …` behind it"),
@@ -132,7 +132,20 @@ fn value(what: &'static str) -> impl Fn(Tokens<'_>) -> Parsed<'_, Expr> {
 }
 
 fn optional_value(input: Tokens<'_>) -> Parsed<'_, Option<Expr>> {
-    opt(preceded(token(TokenKind::Equal, "`=`"), cut(expression))).parse(input)
+    opt(preceded(token(TokenKind::Equal, "`=`"), cut(one_value))).parse(input)
+}
+
+/// The value of what is no array.
+fn one_value(input: Tokens<'_>) -> Parsed<'_, Expr> {
+    if input.first() != Some(TokenKind::Open) || !input.is_list() {
+        return expression(input);
+    }
+    let (_, list) = array::value(input)?;
+    let count = if let ExprKind::List(values) = &list.kind { values.len() } else { 1 };
+    input.wrong(
+        Diagnostic::new(Code::E105, list.span, format!("{count} values for one name"))
+            .help(format!("an array has a range behind its name: `[1..{count}]`")),
+    )
 }
 
 /// An array, if one is declared: what stands behind its keyword.
