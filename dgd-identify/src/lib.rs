@@ -61,6 +61,6 @@ pub use output_error::prior::Prior;
 pub use output_error::stepping::Stepping;
 pub use output_error::{Evaluation, OutputErrorProblem, Starts, evaluate, fit, fit_starts};
 pub use progress::{Of, Progress, Unwatched, Watch};
-pub use recording::{Misfit, Recording, outputs, outputs_with_sensitivities};
+pub use recording::{Derivatives, Misfit, Recording, outputs_of, outputs_with_sensitivities};
 pub use uncertainty::{Correlated, Estimate, Term, Undetermined};
 pub use variables::Bound;

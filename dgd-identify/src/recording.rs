@@ -108,7 +108,7 @@ impl std::iter::Sum for Misfit {
 
 /// Whether derivatives are wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Derivatives {
+pub enum Derivatives {
     /// Outputs only.
     No,
     /// Outputs and their sensitivities.
@@ -117,8 +117,12 @@ pub(crate) enum Derivatives {
 
 /// Outputs at the sample times of a recording, as its sensors would read them.
 ///
-/// All estimation sees a model through this function and [`simulated_sums`].
-pub(crate) fn outputs_of(
+/// All estimation sees a model through this function and `simulated_sums`.
+///
+/// # Errors
+///
+/// As [`outputs_with_sensitivities`].
+pub fn outputs_of(
     system: &dyn Model,
     recording: &Recording,
     p: &[f64],
@@ -139,21 +143,6 @@ pub(crate) fn outputs_of(
         Ok(solution) => Ok(observe(&problem, &solution)),
         Err(failure) => Err(TrialFailure::Simulation(failure.error)),
     }
-}
-
-/// Outputs at the sample times of a recording.
-///
-/// # Errors
-///
-/// As [`outputs_with_sensitivities`].
-pub fn outputs(
-    system: &dyn Model,
-    recording: &Recording,
-    p: &[f64],
-    start: &[(usize, f64)],
-    options: &Options,
-) -> Result<Observations, TrialFailure> {
-    outputs_of(system, recording, p, start, options, Derivatives::No)
 }
 
 /// Outputs at the sample times of a recording, and their sensitivities to the directions of the model.

@@ -88,15 +88,14 @@ impl Search<'_> {
             };
             let sayable: Vec<&Score> = scores.iter().filter(is_sayable).collect();
             let of_kinds = if structure.is_base() { self.first_of_kinds(&sayable) } else { vec![] };
-            let (mut rank, mut counted) = (0, Vec::new());
+            let mut counted = Vec::new();
             for score in sayable {
                 let own = score.candidate;
                 // More forms of one template at one place are tried once it is among the best.
                 let is_first = !counted.iter().any(|other| self.are_forms(*other, own));
                 let is_counted = !self.candidates[own].is_generic || is_first;
-                let is_ranked = is_counted && rank < refitted;
+                let is_ranked = is_counted && counted.len() < refitted;
                 if is_counted {
-                    rank += 1;
                     counted.push(own);
                 }
                 if is_ranked || of_kinds.contains(&own) || is_understated(own) {

@@ -135,7 +135,7 @@ fn optional_value(input: Tokens<'_>) -> Parsed<'_, Option<Expr>> {
     opt(preceded(token(TokenKind::Equal, "`=`"), cut(one_value))).parse(input)
 }
 
-/// The value of what is no array.
+/// The value of anything but an array.
 fn one_value(input: Tokens<'_>) -> Parsed<'_, Expr> {
     if input.first() != Some(TokenKind::Open) || !input.is_list() {
         return expression(input);

@@ -89,7 +89,7 @@ impl Parts<'_> {
             let Some((share, _)) = best.filter(|(_, best)| best.gain > least) else { break };
             spacing /= 3.0;
             let mut nearer = try_shares(&[share - spacing, share + spacing]);
-            // Where the data leads to is no trial: it has no part in p-values.
+            // Points chosen by looking at the data do not count in p-values.
             for (_, promise) in &mut nearer {
                 promise.contrasts.clear();
             }

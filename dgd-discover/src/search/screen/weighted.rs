@@ -1,8 +1,8 @@
 //! Residuals and sensitivities of the measured samples, in units of the noise and whitened.
 
 use dgd_execute::Loaded;
-use dgd_identify::Recording;
 use dgd_identify::outputs_with_sensitivities as observe;
+use dgd_identify::{Derivatives, Recording, outputs_of};
 use dgd_runtime::{Direction, System};
 
 use super::projection::Basis;
@@ -73,8 +73,9 @@ pub(super) fn outputs(system: &Loaded, values: &Values, data: &Data<'_>) -> Opti
     let mut all = Vec::new();
     for (r, recording) in data.train.iter().enumerate() {
         let (start, options) = (values.starts(system, r), data.options_for(system));
+        let without = Derivatives::No;
         let simulated =
-            dgd_identify::outputs(system.as_model(), recording, &p, &start, &options).ok()?;
+            outputs_of(system.as_model(), recording, &p, &start, &options, without).ok()?;
         let sensors = data.noise.iter().zip(&recording.measured).enumerate();
         for (output, (noise, measured)) in sensors {
             let (Some(noise), Some(measured)) = (noise, measured) else { continue };

@@ -49,7 +49,7 @@ const HIDDEN: &[Hidden] = &[
     },
     Hidden {
         name: "loose_spring",
-        // The stiffness is estimated: a spring with a gap is no spring, and two stops at the ends of the gap.
+        // The stiffness is estimated, so a spring with a gap is the same as no spring and two stops at the ends of the gap.
         truth: Truth::Template(&["backlash(x, momentum)", "end_stop(x, momentum)"]),
         effect: "effect truth on oscillator\nkind plant\n\
             parameter play [mm] = 10 in 0 ..\nnull play = 0\n\
