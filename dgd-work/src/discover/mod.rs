@@ -21,6 +21,7 @@ use dgd_identify::journal::{Forgetful, Journal};
 use dgd_identify::{Recording, Unwatched};
 use dgd_plot::Figure;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
+use dgd_runtime::signature::Direction;
 use dgd_runtime::{Signature, System};
 use serde::{Serialize, Serializer};
 use serde_json::Value;
@@ -456,9 +457,18 @@ fn recordings(
         solve.start = start;
         read.experiment(&system, &p, path, &solve, &integration)
     };
+    let directions = &system.signature().directions;
     let one = |(read, path): (&recording::Recording, &PathBuf)| {
+        if request.solve.start == Start::Measured {
+            return with(Start::Measured, read, path);
+        }
         // A guess only: where the outputs do not give one, the model's own start values do.
-        with(Start::Measured, read, path).or_else(|_| with(request.solve.start, read, path))
+        let Ok(mut guessed) = with(Start::Measured, read, path) else {
+            return with(request.solve.start, read, path);
+        };
+        // What is not estimated stays as the model has it.
+        guessed.start.retain(|(state, _)| directions.contains(&Direction::Start(*state)));
+        Ok(guessed)
     };
     let files = read.iter().zip(paths).map(|(read, path)| DataFile::new(path, read.digest));
     let all: Result<Vec<Recording>, WorkError> = read.iter().zip(paths).map(one).collect();
