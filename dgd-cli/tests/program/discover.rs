@@ -468,8 +468,13 @@ fn a_model_whose_start_values_are_all_fixed_is_examined() {
     let args = ["discover", &model, "--data", &train, "--valid", &valid, "--format", "json"];
     let found = dgd(&args).done().json();
     // The drift hides in the model's parameters on the training data, and shows on the validation data.
-    assert_eq!(found["verdict"], "unexplained", "{}", found["reason"]);
-    assert!(number(&found["gap"]["v"]["valid_before"]) > 5.0 * number(&found["gap"]["v"]["noise"]));
+    assert_eq!(found["verdict"], "effects", "{}", found["reason"]);
+    assert_eq!(found["effects"][0]["name"], "sensor_drift(v)", "{}", found["reason"]);
+    let drift = &found["effects"][0]["parameters"]["drift_v"];
+    assert_eq!(drift["unit"], "V/h");
+    let off = number(&drift["value"]) - 0.004;
+    assert!(off.abs() < 3.0 * number(&drift["std"]), "{drift}");
+    assert!(number(&found["gap"]["v"]["valid_before"]) > 2.0 * number(&found["gap"]["v"]["noise"]));
 }
 
 #[test]
