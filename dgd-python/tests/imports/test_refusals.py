@@ -10,7 +10,6 @@ import pytest
 from networks import TABLES, decay, parameter, problem, reaction, rule, species
 
 import dgd
-from dgd._petab.language import has_noise_formulas
 
 libsbml = pytest.importorskip("libsbml", reason="python-libsbml is not installed: pip install 'dgd-models[petab]'")
 pytest.importorskip("petab.v1", reason="petab is not installed: pip install 'dgd-models[petab]'")
@@ -128,6 +127,10 @@ PLAIN = "observableFormula\tnoiseFormula"
             observed(PLAIN, "A*observableParameter1_obs\t0.1"),
             "measurements of `obs` without a value of `observableParameter1_obs`",
         ),
+        (
+            observed(PLAIN, "A\tnoiseParameter1_obs"),
+            "measurements of `obs` without a value of `noiseParameter1_obs`",
+        ),
         (observed(PLAIN, "A +* 2\t0.1"), "the formula `A +* 2`"),
         (
             observed(f"{PLAIN}\tobservableTransformation", "A\t0.1\tlog") | measured("obs\tc0\t-3\t1\n"),
@@ -146,14 +149,6 @@ PLAIN = "observableFormula\tnoiseFormula"
 )
 def test_of_the_tables(tmp_path: Path, tables: dict[str, str], words: str) -> None:
     assert any(line.startswith(words) for line in refused(problem(tmp_path, decay(), **tables)))
-
-
-@pytest.mark.skipif(has_noise_formulas(), reason="in this build noise may be a formula")
-def test_of_noise(tmp_path: Path) -> None:
-    observables = TABLES["observables"].replace("0.1", "0.1*A")
-    assert refused(problem(tmp_path, decay(), observables=observables)) == [
-        "noise `0.1*A` of observable `obs`, which is not a number"
-    ]
 
 
 def test_everything_is_said_at_once(tmp_path: Path) -> None:

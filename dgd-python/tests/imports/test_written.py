@@ -139,6 +139,12 @@ def test_overrides_and_logarithms_make_outputs_of_their_own(tmp_path: Path) -> N
     assert np.allclose(p.simulation(rtol=1e-10)["simulation"], wanted)
 
 
+def test_what_is_not_measured_is_an_output_without_noise(tmp_path: Path) -> None:
+    observables = TABLES["observables"] + "rest\tA\tnoiseParameter1_rest\n"
+    p = dgd.from_petab(problem(tmp_path, decay(), observables=observables))
+    assert {name: one.noise for name, one in p.model.outputs.items()} == {"obs": 0.1, "rest": None}
+
+
 def test_sums_of_thousands_are_written(tmp_path: Path) -> None:
     formula = "+".join(f"{k}*A" for k in range(1, 3001)) + " - (A - 2*A)"
     observables = f"observableId\tobservableFormula\tnoiseFormula\nobs\t{formula}\t0.1\n"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from .formula.evaluate import constant
 from .formula.expression import ONE, Expression, call, number, operation
-from .language import has_noise_formulas
 from .model import Output
 from .names import Names
 from .read.tables import Measurement, Observable, Tables
@@ -52,37 +51,40 @@ class _Maker:
 
     def outputs(self, observable: Observable, distinct: list[Overrides]) -> dict[Overrides, Output]:
         """The outputs of an observable. One that is not measured has one, where its formula says all."""
-        if not distinct and not observable.placeholders:
+        is_measured = bool(distinct)
+        if not is_measured and not observable.placeholders:
             distinct = [((), ())]
         scale = self._scale(observable)
         bare = observable.name if scale == "lin" else f"{scale}_{observable.name}"
         counted = [bare] if len(distinct) == 1 else [f"{bare}_{k}" for k in range(1, len(distinct) + 1)]
         return {
-            overrides: self._output(observable, overrides, self._names.fresh(which))
+            overrides: self._output(observable, overrides, self._names.fresh(which), is_measured)
             for overrides, which in zip(distinct, counted, strict=True)
         }
 
-    def _output(self, observable: Observable, overrides: Overrides, which: str) -> Output:
+    def _output(self, observable: Observable, overrides: Overrides, which: str, is_measured: bool) -> Output:
         by: dict[str, Expression] = {}
-        for given, wanted in zip(overrides, (observable.placeholders, observable.noise_placeholders)):
-            if len(given) < len(wanted) and not (wanted is observable.noise_placeholders and not given):
+        noise_wanted = observable.noise_placeholders
+        for given, wanted in zip(overrides, (observable.placeholders, noise_wanted)):
+            is_needed = wanted is not noise_wanted or (is_measured and self._is_noise_declared) or given
+            if is_needed and len(given) < len(wanted):
                 self._refusals.add(f"measurements of `{observable.name}` without a value of `{wanted[-1]}`")
             by.update(zip(wanted, given))
-        noise = self._noise(observable, observable.noise.replaced(by))
+        # What is not measured needs no noise.
+        is_said = is_measured or not noise_wanted
+        noise = self._noise(observable, observable.noise.replaced(by)) if is_said else None
         said = ", ".join(f"{one} = {value}" for one, value in by.items())
         doc = "; ".join(words for words in (observable.doc, said if len(by) else "") if words)
         return Output(which, doc, observable.formula.replaced(by), noise, self._scale(observable))
 
     def _scale(self, observable: Observable) -> str:
         """The logarithm that the output is taken of: none, where the noise can be log-normal."""
-        return "lin" if self._is_noise_declared and has_noise_formulas() else observable.scale
+        return "lin" if self._is_noise_declared else observable.scale
 
     def _noise(self, observable: Observable, noise: Expression) -> Expression | None:
         if not self._is_noise_declared:
             return None
         value = constant(noise.replaced(self._fixed))
-        if value is None and not has_noise_formulas():
-            self._refusals.add(f"noise `{noise}` of observable `{observable.name}`, which is not a number")
         said = noise if value is None else number(value)
         if self._scale(observable) == observable.scale:
             return said

@@ -15,7 +15,6 @@ from .._model.model import Model, parse
 from .._options import Values
 from .._results.fit import Fit
 from .read.tables import Tables
-from .language import has_steady_starts
 from .model import Written
 from .recordings import Columns, Reading, recordings, restless
 from .refusal import Refusals
@@ -71,7 +70,7 @@ def _read(file: str, is_noise_declared: bool, settle: float | None) -> PetabProb
     if not found.measurements:
         raise DataError(f"{what} has no measurements")
     is_all = all(one.before is not None for one in found.experiments.values())
-    is_steady = settle is None and is_all and has_steady_starts()
+    is_steady = settle is None and is_all
     ends = {one.experiment for one in found.measurements if one.time == math.inf}
     if settle is not None or is_steady:
         # At rest it does not matter how long nothing moves.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ..language import has_prior
 from ..refusal import Refusals
 
 #: A law by the language's name for it, and its two numbers.
@@ -39,7 +38,7 @@ def prior(
     if bare == "uniform":
         return None, _narrower(bounds, [base**one for one in numbers] if base else numbers)
     law = _law(bare, numbers, base) if len(numbers) == 2 else None
-    if law is not None and has_prior(law[0]):
+    if law is not None:
         return law, bounds
     where = f" on the scale `{scale}`" if base else ""
     refusals.add(f"prior `{kind}`{where} of parameter `{parameter}`")
