@@ -3,6 +3,7 @@
 // that are nothing but roundings and errors of the run, of which only that is compared; `steps: false` where their number may differ.
 export const MODELS = {
   "battery_pack.dgd": { data: "time [s],I [A],T_air [degC]\n0,2,20\n600,-1,20\n1200,-1,20\n" },
+  "pack_of_cells.dgd": { data: "time [s],I [A],T_air [degC]\n0,2,20\n600,-1,20\n1200,-1,20\n" },
   "bench_two_state.dgd": { data: "time [s],w [1]\n0,0.8\n60,0.9\n300,0.8\n" },
   "booster_line.dgd": { data: "time [s],q_ssp [lpm],q_boost [lpm],q_tf [lpm]\n0,1700,1500,200\n60,1700,1500,200\n120,1700,0,200\n600,1700,1500,200\n" },
   "chemostat.dgd": { data: "time [s],D [1/h]\n0,0.1\n3600,0.3\n36000,0.3\n", every: 600 },

@@ -705,6 +705,7 @@ agreement! {
     mud_circulation_u_tubing_by_level: "models/mud_circulation_u_tubing.dgd", inertia = by_level;
     night_setback: "models/night_setback.dgd";
     oregonator: "models/test_set/oregonator.dgd";
+    pack_of_cells: "models/pack_of_cells.dgd";
     pendulum: "models/pendulum.dgd";
     pendulum_cartesian: "models/pendulum_cartesian.dgd";
     rigid_tanks: "models/rigid_tanks.dgd";

@@ -194,9 +194,19 @@ fn an_exchanger_of_four_passes_follows_the_exponential_of_its_matrix() {
     }
 }
 
-/// At a constant current charges fall along lines, and voltages over capacitances are I R₁ (1 − e^(−t/R₁C₁)).
 #[test]
 fn a_battery_is_its_cells_one_by_one() {
+    is_its_cells_one_by_one("battery_pack.dgd");
+}
+
+#[test]
+fn a_battery_of_parts_is_its_cells_one_by_one() {
+    is_its_cells_one_by_one("pack_of_cells.dgd");
+}
+
+/// At a constant current charges fall along lines, and voltages over capacitances are I R₁ (1 − e^(−t/R₁C₁)).
+#[track_caller]
+fn is_its_cells_one_by_one(model: &str) {
     let capacities = [2.5, 2.5, 2.4, 2.5, 2.55, 2.5].map(|q| q * HOUR);
     let resistances = [20.0, 21.0, 26.0, 20.0, 19.0, 20.0].map(|r| 1e-3 * r);
     let capacitances = [2500.0, 2400.0, 2000.0, 2500.0, 2600.0, 2500.0];
@@ -205,7 +215,7 @@ fn a_battery_is_its_cells_one_by_one() {
     let hottest = [23.028_651_540, 22.253_078_887];
     let inputs = [current, 20.0 + CELSIUS];
     let times = [600.0, 1200.0];
-    let run = run("battery_pack.dgd", &[], &[(1200.0, &inputs)], &times);
+    let run = run(model, &[], &[(1200.0, &inputs)], &times);
     for (k, t) in times.into_iter().enumerate() {
         let left = |i: usize| 0.8 - current * t / capacities[i];
         let voltage = |i: usize| {

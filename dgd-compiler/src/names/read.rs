@@ -225,9 +225,7 @@ impl Reader<'_> {
                 self.attributes(attributes);
             }
             ItemKind::Array { axes, unit, start, attributes, .. } => {
-                for Axis { range, .. } in axes {
-                    self.exprs([&range.lower, &range.upper]);
-                }
+                self.axes(axes);
                 self.unit(unit.as_ref());
                 let indices = axes.iter().filter_map(|axis| axis.index.as_ref());
                 self.with_indices(indices, |this| this.exprs(start));
@@ -237,8 +235,9 @@ impl Reader<'_> {
                 self.ends(counters);
                 self.with_indices(counters.iter().map(|counter| &counter.index), |this| {
                     for item in items {
-                        if let ItemKind::Equation { label: name, .. } | ItemKind::Let { name, .. } =
-                            &item.kind
+                        if let ItemKind::Equation { label: name, .. }
+                        | ItemKind::Let { name, .. }
+                        | ItemKind::Binding { input: name, .. } = &item.kind
                         {
                             this.indices_behind(name);
                         }
@@ -292,9 +291,14 @@ impl Reader<'_> {
                     self.exprs(&start.condition);
                 }
             }
-            ItemKind::Part { model, arguments, .. } => self.part(model, arguments),
-            ItemKind::Binding { input, value } => {
+            ItemKind::Part { axes, model, arguments, .. } => {
+                self.axes(axes);
+                let indices = axes.iter().filter_map(|axis| axis.index.as_ref());
+                self.with_indices(indices, |this| this.part(model, arguments));
+            }
+            ItemKind::Binding { input, indices, value } => {
                 self.name(input);
+                self.exprs(indices);
                 self.expr(value);
             }
             ItemKind::When(reaction) => {
@@ -309,6 +313,12 @@ impl Reader<'_> {
                 self.name(name);
                 self.expr(bound);
             }
+        }
+    }
+
+    fn axes(&mut self, axes: &[Axis]) {
+        for Axis { range, .. } in axes {
+            self.exprs([&range.lower, &range.upper]);
         }
     }
 

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::binding::{self, Bound, Socket, Written as Binding};
 use super::instance::{Instance, instance};
 use super::tied::tie;
 use super::unknown::verify_names;
@@ -10,7 +11,7 @@ use super::visible::{Files, Visible};
 use super::{Expanded, InnerModel};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::source::{SourceId, Span};
-use crate::syntax::ast::{Ast, Expr, Item, ItemKind, Name, PartArgument, Unit};
+use crate::syntax::ast::{Ast, Axis, Counter, Item, ItemKind, Name, PartArgument};
 use crate::syntax::rename::Renaming;
 use crate::syntax::visit::{self, Namespace, Part};
 
@@ -38,21 +39,16 @@ pub(super) struct ExpandedModel {
 }
 
 /// Within which choices of which variants something stands.
-type Path = Vec<(String, usize)>;
+pub(super) type Path = Vec<(String, usize)>;
 
 /// A part as written.
-struct Written<'a> {
+pub(super) struct Written<'a> {
     path: Path,
     item: &'a Item,
-    name: &'a Name,
-    model: &'a Name,
-    arguments: &'a [PartArgument],
-}
-
-/// An input of a part, bound.
-struct Bound<'a> {
-    path: Path,
-    input: &'a Name,
+    pub(super) name: &'a Name,
+    pub(super) axes: &'a [Axis],
+    pub(super) model: &'a Name,
+    pub(super) arguments: &'a [PartArgument],
 }
 
 impl Bound<'_> {
@@ -77,6 +73,10 @@ pub(super) struct Expansion<'a, 'd> {
     /// The models that are being expanded, outermost first.
     open: Vec<&'a Ast>,
     size: usize,
+    /// Inputs of the model's parts that are bound in pieces.
+    in_pieces: BTreeSet<String>,
+    /// Names that the model and its libraries declare.
+    taken: BTreeSet<String>,
     diagnostics: &'d mut Diagnostics,
 }
 
@@ -89,6 +89,8 @@ impl<'a, 'd> Expansion<'a, 'd> {
             done: BTreeMap::new(),
             open: Vec::new(),
             size: 0,
+            in_pieces: BTreeSet::new(),
+            taken: BTreeSet::new(),
             diagnostics,
         }
     }
@@ -151,13 +153,17 @@ impl<'a, 'd> Expansion<'a, 'd> {
             ..ExpandedModel::default()
         };
         let (mut parts, mut bindings) = (Vec::new(), Vec::new());
-        collect(&own, &mut Path::new(), &mut parts, &mut bindings);
+        let mut elements = BTreeSet::new();
+        collect(&own, &mut Path::new(), &mut parts, &mut bindings, &mut elements);
+        let in_pieces = binding::in_pieces(&bindings, &elements);
+        let taken = taken_by(&own, visible);
         self.verify_parts(&own, &parts);
         let placed: Vec<Placed<'_>> = parts
             .into_iter()
             .map(|written| {
-                let mut instance = self.part(&written, visible, &mut whole);
+                let mut instance = self.part(&written, visible, &taken, &mut whole);
                 if let Ok(instance) = &mut instance {
+                    binding::as_unknowns(&mut instance.items, &in_pieces);
                     // An input bound in some choices only stays an input for the others.
                     instance.remove_inputs(&|input| {
                         bindings.iter().any(|b| b.input.text == input && b.is_there_with(&written))
@@ -166,7 +172,8 @@ impl<'a, 'd> Expansion<'a, 'd> {
                 Placed { written, instance }
             })
             .collect();
-        self.verify_bindings(&bindings);
+        binding::verify_once(&bindings, self.diagnostics);
+        (self.in_pieces, self.taken) = (in_pieces, taken);
         let n_items = |placed: &Placed<'_>| placed.instance.as_ref().map_or(0, |i| i.items.len());
         whole.lengths = placed.iter().map(n_items).collect();
         let mut used = 0;
@@ -184,9 +191,10 @@ impl<'a, 'd> Expansion<'a, 'd> {
         &mut self,
         written: &Written<'_>,
         visible: &Visible<'a>,
+        taken: &BTreeSet<String>,
         whole: &mut ExpandedModel,
     ) -> Result<Instance, Reported> {
-        let Written { item, name, model, arguments, .. } = written;
+        let Written { item, name, model, .. } = written;
         let Some(ast) = visible.models.get(model.text.as_str()).copied() else {
             let message = format!("there is no model `{}`", model.text);
             let help = match suggestion(&model.text, visible.models.keys().copied()) {
@@ -220,7 +228,7 @@ impl<'a, 'd> Expansion<'a, 'd> {
             name: format!("{}.{}", name.text, part.name),
             ..part.clone()
         }));
-        instance(name, model, arguments, inner, &mut whole.set, self.diagnostics)
+        instance(written, inner, taken, &mut whole.set, self.diagnostics)
     }
 
     /// No model contains itself, and there is an end to parts of parts.
@@ -277,22 +285,6 @@ impl<'a, 'd> Expansion<'a, 'd> {
         }
     }
 
-    /// No input of a part is bound twice.
-    fn verify_bindings(&mut self, bindings: &[Bound<'_>]) {
-        for (i, bound) in bindings.iter().enumerate() {
-            let same = |other: &&Bound<'_>| {
-                other.input.text == bound.input.text && agree(&other.path, &bound.path)
-            };
-            if let Some(first) = bindings[..i].iter().find(same) {
-                let message = format!("`{}` is bound twice", bound.input.text);
-                self.diagnostics.error(
-                    Diagnostic::new(Code::E202, bound.input.span, message)
-                        .label(first.input.span, "first here"),
-                );
-            }
-        }
-    }
-
     /// The items with parts and bindings replaced; parts are taken in the order of `collect`.
     fn in_place(
         &mut self,
@@ -310,10 +302,22 @@ impl<'a, 'd> Expansion<'a, 'd> {
                     }
                     *used += 1;
                 }
-                ItemKind::Binding { input, value } => {
-                    if let Ok(unit) = self.bound_unit(input, path, placed) {
-                        all.push(binding(item, input, unit, value));
-                    }
+                ItemKind::Binding { input, indices, value } => {
+                    let counters: &[Counter] = &[];
+                    let written = Binding { item, input, indices, value, counters };
+                    all.extend(self.bound(&written, path, placed));
+                }
+                ItemKind::For { counters, items } => {
+                    let one = |item: &Item| match &item.kind {
+                        ItemKind::Binding { input, indices, value } => {
+                            let written = Binding { item, input, indices, value, counters };
+                            self.bound(&written, path, placed)
+                        }
+                        _ => Some(item.clone()),
+                    };
+                    let items = items.iter().filter_map(one).collect();
+                    let kind = ItemKind::For { counters: counters.clone(), items };
+                    all.push(Item { kind, ..item.clone() });
                 }
                 ItemKind::Variant { name, choices } => {
                     let mut choices = choices.clone();
@@ -331,13 +335,26 @@ impl<'a, 'd> Expansion<'a, 'd> {
         all
     }
 
-    /// The unit of an input that is bound.
-    fn bound_unit(
+    /// The item that stands for a binding, if it is sound.
+    fn bound(&mut self, written: &Binding<'_>, path: &Path, placed: &[Placed<'_>]) -> Option<Item> {
+        let input = written.input;
+        let socket = self.socket(input, path, placed).ok()?;
+        match written.item(&socket, self.in_pieces.contains(&input.text), &self.taken) {
+            Ok(item) => Some(item),
+            Err(diagnostic) => {
+                self.diagnostics.error(diagnostic);
+                None
+            }
+        }
+    }
+
+    /// The input that is bound.
+    fn socket(
         &mut self,
         input: &Name,
         path: &Path,
         placed: &[Placed<'_>],
-    ) -> Result<Unit, Reported> {
+    ) -> Result<Socket, Reported> {
         let (part, _) = input.text.split_once('.').unwrap_or((&input.text, ""));
         let mut of = placed.iter().filter(|p| p.written.name.text == part);
         let found = of.find(|p| agree(&p.written.path, path));
@@ -352,8 +369,8 @@ impl<'a, 'd> Expansion<'a, 'd> {
             return Err(self.diagnostics.error(diagnostic));
         };
         let instance = instance.as_ref().map_err(|reported| *reported)?;
-        if let Some(unit) = instance.inputs.get(&input.text) {
-            return Ok(unit.clone());
+        if let Some(socket) = instance.inputs.get(&input.text) {
+            return Ok(socket.clone());
         }
         let is_declared = instance.values.contains(&input.text);
         let (code, message) = if is_declared {
@@ -376,30 +393,38 @@ impl<'a, 'd> Expansion<'a, 'd> {
     }
 }
 
-/// `let pump.q [m^3/s] = q_ssp`, of `pump.q = q_ssp`.
-fn binding(item: &Item, input: &Name, unit: Unit, value: &Expr) -> Item {
-    let kind = ItemKind::Let { name: input.clone(), unit: Some(unit), value: value.clone() };
-    Item { kind, ..item.clone() }
-}
-
-/// The parts and the bindings among items, in the order written.
+/// The parts and the bindings among items, in the order written, and inputs of which elements are bound.
 fn collect<'i>(
     items: &'i [Item],
     path: &mut Path,
     parts: &mut Vec<Written<'i>>,
     bindings: &mut Vec<Bound<'i>>,
+    elements: &mut BTreeSet<&'i str>,
 ) {
     for item in items {
         match &item.kind {
-            ItemKind::Part { name, model, arguments } => {
+            ItemKind::Part { name, axes, model, arguments } => {
                 let path = path.clone();
-                parts.push(Written { path, item, name, model, arguments });
+                parts.push(Written { path, item, name, axes, model, arguments });
             }
-            ItemKind::Binding { input, .. } => bindings.push(Bound { path: path.clone(), input }),
+            ItemKind::Binding { input, indices, .. } => {
+                let is_piece = !indices.is_empty();
+                if is_piece {
+                    elements.insert(&input.text);
+                }
+                bindings.push(Bound { path: path.clone(), input, is_piece });
+            }
+            ItemKind::For { items, .. } => {
+                for item in items {
+                    if let ItemKind::Binding { input, .. } = &item.kind {
+                        bindings.push(Bound { path: path.clone(), input, is_piece: true });
+                    }
+                }
+            }
             ItemKind::Variant { name, choices } => {
                 for (i, choice) in choices.iter().enumerate() {
                     path.push((name.text.clone(), i));
-                    collect(&choice.items, path, parts, bindings);
+                    collect(&choice.items, path, parts, bindings, elements);
                     path.pop();
                 }
             }
@@ -409,7 +434,7 @@ fn collect<'i>(
 }
 
 /// Whether two things can stand in a model at one time.
-fn agree(a: &Path, b: &Path) -> bool {
+pub(super) fn agree(a: &Path, b: &Path) -> bool {
     let apart = |(variant, choice): &(String, usize)| {
         b.iter().any(|(other, chosen)| other == variant && chosen != choice)
     };
@@ -440,6 +465,12 @@ fn values(items: &[Item]) -> BTreeMap<String, Span> {
         });
     }
     all
+}
+
+/// Names that a model and the libraries that it sees declare, which no index may have.
+fn taken_by(items: &[Item], visible: &Visible<'_>) -> BTreeSet<String> {
+    let libraries = visible.libraries.iter().map(|library| library.items.as_slice());
+    libraries.chain([items]).flat_map(|items| values(items).into_keys()).collect()
 }
 
 /// Names of the parts of a file.

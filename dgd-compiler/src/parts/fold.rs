@@ -66,12 +66,15 @@ impl Folding<'_> {
                 (ItemKind::Part { name, .. }, _) if !self.changed.contains(&name.text) => {
                     all.push(item.clone());
                 }
+                (ItemKind::Binding { .. }, [new]) => all.push(self.binding(item, new)),
                 (
-                    ItemKind::Binding { input, .. },
-                    [Item { kind: ItemKind::Let { value, .. }, .. }],
-                ) if !self.is_of_changed(&input.text) => {
-                    let kind = ItemKind::Binding { input: input.clone(), value: value.clone() };
-                    all.push(Item { kind, ..item.clone() });
+                    ItemKind::For { items: written, .. },
+                    [new @ Item { kind: ItemKind::For { counters, items }, .. }],
+                ) if written.len() == items.len() => {
+                    let items =
+                        written.iter().zip(items).map(|(item, new)| self.binding(item, new));
+                    let kind = ItemKind::For { counters: counters.clone(), items: items.collect() };
+                    all.push(Item { kind, ..new.clone() });
                 }
                 (
                     ItemKind::Variant { choices: written, .. },
@@ -97,6 +100,26 @@ impl Folding<'_> {
             ItemKind::Part { .. } => self.lengths.next().copied().unwrap_or(0),
             _ => 1,
         }
+    }
+
+    /// A binding as written with the value that it has now; anything else, and a binding of a part that
+    /// is not folded, as it is now.
+    fn binding(&self, written: &Item, new: &Item) -> Item {
+        let ItemKind::Binding { input, indices, .. } = &written.kind else { return new.clone() };
+        let value = match &new.kind {
+            ItemKind::Let { value, .. } | ItemKind::Equation { right: value, .. } => value,
+            // One for all elements.
+            ItemKind::For { items, .. } => match items.as_slice() {
+                [Item { kind: ItemKind::Let { value, .. }, .. }] => value,
+                _ => return new.clone(),
+            },
+            _ => return new.clone(),
+        };
+        if self.is_of_changed(&input.text) {
+            return new.clone();
+        }
+        let (input, indices, value) = (input.clone(), indices.clone(), value.clone());
+        Item { kind: ItemKind::Binding { input, indices, value }, ..written.clone() }
     }
 
     fn is_of_changed(&self, input: &str) -> bool {

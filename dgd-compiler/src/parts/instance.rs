@@ -3,9 +3,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::expansion::{ExpandedModel, declared};
+use super::binding::Socket;
+use super::expansion::{ExpandedModel, Written, declared};
+use super::indices::free_indices;
+use super::several::Several;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
-use crate::syntax::ast::{Choice, Expr, ExprKind, Item, ItemKind, Name, PartArgument, Unit};
+use crate::syntax::ast::{
+    ArrayKind, Choice, Expr, ExprKind, Item, ItemKind, Name, PartArgument, Unit,
+};
 use crate::syntax::rename::Renaming;
 use crate::syntax::visit::{self, Namespace};
 
@@ -14,22 +19,24 @@ use crate::syntax::visit::{self, Namespace};
 pub(super) struct Instance {
     /// All of it; what is bound is no longer among them once its bindings are known.
     pub(super) items: Vec<Item>,
-    /// The units of its inputs, by name.
-    pub(super) inputs: BTreeMap<String, Unit>,
+    /// Its inputs, by name.
+    pub(super) inputs: BTreeMap<String, Socket>,
     /// All names of it that can be read.
     pub(super) values: BTreeSet<String>,
 }
 
-/// Makes a part of a model. The constants and parameters that arguments set are added to `set`.
+/// Makes a part of a model, or with `axes` one for each index. The constants and parameters that
+/// arguments set are added to `set`; the whole declares the names that are `taken`.
 pub(super) fn instance(
-    part: &Name,
-    model: &Name,
-    arguments: &[PartArgument],
+    written: &Written<'_>,
     inner: ExpandedModel,
+    taken: &BTreeSet<String>,
     set: &mut BTreeSet<String>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Instance, Reported> {
+    let Written { name: part, axes, model, arguments, .. } = *written;
     let ExpandedModel { mut items, set: inner_set, .. } = inner;
+    free_indices(&mut items, taken);
     let mut names = Renaming::default();
     for (namespace, name) in declared(&mut items) {
         let new = format!("{}.{name}", part.text);
@@ -40,7 +47,7 @@ pub(super) fn instance(
     }
     set.extend(inner_set.iter().map(|name| format!("{}.{name}", part.text)));
 
-    let inputs = inputs_of(part, &items);
+    let mut inputs = inputs_of(part, &items);
     let mut values = BTreeSet::new();
     for (namespace, name) in declared(&mut items) {
         if namespace == Namespace::Value && !inputs.contains_key(&name) {
@@ -48,6 +55,8 @@ pub(super) fn instance(
         }
     }
     outputs_as_values(&mut items, &values);
+    let several = Several::new(part, axes, &items, taken);
+    let mut differing = BTreeSet::new();
     let mut own = Diagnostics::default();
     for (i, argument) in arguments.iter().enumerate() {
         let same = |other: &&PartArgument| other.name.text == argument.name.text;
@@ -63,9 +72,30 @@ pub(super) fn instance(
             let message = format!("`{}` is an input of `{}`", argument.name.text, model.text);
             let help = format!("bind it in a line of its own: `{name} = …`");
             own.error(Diagnostic::new(Code::E205, argument.name.span, message).help(help));
-        } else if let Err(diagnostic) = give(&mut items, &name, argument, model, set) {
-            own.error(*diagnostic);
+        } else {
+            let given = several.argument(argument);
+            match give(&mut items, &name, &given, model, set) {
+                Ok(()) if several.differs(&given.value, is_array(&items, &name)) => {
+                    differing.insert(name);
+                }
+                Ok(()) => {}
+                Err(diagnostic) => {
+                    own.error(*diagnostic);
+                }
+            }
         }
+    }
+    if !several.is_one() && own.check().is_ok() {
+        match several.spread(items, part, differing) {
+            Ok(spread) => items = spread,
+            Err(mistakes) => {
+                items = Vec::new();
+                for mistake in mistakes {
+                    own.error(mistake);
+                }
+            }
+        }
+        inputs = inputs_of(part, &items);
     }
     for diagnostic in own.sorted() {
         diagnostics.error(diagnostic.clone());
@@ -75,16 +105,31 @@ pub(super) fn instance(
 }
 
 /// The units of a part's inputs. Those of parts within it are not its own.
-fn inputs_of(part: &Name, items: &[Item]) -> BTreeMap<String, Unit> {
+fn inputs_of(part: &Name, items: &[Item]) -> BTreeMap<String, Socket> {
     let mut inputs = BTreeMap::new();
     visit::items(items, &mut |item| {
-        let ItemKind::Input { name, unit, .. } = &item.kind else { return };
+        let (name, unit, axes) = match &item.kind {
+            ItemKind::Input { name, unit, .. } => (name, unit, Vec::new()),
+            ItemKind::Array { declared: ArrayKind::Input, name, unit, axes, .. } => {
+                (name, unit, axes.clone())
+            }
+            _ => return,
+        };
         if !name.text[part.text.len() + 1..].contains('.') {
             let unit = unit.clone().unwrap_or_else(|| plain(name));
-            inputs.entry(name.text.clone()).or_insert(unit);
+            inputs.entry(name.text.clone()).or_insert(Socket { unit, axes });
         }
     });
     inputs
+}
+
+/// Whether a name is an array's.
+fn is_array(items: &[Item], name: &str) -> bool {
+    let mut any = false;
+    visit::items(items, &mut |item| {
+        any |= matches!(&item.kind, ItemKind::Array { name: own, .. } if own.text == name);
+    });
+    any
 }
 
 impl Instance {
@@ -96,7 +141,9 @@ impl Instance {
 
 fn without_inputs(items: &mut Vec<Item>, is_bound: &dyn Fn(&str) -> bool) {
     items.retain_mut(|item| match &mut item.kind {
-        ItemKind::Input { name, .. } => !is_bound(&name.text),
+        ItemKind::Input { name, .. } | ItemKind::Array { declared: ArrayKind::Input, name, .. } => {
+            !is_bound(&name.text)
+        }
         ItemKind::Variant { choices, .. } => {
             for choice in choices {
                 without_inputs(&mut choice.items, is_bound);

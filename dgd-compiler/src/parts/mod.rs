@@ -11,14 +11,20 @@
 //! | `visible` | which models and libraries a file sees |
 //! | `expansion` | from a file to its items, those of its parts in place |
 //! | `instance` | from a model to one part: names, arguments, outputs |
+//! | `several` | parts of which there are several: what differs gets an index |
+//! | `indices` | what indices are called |
+//! | `binding` | what inputs of parts are |
 //! | `unknown` | names that a part's model reads and nobody declares |
 //! | `tied` | values that are not numbers but tied to what the whole knows only later |
 //! | `unbound` | inputs that the chosen variants do not read: left out |
 //! | `fold` | back to what was written |
 
+mod binding;
 mod expansion;
 mod fold;
+mod indices;
 mod instance;
+mod several;
 mod tied;
 mod unbound;
 mod unknown;

@@ -44,6 +44,56 @@ let x = one.p
 }
 
 #[test]
+fn what_differs_between_several_parts_gets_an_index() {
+    let cell = "model cell\ninput i\ninput beside\nconstant c = 2\nparameter k = 1 in 0 ..\n\
+                parameter b = 3\nconstant half = k/2\nstate x = b\nfunction f(y) = c*y\n\
+                let loss = k*x + half\nequation e: 1 [s]*der(x) = i - f(loss) + beside\n\
+                output y = sum(x*j for j in 1..2)\n";
+    let main = "model pack\nimport \"cell.dgd\"\nsize N = 3\ninput i\nparameter k[1..N] = 1\n\
+                part cell[j in 1..N]: cell(k = k[j], b = (1, 2, 4))\ncell.i = i\n\
+                cell.beside[1] = 0\nfor j in 2..N { cell.beside[j] = cell.y[j-1] }\n";
+    let asts = loaded(&[("pack.dgd", main), ("cell.dgd", cell)]);
+    let expanded = expanded(&asts);
+    assert_eq!(
+        print(&expanded.asts[0]),
+        "\
+model pack
+import \"cell.dgd\"
+size N = 3
+input i
+parameter k[1..N] = 1
+unknown cell.beside[1..N]
+constant cell.c = 2
+for i_1 in 1..N {
+  let cell.k[i_1] [1] = k[i_1]
+}
+parameter cell.b[1..N] = (1, 2, 4)
+for i_1 in 1..N {
+  let cell.half[i_1] [1] = cell.k[i_1]/2
+}
+state cell.x[i_1 in 1..N] = cell.b[i_1]
+function cell.f(y) = cell.c*y
+for i_1 in 1..N {
+  let cell.loss[i_1] = cell.k[i_1]*cell.x[i_1] + cell.half[i_1]
+}
+for i_1 in 1..N {
+  equation cell.e[i_1]: 1 [s]*der(cell.x[i_1]) = cell.i[i_1] - cell.f(cell.loss[i_1]) + cell.beside[i_1]
+}
+for i_1 in 1..N {
+  let cell.y[i_1] [1] = sum(cell.x[i_1]*j for j in 1..2)
+}
+for j in 1..N {
+  let cell.i[j] [1] = i
+}
+equation cell.beside_1: cell.beside[1] = 0
+for j in 2..N {
+  equation cell.beside_2_to_N[j]: cell.beside[j] = cell.y[j-1]
+}
+"
+    );
+}
+
+#[test]
 fn what_has_no_parts_is_not_copied() {
     let asts = loaded(&[("tank.dgd", TANK)]);
     assert!(matches!(expanded(&asts).asts, Cow::Borrowed(_)));

@@ -49,7 +49,7 @@ pub(crate) fn leave_out_unbound(
     if !items.iter().any(|item| of_part(&item)) {
         return Ok(());
     }
-    let bound: BTreeSet<&str> = items.iter().filter_map(|item| let_name(item)).collect();
+    let bound: BTreeSet<&str> = items.iter().flat_map(|item| values_of(item)).collect();
     let inputs = items.iter().filter(of_part).filter_map(|item| input_name(item));
     let inputs = inputs.filter(|name| !bound.contains(name.text.as_str()));
     let unbound: BTreeMap<&str, &Name> = inputs.map(|name| (name.text.as_str(), name)).collect();
@@ -59,16 +59,7 @@ pub(crate) fn leave_out_unbound(
         unbound.values().copied().filter(|name| reads.needed.contains(&name.text)).collect();
     let mut result = Ok(());
     for names in by_part(&read) {
-        let is_array = |item: &&Item| {
-            let is_first = input_name(item).is_some_and(|name| name.text == names[0].text);
-            is_first && matches!(item.kind, ItemKind::Array { .. })
-        };
-        let mut diagnostic = not_bound(&names, &main.items, parts);
-        if items.iter().any(is_array) {
-            let help = "an array of inputs of a part cannot be bound: give its model single inputs";
-            diagnostic = diagnostic.help(help);
-        }
-        result = Err(diagnostics.error(diagnostic));
+        result = Err(diagnostics.error(not_bound(&names, &main.items, parts)));
     }
     result?;
     items.retain(|item| !of_part(&item));
@@ -119,10 +110,14 @@ pub(crate) fn leave_out_unread_inputs(
     reads.leave_out(unread, items);
 }
 
-fn let_name(item: &Item) -> Option<&str> {
+/// What an item that binds an input calls it.
+fn values_of(item: &Item) -> Vec<&str> {
     match &item.kind {
-        ItemKind::Let { name, .. } => Some(&name.text),
-        _ => None,
+        ItemKind::Let { name, .. } | ItemKind::Array { declared: ArrayKind::Unknown, name, .. } => {
+            vec![&name.text]
+        }
+        ItemKind::For { items, .. } => items.iter().flat_map(values_of).collect(),
+        _ => Vec::new(),
     }
 }
 

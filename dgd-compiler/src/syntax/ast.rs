@@ -368,19 +368,25 @@ pub enum ItemKind {
         /// `start MODE if CONDITION`, in the order written, and `start MODE`.
         starts: Vec<StartMode>,
     },
-    /// `part pump: subsea_pump(c0 = 275 [m])`: a model inside this one.
+    /// `part pump: subsea_pump(c0 = 275 [m])`: a model inside this one, or with
+    /// `cell[i in 1..N]` one for each index.
     Part {
         /// What it is called here.
         name: Name,
+        /// What the indices run over of a part of which there are several, the first outermost.
+        axes: Vec<Axis>,
         /// The model that it is.
         model: Name,
         /// New values of what the model declares.
         arguments: Vec<PartArgument>,
     },
-    /// `pump.q = q_ssp`: what an input of a part is.
+    /// `pump.q = q_ssp` or `cell.i[1] = i_pack`: what an input of a part is. Within a loop the indices,
+    /// which are the loop's, are not kept.
     Binding {
         /// The part's name, a point, and its input's.
         input: Name,
+        /// Of an array the element, if it is one: otherwise all of it.
+        indices: Vec<Expr>,
         /// The value.
         value: Expr,
     },

@@ -106,7 +106,7 @@ fn collect(
                 let written = start.as_ref().map(|start| over(start.span, new.text.clone()));
                 edits.push(written.unwrap_or_else(added));
             }
-            ItemKind::Part { name, model, arguments } => {
+            ItemKind::Part { name, model, arguments, .. } => {
                 let (start, end) = (model.span.end, item.span.end);
                 edits.extend(arguments_of(&name.text, arguments, start, end, values));
             }

@@ -132,20 +132,14 @@ fn placeless_item(item: &Item) -> Item {
         ItemKind::Size { name, value } => {
             ItemKind::Size { name: placeless_name(name), value: placeless(value) }
         }
-        ItemKind::Array { declared, name, axes, unit, start, attributes: all } => {
-            let placeless_axis = |Axis { index, range }: &Axis| Axis {
-                index: index.as_ref().map(placeless_name),
-                range: placeless_range(range),
-            };
-            ItemKind::Array {
-                declared: *declared,
-                name: placeless_name(name),
-                axes: axes.iter().map(placeless_axis).collect(),
-                unit: placeless_unit(unit.as_ref()),
-                start: start.as_ref().map(placeless),
-                attributes: attributes(all),
-            }
-        }
+        ItemKind::Array { declared, name, axes, unit, start, attributes: all } => ItemKind::Array {
+            declared: *declared,
+            name: placeless_name(name),
+            axes: axes.iter().map(placeless_axis).collect(),
+            unit: placeless_unit(unit.as_ref()),
+            start: start.as_ref().map(placeless),
+            attributes: attributes(all),
+        },
         ItemKind::For { counters, items } => ItemKind::For {
             counters: counters.iter().map(placeless_counter).collect(),
             items: items.iter().map(placeless_item).collect(),
@@ -197,8 +191,9 @@ fn placeless_item(item: &Item) -> Item {
             transitions: transitions.iter().map(placeless_transition).collect(),
             starts: starts.iter().map(placeless_start).collect(),
         },
-        ItemKind::Part { name, model, arguments } => ItemKind::Part {
+        ItemKind::Part { name, axes, model, arguments } => ItemKind::Part {
             name: placeless_name(name),
+            axes: axes.iter().map(placeless_axis).collect(),
             model: placeless_name(model),
             arguments: arguments
                 .iter()
@@ -208,9 +203,11 @@ fn placeless_item(item: &Item) -> Item {
                 })
                 .collect(),
         },
-        ItemKind::Binding { input, value } => {
-            ItemKind::Binding { input: placeless_name(input), value: placeless(value) }
-        }
+        ItemKind::Binding { input, indices, value } => ItemKind::Binding {
+            input: placeless_name(input),
+            indices: indices.iter().map(placeless).collect(),
+            value: placeless(value),
+        },
         ItemKind::When(Reaction { conditions, resets }) => ItemKind::When(Reaction {
             conditions: conditions.iter().map(placeless_condition).collect(),
             resets: resets.iter().map(placeless_reset).collect(),
@@ -254,6 +251,11 @@ fn placeless_points(points: &Points) -> Points {
             Points::File { path: path.clone(), path_span: Span::default(), rows: None }
         }
     }
+}
+
+fn placeless_axis(axis: &Axis) -> Axis {
+    let index = axis.index.as_ref().map(placeless_name);
+    Axis { index, range: placeless_range(&axis.range) }
 }
 
 fn placeless_range(range: &Range) -> Range {

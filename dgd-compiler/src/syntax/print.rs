@@ -320,8 +320,9 @@ impl Printer {
     fn items_of_loop(&mut self, counters: &[Counter], items: &[Item]) {
         for item in items {
             let mut indexed = item.kind.clone();
-            if let ItemKind::Equation { label: name, .. } | ItemKind::Let { name, .. } =
-                &mut indexed
+            if let ItemKind::Equation { label: name, .. }
+            | ItemKind::Let { name, .. }
+            | ItemKind::Binding { input: name, .. } = &mut indexed
             {
                 for Counter { index, .. } in counters {
                     let _ = write!(name.text, "[{}]", index.text);
@@ -410,13 +411,7 @@ impl Printer {
             }
             ItemKind::Array { declared, name, axes, unit, start, attributes } => {
                 let keyword = declared.word();
-                let mut text = name.text.clone();
-                for Axis { index, range } in axes {
-                    let index = index.as_ref().map(|index| format!("{} in ", index.text));
-                    let index = index.unwrap_or_default();
-                    let _ = write!(text, "[{index}{}]", print_range(range));
-                }
-                let name = Name { text, span: name.span };
+                let name = Name { text: name.text.clone() + &print_axes(axes), span: name.span };
                 self.declaration(keyword, &name, unit.as_ref(), start.as_ref(), attributes);
             }
             ItemKind::For { counters, items } => {
@@ -481,7 +476,7 @@ impl Printer {
                 self.depth -= 1;
                 self.line("}");
             }
-            ItemKind::Part { name, model, arguments } => {
+            ItemKind::Part { name, axes, model, arguments } => {
                 let argument = |PartArgument { name, value }: &PartArgument| {
                     format!("{} = {}", name.text, print_expression(value))
                 };
@@ -490,10 +485,13 @@ impl Printer {
                     [] => String::new(),
                     all => format!("({})", all.join(", ")),
                 };
-                self.line(&format!("part {}: {}{list}", name.text, model.text));
+                let axes = print_axes(axes);
+                self.line(&format!("part {}{axes}: {}{list}", name.text, model.text));
             }
-            ItemKind::Binding { input, value } => {
-                self.line(&format!("{} = {}", input.text, print_expression(value)));
+            ItemKind::Binding { input, indices, value } => {
+                let of_one = |index| format!("[{}]", print_expression(index));
+                let indices: String = indices.iter().map(of_one).collect();
+                self.line(&format!("{}{indices} = {}", input.text, print_expression(value)));
             }
             ItemKind::When(reaction) => {
                 self.reaction(&format!("when {}", print_condition(reaction)), &reaction.resets);
@@ -625,6 +623,15 @@ fn print_index(index: &Expr) -> String {
     } else {
         text.replace(' ', "")
     }
+}
+
+/// `[1..N]` or `[i in 1..N]` for each.
+fn print_axes(axes: &[Axis]) -> String {
+    let of_one = |Axis { index, range }: &Axis| {
+        let index = index.as_ref().map(|index| format!("{} in ", index.text)).unwrap_or_default();
+        format!("[{index}{}]", print_range(range))
+    };
+    axes.iter().map(of_one).collect()
 }
 
 fn print_range(range: &Range) -> String {

@@ -175,13 +175,21 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
                 visit(Part::Expr(Role::Start, condition));
             }
         }
-        ItemKind::Part { name, arguments, .. } => {
+        ItemKind::Part { name, axes, arguments, .. } => {
             visit(Part::Declares(Namespace::Part, name));
+            for axis in axes {
+                ends(&mut axis.range, visit);
+            }
             for argument in arguments {
                 visit(Part::Expr(Role::Declaration, &mut argument.value));
             }
         }
-        ItemKind::Binding { input, value } => visit(Part::Expr(Role::Let(input), value)),
+        ItemKind::Binding { input, indices, value } => {
+            for index in indices {
+                visit(Part::Expr(Role::Declaration, index));
+            }
+            visit(Part::Expr(Role::Let(input), value));
+        }
         ItemKind::When(Reaction { conditions, resets }) => reaction(conditions, resets, visit),
         ItemKind::Every { period, resets } => {
             visit(Part::Expr(Role::Transition, period));

@@ -309,6 +309,7 @@ pub const TABLE: &[Row] = &[
     row(Whole, 2, "arrays of all kinds", vectors),
     row(Whole, 2, "tied states", |w, _| tied(w)),
     row(Whole, 2, "part", part),
+    row(Whole, 2, "several parts", several_parts),
     row(Whole, 1, "oscillator", |w, _| {
         let (x, v) = (w.name("x"), w.name("x"));
         let (a, b) = (w.name("e"), w.name("e"));
@@ -892,6 +893,38 @@ fn part(w: &mut Writer, d: u32) -> String {
     };
     format!(
         "import \"{file}.dgd\"\npart {name}: {file}{arguments}\n{name}.q = sin({inflow})\noutput {name}.h"
+    )
+}
+
+/// Several models of one kind, each of which gets what the one before it has.
+fn several_parts(w: &mut Writer, d: u32) -> String {
+    let (name, file) = (w.name("s"), w.name("part"));
+    let inflow = w.scalar(d.min(2));
+    let text = format!(
+        "model {file}\nparameter a = 0.5  in 0 .. 2\nconstant b = 1.5\ninput q [1] hold\ninput before [1] hold\n\
+         state h = 0.2\nlet net = b*q + 0.3*before - a*h\n\
+         variant form {{\n  plain {{ equation level: der(h) = net/1 [s] }}\n\
+         \x20 bent {{ equation level: der(h) = tanh(net)/1 [s] }}\n}}\noutput twice = 2*h + net\n"
+    );
+    w.files.insert(format!("{file}.dgd"), text);
+    for element in ["h[2]", "twice[1]", "twice[3]"] {
+        w.declare(&format!("{name}.{element}"), &SCALES[0], Kind::OfPart);
+    }
+    let arguments = match w.random.below(4) {
+        0 => "",
+        1 => "(a = 0.8, h = (0.1, 0.3, 0.2))",
+        2 => "(a = 0.2*n, form = bent)",
+        _ => "(a = (0.3, 0.5, 0.9), b = 1 + 0.1*n, h = 0.1*n)",
+    };
+    let chained = match w.random.below(2) {
+        0 => format!("for n in 1..3 {{ {name}.before[n] = 0.1*n }}"),
+        _ => format!(
+            "{name}.before[1] = 0.2\nfor n in 2..3 {{ {name}.before[n] = {name}.twice[n-1] }}"
+        ),
+    };
+    format!(
+        "import \"{file}.dgd\"\npart {name}[n in 1..3]: {file}{arguments}\n{name}.q = sin({inflow})\n\
+         {chained}\noutput {name}.h"
     )
 }
 

@@ -18,7 +18,7 @@ use crate::syntax::ast::{
     Unit,
 };
 
-/// Keywords of items that a loop can hold.
+/// Keywords of items that a loop can hold, besides bindings of parts' inputs.
 const IN_LOOPS: [&str; 2] = ["equation", "let"];
 
 /// The element of an array, `p[i - 1]` or `T[i][j]`: its name has been read, the brackets are the
@@ -32,15 +32,42 @@ pub(crate) fn element<'a>(
     let mut rest = brackets;
     while rest.first() == Some(TokenKind::Index) {
         let index;
-        (rest, index) = between_brackets(rest.deeper()?, |inside| {
-            let (rest, index) = expression(inside)?;
-            if rest.is_empty() { Ok((rest, index)) } else { rest.expected(OPERATOR) }
-        })?;
-        rest = rest.shallower();
+        (rest, index) = one_index(rest)?;
         let kind = ExprKind::Element(Box::new(element), Box::new(index));
         element = Expr { span: input.span_to(&rest), kind };
     }
     Ok((rest, element))
+}
+
+/// `[i - 1]`
+fn one_index(input: Tokens<'_>) -> Parsed<'_, Expr> {
+    let (rest, index) = between_brackets(input.deeper()?, |inside| {
+        let (rest, index) = expression(inside)?;
+        if rest.is_empty() { Ok((rest, index)) } else { rest.expected(OPERATOR) }
+    })?;
+    Ok((rest.shallower(), index))
+}
+
+/// `[1][j]`, or nothing.
+pub(super) fn indices(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
+    let (mut rest, mut all) = (input, Vec::new());
+    while rest.first() == Some(TokenKind::Index) {
+        let index;
+        (rest, index) = one_index(rest)?;
+        all.push(index);
+    }
+    Ok((rest, all))
+}
+
+/// `[1..N][j in 1..M]`, or nothing.
+pub(super) fn axes(input: Tokens<'_>) -> Parsed<'_, Vec<Axis>> {
+    let (mut rest, mut all) = (input, Vec::new());
+    while rest.first() == Some(TokenKind::Index) {
+        let axis;
+        (rest, axis) = declared_axis(rest)?;
+        all.push(axis);
+    }
+    Ok((rest, all))
 }
 
 /// The rest of an array's declaration, from its brackets on.
@@ -235,7 +262,8 @@ impl<'a> Reader<'a, '_> {
         Some(ItemKind::For { counters, items })
     }
 
-    /// `equation NAME[i]: …` or `let NAME[i] = …`: the item without its indices, which are the loop's.
+    /// `equation NAME[i]: …`, `let NAME[i] = …` or `PART.INPUT[i] = …`: the item without its indices,
+    /// which are the loop's.
     fn item_of_loop(
         &mut self,
         line: &'a [Token],
@@ -247,11 +275,14 @@ impl<'a> Reader<'a, '_> {
         let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
         let span = self.span(*first).to(self.span(*last));
         let keyword = first.text(self.text);
-        let refused = if IN_LOOPS.contains(&keyword) {
-            let brackets: Vec<&Token> = line[2.min(line.len())..]
-                .iter()
-                .take_while(|t| t.kind == TokenKind::Index)
-                .collect();
+        let is_binding = line.get(1).is_some_and(|second| second.kind == TokenKind::Dot);
+        let named_at = usize::from(!is_binding);
+        let members = line.iter().skip(named_at + 1).step_by(2);
+        let dots = members.take_while(|token| token.kind == TokenKind::Dot).count();
+        let brackets_at = (named_at + 1 + 2 * dots).min(line.len());
+        let refused = if is_binding || IN_LOOPS.contains(&keyword) {
+            let brackets: Vec<&Token> =
+                line[brackets_at..].iter().take_while(|t| t.kind == TokenKind::Index).collect();
             let inside = |token: &Token| {
                 let own = token.text(self.text).strip_prefix('[')?.strip_suffix(']')?;
                 Some(own.trim().to_owned())
@@ -259,28 +290,35 @@ impl<'a> Reader<'a, '_> {
             let own: Vec<Option<String>> = brackets.iter().map(|token| inside(token)).collect();
             let wanted = counters.iter().map(|counter| Some(counter.index.text.clone()));
             (!own.into_iter().eq(wanted)).then(|| {
-                let at = line.get(2).or(line.get(1)).unwrap_or(first);
+                let at = line.get(brackets_at).or(line.get(1)).unwrap_or(first);
                 let names: Vec<&str> = counters.iter().map(|c| c.index.text.as_str()).collect();
                 let all = format!("[{}]", names.join("]["));
                 let message =
                     format!("what stands in a loop over `{}` ends in `{all}`", names.join("`, `"));
                 Diagnostic::new(Code::E131, self.span(*at), message)
                     .label(index.span, "the loop's index")
-                    .help(format!("write `{keyword} NAME{all}`"))
+                    .help(if is_binding {
+                        format!("write `PART.INPUT{all} = …`")
+                    } else {
+                        format!("write `{keyword} NAME{all}`")
+                    })
             })
         } else {
             let message = format!("`{keyword}` cannot stand in a loop");
             Some(
                 Diagnostic::new(Code::E131, self.span(*first), message)
                     .label(index.span, "the loop's index")
-                    .help("a loop holds equations and `let`s; arrays are declared in front of it"),
+                    .help(
+                        "a loop holds equations, `let`s and what inputs of parts are; arrays are \
+                         declared in front of it",
+                    ),
             )
         };
         if let Some(diagnostic) = refused {
             self.error(diagnostic);
             return None;
         }
-        let own = 2..2 + counters.len();
+        let own = brackets_at..brackets_at + counters.len();
         let is_index = |i: usize| own.contains(&i);
         let without_index: Vec<Token> = line
             .iter()

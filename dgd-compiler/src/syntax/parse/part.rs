@@ -13,22 +13,22 @@ pub(super) fn is_binding(input: Tokens<'_>) -> bool {
     input.first() == Some(TokenKind::Name) && input.second() == Some(TokenKind::Dot)
 }
 
-/// `PART.INPUT = e`
+/// `PART.INPUT = e` or `PART.INPUT[1] = e`
 pub(super) fn binding(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let equal = token(TokenKind::Equal, "`=` and what the input is");
-    let (rest, (input, _, value)) = (dotted, equal, expression).parse(input)?;
-    Ok((rest, ItemKind::Binding { input, value }))
+    let (rest, (input, indices, _, value)) =
+        (dotted, array::indices, equal, expression).parse(input)?;
+    Ok((rest, ItemKind::Binding { input, indices, value }))
 }
 
-/// `NAME: MODEL(a = e, …)` after the keyword; the parentheses may be left out.
+/// `NAME: MODEL(a = e, …)` or `NAME[i in 1..N]: MODEL(a = e, …)` after the keyword; the parentheses
+/// may be left out.
 pub(super) fn part(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let colon = token(TokenKind::Colon, "`:` and the part's model");
-    let help = "write a part for each: `part cell_1: …`; or make the model's states arrays";
-    array::no_element(name(input)?.0, "parts cannot be arrays", help)?;
-    let (rest, (name, _, model)) = (name, colon, name).parse(input)?;
+    let (rest, (name, axes, _, model)) = (name, array::axes, colon, name).parse(input)?;
     let mut arguments = Vec::new();
     if rest.first() != Some(TokenKind::Open) {
-        return Ok((rest, ItemKind::Part { name, model, arguments }));
+        return Ok((rest, ItemKind::Part { name, axes, model, arguments }));
     }
     let open = rest.span();
     let mut rest = rest.behind_first();
@@ -43,5 +43,5 @@ pub(super) fn part(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
         rest = rest.behind_first();
     }
     let (rest, _) = close(open, rest)?;
-    Ok((rest, ItemKind::Part { name, model, arguments }))
+    Ok((rest, ItemKind::Part { name, axes, model, arguments }))
 }

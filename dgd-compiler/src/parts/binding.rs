@@ -1,0 +1,163 @@
+//! What the inputs of parts are: `pump.q = q_ssp`, of an array all alike or piece by piece.
+
+use std::collections::BTreeSet;
+
+use super::expansion::{Path, agree};
+use super::indices::counter;
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
+use crate::syntax::ast::{ArrayKind, Axis, Counter, Expr, ExprKind, Item, ItemKind, Name, Unit};
+use crate::syntax::print::print_expression;
+
+/// An input of a part that can be bound.
+#[derive(Debug, Clone)]
+pub(super) struct Socket {
+    pub(super) unit: Unit,
+    /// Of an array, what its indices run over.
+    pub(super) axes: Vec<Axis>,
+}
+
+/// An input of a part, bound.
+pub(super) struct Bound<'a> {
+    pub(super) path: Path,
+    pub(super) input: &'a Name,
+    /// Whether this is an element or a loop's elements.
+    pub(super) is_piece: bool,
+}
+
+/// A binding where it stands.
+pub(super) struct Written<'a> {
+    pub(super) item: &'a Item,
+    pub(super) input: &'a Name,
+    pub(super) indices: &'a [Expr],
+    pub(super) value: &'a Expr,
+    /// Those of the loop that it is in.
+    pub(super) counters: &'a [Counter],
+}
+
+impl Bound<'_> {
+    /// Whether another binding of the same input can stand in the model with it.
+    fn meets(&self, other: &Bound<'_>) -> bool {
+        other.input.text == self.input.text && agree(&other.path, &self.path)
+    }
+}
+
+/// No input of a part is bound twice; one that is an array may be in pieces.
+pub(super) fn verify_once(bindings: &[Bound<'_>], diagnostics: &mut Diagnostics) {
+    for (i, bound) in bindings.iter().enumerate() {
+        let same = |other: &&Bound<'_>| other.meets(bound) && !(other.is_piece && bound.is_piece);
+        if let Some(first) = bindings[..i].iter().find(same) {
+            let message = format!("`{}` is bound twice", bound.input.text);
+            diagnostics.error(
+                Diagnostic::new(Code::E202, bound.input.span, message)
+                    .label(first.input.span, "first here"),
+            );
+        }
+    }
+}
+
+/// Inputs that are bound in pieces: they become unknowns, and each piece an equation.
+pub(super) fn in_pieces(bindings: &[Bound<'_>], elements: &BTreeSet<&str>) -> BTreeSet<String> {
+    let several = bindings.iter().enumerate().filter(|(i, bound)| {
+        let name = bound.input.text.as_str();
+        elements.contains(name) || bindings[..*i].iter().any(|other| other.meets(bound))
+    });
+    several.map(|(_, bound)| bound.input.text.clone()).collect()
+}
+
+impl Written<'_> {
+    /// The item that stands for it: an equation where there are pieces of which each determines some
+    /// elements of an unknown. The whole declares the names that are `taken`.
+    pub(super) fn item(
+        &self,
+        socket: &Socket,
+        is_in_pieces: bool,
+        taken: &BTreeSet<String>,
+    ) -> Result<Item, Diagnostic> {
+        let Written { item, input, indices, value, counters } = *self;
+        let n = socket.axes.len();
+        let given = indices.len() + counters.len();
+        if given != n && given > 0 {
+            let (message, help) = match n {
+                0 => (
+                    format!("input `{}` is no array", input.text),
+                    format!("write `{} = …`", input.text),
+                ),
+                _ => (
+                    format!(
+                        "input `{}` has {n} {}",
+                        input.text,
+                        if n == 1 { "index" } else { "indices" }
+                    ),
+                    format!("write `{}{} = …`", input.text, "[…]".repeat(n)),
+                ),
+            };
+            return Err(Diagnostic::new(Code::E232, input.span, message).help(help));
+        }
+        let is_whole = given == 0 && n > 0;
+        let kind = if is_in_pieces && !is_whole {
+            let label = Name { text: self.label(), span: input.span };
+            let of_loop = counters.iter().map(|counter| Expr {
+                span: counter.index.span,
+                kind: ExprKind::Name(counter.index.text.clone()),
+            });
+            let array = Expr { span: input.span, kind: ExprKind::Name(input.text.clone()) };
+            let left = indices.iter().cloned().chain(of_loop).fold(array, |array, index| Expr {
+                span: input.span,
+                kind: ExprKind::Element(Box::new(array), Box::new(index)),
+            });
+            let right = value.clone();
+            ItemKind::Equation { label, left, right, attributes: Vec::new() }
+        } else {
+            let (name, unit) = (input.clone(), Some(socket.unit.clone()));
+            ItemKind::Let { name, unit, value: value.clone() }
+        };
+        let one = Item { kind, ..item.clone() };
+        if !is_whole {
+            return Ok(one);
+        }
+        let mut taken = taken.clone();
+        let counters = socket.axes.iter().map(|axis| {
+            let counter = counter(axis, input.span, &taken);
+            taken.insert(counter.index.text.clone());
+            counter
+        });
+        let counters = counters.collect();
+        let inner = Item { doc: Vec::new(), ..one };
+        Ok(Item { kind: ItemKind::For { counters, items: vec![inner] }, ..item.clone() })
+    }
+}
+
+impl Written<'_> {
+    /// What a piece is called: `cell.q_1`, or of a loop `cell.q_2_to_N`.
+    fn label(&self) -> String {
+        let elements = self.indices.iter().map(print_expression);
+        let ranges = self.counters.iter().map(|Counter { range, .. }| {
+            let [lower, upper] = [&range.lower, &range.upper].map(print_expression);
+            format!("{lower}_to_{upper}")
+        });
+        let mut label = self.input.text.clone();
+        for which in elements.chain(ranges) {
+            label.push('_');
+            label.extend(
+                which
+                    .chars()
+                    .filter(|c| !c.is_whitespace())
+                    .map(|c| if c.is_alphanumeric() { c } else { '_' }),
+            );
+        }
+        label
+    }
+}
+
+/// Makes unknowns of arrays of inputs that are bound in pieces.
+pub(super) fn as_unknowns(items: &mut [Item], in_pieces: &BTreeSet<String>) {
+    crate::syntax::visit::items_mut(items, &mut |item| {
+        if let ItemKind::Array { declared, name, attributes, .. } = &mut item.kind
+            && *declared == ArrayKind::Input
+            && in_pieces.contains(&name.text)
+        {
+            *declared = ArrayKind::Unknown;
+            attributes.clear();
+        }
+    });
+}

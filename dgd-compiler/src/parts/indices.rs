@@ -1,0 +1,119 @@
+//! Names of indices in the items of parts, which must be free in the whole.
+
+use std::collections::BTreeSet;
+
+use crate::source::Span;
+use crate::syntax::ast::{Axis, Counter, Expr, ExprKind, Item, ItemKind, Name, Reduction};
+use crate::syntax::visit;
+
+/// A counter for an axis, called as the axis says if that is free.
+pub(super) fn counter(axis: &Axis, span: Span, taken: &BTreeSet<String>) -> Counter {
+    let numbered = (1..).map(|k| format!("i_{k}"));
+    let wanted = axis.index.iter().map(|index| index.text.clone());
+    let mut names = wanted.chain(["i", "j", "k"].map(str::to_owned)).chain(numbered);
+    let text = names.find(|name| !taken.contains(name)).unwrap_or_default();
+    let span = axis.index.as_ref().map_or(span, |index| index.span);
+    Counter { index: Name { text, span }, range: axis.range.clone() }
+}
+
+/// Gives other names to the indices of a part's model that are called like something of the whole, of
+/// which it knows nothing.
+pub(super) fn free_indices(items: &mut [Item], taken: &BTreeSet<String>) {
+    let mut names: BTreeSet<String> = taken | &indices_in(items);
+    let mut free = |index: &mut Name| {
+        let old = index.text.clone();
+        if taken.contains(&old) {
+            let mut numbered = (1..).map(|k| format!("{old}_{k}"));
+            index.text = numbered.find(|name| !names.contains(name)).unwrap_or_default();
+            names.insert(index.text.clone());
+        }
+        old
+    };
+    visit::items_mut(items, &mut |item| match &mut item.kind {
+        ItemKind::For { counters, items } => {
+            for counter in counters {
+                let old = free(&mut counter.index);
+                for item in &mut *items {
+                    visit::parts_mut(item, &mut |part| {
+                        if let visit::Part::Expr(_, expr) = part {
+                            rename_index(expr, &old, &counter.index.text);
+                        }
+                    });
+                }
+            }
+        }
+        ItemKind::Array { axes, start, .. } => {
+            for index in axes.iter_mut().filter_map(|axis| axis.index.as_mut()) {
+                let old = free(index);
+                if let Some(start) = start.as_mut() {
+                    rename_index(start, &old, &index.text);
+                }
+            }
+        }
+        _ => {}
+    });
+    for item in items {
+        visit::parts_mut(item, &mut |part| {
+            if let visit::Part::Expr(_, expr) = part {
+                free_sums(expr, &mut free);
+            }
+        });
+    }
+}
+
+fn free_sums(expr: &mut Expr, free: &mut dyn FnMut(&mut Name) -> String) {
+    if let ExprKind::Reduce(reduction) = &mut expr.kind {
+        let Reduction { body, counters, .. } = &mut **reduction;
+        for counter in counters {
+            let old = free(&mut counter.index);
+            rename_index(body, &old, &counter.index.text);
+        }
+    }
+    for operand in visit::operands_mut(expr) {
+        free_sums(operand, free);
+    }
+}
+
+/// Names of indices in a model.
+pub(super) fn indices_in(items: &[Item]) -> BTreeSet<String> {
+    let mut all = BTreeSet::new();
+    visit::items(items, &mut |item| match &item.kind {
+        ItemKind::For { counters, .. } => {
+            all.extend(counters.iter().map(|counter| counter.index.text.clone()));
+        }
+        ItemKind::Array { axes, .. } => {
+            let indices = axes.iter().filter_map(|axis| axis.index.as_ref());
+            all.extend(indices.map(|index| index.text.clone()));
+        }
+        _ => {}
+    });
+    for item in items {
+        visit::parts_mut(&mut item.clone(), &mut |part| {
+            if let visit::Part::Expr(_, expr) = part {
+                indices_of_sums(expr, &mut all);
+            }
+        });
+    }
+    all
+}
+
+fn indices_of_sums(expr: &Expr, all: &mut BTreeSet<String>) {
+    if let ExprKind::Reduce(reduction) = &expr.kind {
+        all.extend(reduction.counters.iter().map(|counter| counter.index.text.clone()));
+    }
+    for operand in visit::operands(expr) {
+        indices_of_sums(operand, all);
+    }
+}
+
+/// Calls an index otherwise in an expression.
+pub(super) fn rename_index(expr: &mut Expr, old: &str, new: &str) {
+    if let ExprKind::Name(name) = &mut expr.kind
+        && name == old
+    {
+        new.clone_into(name);
+    }
+    for operand in visit::operands_mut(expr) {
+        rename_index(operand, old, new);
+    }
+}

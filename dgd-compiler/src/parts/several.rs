@@ -1,0 +1,360 @@
+//! Parts of which there are several, `part cell[1..N]: battery_cell`.
+//!
+//! What differs from one to the next gets an index: unknowns and inputs are arrays, their equations
+//! loops, and so is all that reads them. What is the same for all stays single: constants, parameters,
+//! tables and functions, unless an argument says otherwise. So there is one text for all of them,
+//! however many.
+
+use std::collections::BTreeSet;
+
+use super::indices::{counter, indices_in, rename_index};
+use super::instance::plain;
+use super::tied::names_in;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::source::Span;
+use crate::syntax::ast::{
+    ArrayKind, Axis, Choice, Counter, Expr, ExprKind, Item, ItemKind, Name, PartArgument,
+    StartRule, UnknownKind,
+};
+use crate::syntax::visit;
+
+/// What the indices of a part are called and run over.
+#[derive(Debug, Clone)]
+pub(super) struct Several {
+    counters: Vec<Counter>,
+    /// What the indices are called in arguments, where they are.
+    written: Vec<Option<String>>,
+}
+
+impl Several {
+    /// The indices of a part whose model's items are these, under names that are not `taken`.
+    pub(super) fn new(
+        part: &Name,
+        axes: &[Axis],
+        items: &[Item],
+        taken: &BTreeSet<String>,
+    ) -> Several {
+        let mut taken: BTreeSet<String> = taken | &indices_in(items);
+        // One that is called like something of the whole is a mistake, as in a loop.
+        for index in axes.iter().filter_map(|axis| axis.index.as_ref()) {
+            taken.remove(&index.text);
+        }
+        taken.extend(indices_in(items));
+        let counters = axes.iter().map(|axis| {
+            let counter = counter(axis, part.span, &taken);
+            taken.insert(counter.index.text.clone());
+            counter
+        });
+        let counters = counters.collect();
+        let written = axes.iter().map(|axis| axis.index.as_ref().map(|name| name.text.clone()));
+        Several { counters, written: written.collect() }
+    }
+
+    pub(super) fn is_one(&self) -> bool {
+        self.counters.is_empty()
+    }
+
+    /// An argument under the names that the indices have in the part.
+    pub(super) fn argument(&self, argument: &PartArgument) -> PartArgument {
+        let mut argument = argument.clone();
+        for (counter, written) in self.counters.iter().zip(&self.written) {
+            if let Some(written) = written {
+                rename_index(&mut argument.value, written, &counter.index.text);
+            }
+        }
+        argument
+    }
+
+    /// Whether an argument differs from one part to the next. A list for an array has a value for each
+    /// of its elements.
+    pub(super) fn differs(&self, value: &Expr, is_array: bool) -> bool {
+        let is_list = matches!(value.kind, ExprKind::List(_)) && !is_array;
+        !self.is_one() && (self.reads_index(value) || is_list)
+    }
+
+    fn reads_index(&self, value: &Expr) -> bool {
+        let mut names = BTreeSet::new();
+        names_in(value, &mut names);
+        self.counters.iter().any(|counter| names.contains(&counter.index.text))
+    }
+
+    /// Gives indices to what differs: to begin with, `given` names with arguments that do.
+    pub(super) fn spread(
+        &self,
+        items: Vec<Item>,
+        part: &Name,
+        given: BTreeSet<String>,
+    ) -> Result<Vec<Item>, Vec<Diagnostic>> {
+        let each = what_differs(&items, given);
+        let mut spreading = Spreading { several: self, part, each: &each, mistakes: Vec::new() };
+        let items = spreading.items(items);
+        if spreading.mistakes.is_empty() { Ok(items) } else { Err(spreading.mistakes) }
+    }
+}
+
+/// Names of what differs from one part to the next: unknowns, inputs, what arguments say, and values
+/// that are computed from these.
+fn what_differs(items: &[Item], given: BTreeSet<String>) -> BTreeSet<String> {
+    let mut each = given;
+    let mut values: Vec<(&Name, BTreeSet<String>)> = Vec::new();
+    visit::items(items, &mut |item| match &item.kind {
+        ItemKind::Unknown { name, .. } | ItemKind::Input { name, .. } => {
+            each.insert(name.text.clone());
+        }
+        ItemKind::Array { declared, name, start, .. } => {
+            if declared.is_unknown() || *declared == ArrayKind::Input {
+                each.insert(name.text.clone());
+            } else if let Some(value) = start {
+                let mut read = BTreeSet::new();
+                names_in(value, &mut read);
+                values.push((name, read));
+            }
+        }
+        ItemKind::Constant { name, value, .. }
+        | ItemKind::Parameter { name, value, .. }
+        | ItemKind::Let { name, value, .. } => {
+            let mut read = BTreeSet::new();
+            names_in(value, &mut read);
+            values.push((name, read));
+        }
+        _ => {}
+    });
+    loop {
+        let n = each.len();
+        for (name, read) in &values {
+            if !read.is_disjoint(&each) {
+                each.insert(name.text.clone());
+            }
+        }
+        if each.len() == n {
+            return each;
+        }
+    }
+}
+
+struct Spreading<'a> {
+    several: &'a Several,
+    part: &'a Name,
+    each: &'a BTreeSet<String>,
+    mistakes: Vec<Diagnostic>,
+}
+
+impl Spreading<'_> {
+    fn items(&mut self, items: Vec<Item>) -> Vec<Item> {
+        items.into_iter().flat_map(|item| self.item(item)).collect()
+    }
+
+    fn item(&mut self, item: Item) -> Vec<Item> {
+        let Item { span, doc, kind } = item;
+        let with = |kind| vec![Item { span, doc: doc.clone(), kind }];
+        match kind {
+            ItemKind::Constant { ref name, .. } | ItemKind::Parameter { ref name, .. }
+                if self.is_each(name) =>
+            {
+                let (declared, name, unit, value, attributes) = match kind {
+                    ItemKind::Parameter { name, unit, value, attributes } => {
+                        (ArrayKind::Parameter, name, unit, value, attributes)
+                    }
+                    ItemKind::Constant { name, unit, value } => {
+                        (ArrayKind::Constant, name, unit, value, Vec::new())
+                    }
+                    _ => return Vec::new(),
+                };
+                if matches!(value.kind, ExprKind::List(_)) || self.is_made_of_indices(&value) {
+                    let axes = self.axes(&[], Some(&value));
+                    let start = Some(value);
+                    with(ItemKind::Array { declared, name, axes, unit, start, attributes })
+                } else {
+                    let unit = unit.unwrap_or_else(|| plain(&name));
+                    let kind = ItemKind::Let { name, unit: Some(unit), value: self.expr(value) };
+                    vec![self.in_loop(&[], vec![Item { span, doc, kind }], span)]
+                }
+            }
+            ItemKind::Let { ref name, .. } | ItemKind::Equation { label: ref name, .. }
+                if matches!(kind, ItemKind::Equation { .. }) || self.is_each(name) =>
+            {
+                let item = self.indexed(Item { span, doc, kind });
+                vec![self.in_loop(&[], vec![item], span)]
+            }
+            ItemKind::For { counters, items } => {
+                let is_each = |item: &Item| match &item.kind {
+                    ItemKind::Let { name, .. } => self.is_each(name),
+                    _ => true,
+                };
+                let (each, same): (Vec<Item>, Vec<Item>) = items.into_iter().partition(is_each);
+                let each: Vec<Item> = each.into_iter().map(|item| self.indexed(item)).collect();
+                let mut all = Vec::new();
+                if !same.is_empty() {
+                    let kind = ItemKind::For { counters: counters.clone(), items: same };
+                    all.extend(with(kind));
+                }
+                if !each.is_empty() {
+                    all.push(self.in_loop(&counters, each, span));
+                }
+                all
+            }
+            ItemKind::Unknown { declared, name, unit, start, attributes } => {
+                let declared = match declared {
+                    UnknownKind::State => ArrayKind::State,
+                    UnknownKind::Unknown => ArrayKind::Unknown,
+                    UnknownKind::Held => return self.refuse("`held` values", name.span),
+                };
+                let start = start.map(|start| self.expr(start));
+                let axes = self.axes(&[], start.as_ref());
+                with(ItemKind::Array { declared, name, axes, unit, start, attributes })
+            }
+            ItemKind::Input { name, unit, attributes } => {
+                let (declared, axes) = (ArrayKind::Input, self.axes(&[], None));
+                with(ItemKind::Array { declared, name, axes, unit, start: None, attributes })
+            }
+            ItemKind::Array { declared, name, axes, unit, start, attributes }
+                if self.is_each(&name) =>
+            {
+                if let Some(Expr { kind: ExprKind::List(_), span }) = &start {
+                    let message = format!(
+                        "a list gives the elements of `{}` their values, not the parts `{}`",
+                        name.text, self.part.text
+                    );
+                    self.mistakes.push(
+                        Diagnostic::new(Code::E233, *span, message)
+                            .help("read an array with an index for each: `T_0[i][j]`"),
+                    );
+                }
+                let start = start.map(|start| self.expr(start));
+                let axes = self.axes(&axes, start.as_ref());
+                with(ItemKind::Array { declared, name, axes, unit, start, attributes })
+            }
+            ItemKind::Function { ref name, .. } | ItemKind::Table { ref name, .. } => {
+                self.verify_shared(name, &kind);
+                with(kind)
+            }
+            ItemKind::Variant { name, choices } => {
+                let choices = choices
+                    .into_iter()
+                    .map(|choice| Choice { items: self.items(choice.items), ..choice });
+                let choices = choices.collect();
+                with(ItemKind::Variant { name, choices })
+            }
+            ItemKind::Modes { name, .. } => self.refuse("`modes`", name.span),
+            ItemKind::When(_) => self.refuse("a `when`", span),
+            ItemKind::Every { .. } => self.refuse("an `every`", span),
+            ItemKind::Saturate { name, .. } => self.refuse("a `saturate`", name.span),
+            ItemKind::Start(StartRule::Equation { label, .. }) => {
+                self.refuse("a start equation", label.span)
+            }
+            ItemKind::Constant { .. }
+            | ItemKind::Parameter { .. }
+            | ItemKind::Array { .. }
+            | ItemKind::Let { .. }
+            | ItemKind::Equation { .. }
+            | ItemKind::Import { .. }
+            | ItemKind::Size { .. }
+            | ItemKind::Unit { .. }
+            | ItemKind::Output { .. }
+            | ItemKind::Start(StartRule::Steady)
+            | ItemKind::Part { .. }
+            | ItemKind::Binding { .. } => with(kind),
+        }
+    }
+
+    fn is_each(&self, name: &Name) -> bool {
+        self.each.contains(&name.text)
+    }
+
+    /// Whether a value reads nothing but indices, so that it stays one that can be set.
+    fn is_made_of_indices(&self, value: &Expr) -> bool {
+        let mut names = BTreeSet::new();
+        names_in(value, &mut names);
+        let is_index =
+            |name: &String| self.several.counters.iter().any(|counter| counter.index.text == *name);
+        names.iter().all(is_index)
+    }
+
+    /// The part's indices in front of these.
+    fn axes(&self, own: &[Axis], value: Option<&Expr>) -> Vec<Axis> {
+        let is_read = value.is_some_and(|value| self.several.reads_index(value));
+        let outer = self.several.counters.iter().map(|Counter { index, range }| Axis {
+            index: is_read.then(|| index.clone()),
+            range: range.clone(),
+        });
+        outer.chain(own.iter().cloned()).collect()
+    }
+
+    /// An equation or a `let`, its names with indices.
+    fn indexed(&self, item: Item) -> Item {
+        let kind = match item.kind {
+            ItemKind::Equation { label, left, right, attributes } => {
+                let [left, right] = [left, right].map(|side| self.expr(side));
+                ItemKind::Equation { label, left, right, attributes }
+            }
+            ItemKind::Let { name, unit, value } => {
+                ItemKind::Let { name, unit, value: self.expr(value) }
+            }
+            other => other,
+        };
+        Item { kind, ..item }
+    }
+
+    fn in_loop(&self, inner: &[Counter], items: Vec<Item>, span: Span) -> Item {
+        let counters = self.several.counters.iter().chain(inner).cloned().collect();
+        Item { span, doc: Vec::new(), kind: ItemKind::For { counters, items } }
+    }
+
+    /// An expression with indices behind the names of what differs.
+    fn expr(&self, mut expr: Expr) -> Expr {
+        self.index_names(&mut expr);
+        expr
+    }
+
+    fn index_names(&self, expr: &mut Expr) {
+        if let ExprKind::Name(name) = &expr.kind
+            && self.each.contains(name)
+        {
+            let span = expr.span;
+            for Counter { index, .. } in &self.several.counters {
+                let index = Expr { span, kind: ExprKind::Name(index.text.clone()) };
+                let array = std::mem::replace(expr, index.clone());
+                expr.kind = ExprKind::Element(Box::new(array), Box::new(index));
+            }
+            return;
+        }
+        for operand in visit::operands_mut(expr) {
+            self.index_names(operand);
+        }
+    }
+
+    /// Functions and tables are the same for all.
+    fn verify_shared(&mut self, name: &Name, kind: &ItemKind) {
+        let (what, values) = match kind {
+            ItemKind::Function { lets, body, .. } => {
+                ("function", lets.iter().map(|local| &local.value).chain([body]).collect())
+            }
+            ItemKind::Table { points, .. } => ("table", points.expressions()),
+            _ => return,
+        };
+        let mut read = BTreeSet::new();
+        for value in values {
+            names_in(value, &mut read);
+        }
+        if let Some(differs) = read.intersection(self.each).next() {
+            let part = &self.part.text;
+            let own = &name.text;
+            let message = format!("{what} `{own}` reads `{differs}`, which differs among `{part}`");
+            self.mistakes.push(
+                Diagnostic::new(Code::E232, self.part.span, message)
+                    .label(name.span, "one for all of them")
+                    .help("a function gets as an argument what differs from one to the next"),
+            );
+        }
+    }
+
+    fn refuse(&mut self, what: &str, place: Span) -> Vec<Item> {
+        let part = &self.part.text;
+        let message = format!("there cannot be several of part `{part}`, whose model has {what}");
+        let help = format!("write a part for each: `part {part}_1: …`");
+        self.mistakes.push(
+            Diagnostic::new(Code::E131, self.part.span, message).label(place, "here").help(help),
+        );
+        Vec::new()
+    }
+}
