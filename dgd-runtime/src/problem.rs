@@ -11,7 +11,7 @@ use crate::integrate::watched::Watched;
 use crate::integrate::{Memory, Past};
 use crate::observe::delay::delays;
 use crate::signal::{Delayed, InputError, Inputs};
-use crate::system::System;
+use crate::system::{Direction, Point, System};
 
 /// A model with its parameters, inputs and start values.
 #[derive(Debug)]
@@ -57,6 +57,22 @@ impl<S: System> Problem<'_, S> {
             None => Ok(()),
             Some(&(position, _)) => {
                 Err(BadRequest::StartOfNoUnknown { model: model(), unknowns, position })
+            }
+        }
+    }
+
+    /// dy₀/dθ, n × n_s by columns, before anything is solved for: as the model's start values depend on parameters. One
+    /// that is itself a direction depends on that as well, and one that [`start`](Self::start) replaces on nothing else.
+    pub fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]) {
+        self.system.start_sensitivities(at, s);
+        let signature = self.system.signature();
+        let n = signature.unknowns.len().max(1);
+        for (column, direction) in s.chunks_exact_mut(n).zip(signature.directions.iter()) {
+            for &(i, _) in self.start {
+                column[i] = 0.0;
+            }
+            if let Direction::Start(i) = *direction {
+                column[i] = 1.0;
             }
         }
     }

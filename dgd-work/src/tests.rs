@@ -198,6 +198,59 @@ fn a_start_that_is_fixed_stays_in_a_search_as_in_a_fit() {
     assert!((k - base).abs() < 1e-6, "{k} {base}");
 }
 
+/// Three bodies in a row, the first of which is heated.
+const BODIES: &str = "\
+model bodies
+size N = 3
+input q [kW] hold
+parameter k [kW/K] = 0.1  in 0.001 .. 10, log
+constant C [kJ/K] = 4
+state T[1..N] [°C] = 20
+equation first: C*der(T[1]) = q - k*(T[1] - T[2])
+for i in 2..N-1 { equation inner[i]: C*der(T[i]) = k*(T[i-1] - 2*T[i] + T[i+1]) }
+equation last: C*der(T[N]) = k*(T[N-1] - T[N])
+output T [°C] noise 0.05 [K]
+";
+
+#[test]
+fn start_values_of_elements_are_estimated_where_asked() {
+    let rows = (0..100).map(|k| format!("{},{}\n", 2 * k, k / 20 % 2));
+    let inputs = rows.fold("time [s],q [kW]\n".to_owned(), |all, row| all + &row);
+    let mut files = InMemory::default().with("bodies.dgd", BODIES).with("q.csv", inputs);
+    let session = Session::new(&Silent);
+    let mut run = RunRequest::new("bodies.dgd");
+    run.data = Some("q.csv".into());
+    run.choices.set = vec!["T=(35, 20, 10)".to_owned(), "k=0.14".to_owned()];
+    let mut request = SimulateRequest::new(run);
+    request.noise_seed = Some(1);
+    let simulated = simulate(&request, session.with_files(&files));
+    let mut csv = Vec::new();
+    let table = simulated.unwrap_or_else(|error| panic!("{error}")).table;
+    table.write_csv(&mut csv).expect("memory can be written to");
+    files = files.with("data.csv", csv);
+    let fitted = |free: &[&str]| {
+        let mut request = FitRequest::new("bodies.dgd", vec!["data.csv".into()]);
+        request.sought.free = free.iter().map(|&name| name.to_owned()).collect();
+        fit(&request, session.with_files(&files)).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let all = fitted(&["k", "T"]).to_json().clone();
+    let close = |pointer: &str, wanted: f64, within: f64| {
+        let value = all.pointer(pointer).and_then(Value::as_f64);
+        assert!(value.is_some_and(|v| (v - wanted).abs() < within), "{pointer}: {value:?}");
+    };
+    close("/parameters/k/value", 0.14, 1e-3);
+    for (element, wanted) in [("T[1]", 35.0), ("T[2]", 20.0), ("T[3]", 10.0)] {
+        close(&format!("/starts/0/values/{element}/value"), wanted, 0.1);
+    }
+    let starts = |free: &[&str]| -> Vec<String> {
+        let starts = fitted(free).to_json()["starts"][0]["values"].as_object().cloned();
+        starts.unwrap_or_default().into_iter().map(|(name, _)| name).collect()
+    };
+    assert_eq!(starts(&["k", "T[2]"]), ["T[2]"]);
+    // Unless they are asked for, they are the model's.
+    assert!(starts(&[]).is_empty());
+}
+
 /// Stops a search as soon as it has begun.
 #[derive(Debug)]
 struct Impatient;

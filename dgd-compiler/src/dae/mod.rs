@@ -355,6 +355,34 @@ impl Dae {
         })
     }
 
+    /// The unknowns of a name: a single one, an element, or all elements of an array.
+    pub fn positions(&self, name: &str) -> Vec<usize> {
+        let single = self.unknowns.iter().position(|unknown| unknown.name == name);
+        let of_array = |array: &Array| -> Vec<usize> {
+            // Of an array with several indices each row is one.
+            let rest = array.name.strip_prefix(name);
+            if rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('[')) {
+                return (0..array.count as usize).map(|k| array.first + k).collect();
+            }
+            let index = name.strip_prefix(array.name.as_str()).and_then(|index| {
+                index.strip_prefix('[')?.strip_suffix(']')?.trim().parse::<i64>().ok()
+            });
+            let offset = index.and_then(|index| usize::try_from(index - array.lower).ok());
+            let element = offset.filter(|offset| *offset < array.count as usize);
+            element.map(|offset| array.first + offset).into_iter().collect()
+        };
+        single.into_iter().chain(self.arrays.iter().flat_map(of_array)).collect()
+    }
+
+    /// Whether an unknown's row is ẏ = f.
+    pub fn is_differential(&self, i: usize) -> bool {
+        if let Some(unknown) = self.unknowns.get(i) {
+            return unknown.differential;
+        }
+        let after = self.families.partition_point(|family| family.first <= i);
+        after.checked_sub(1).is_some_and(|family| self.families[family].differential)
+    }
+
     /// What the i-th unknown is called.
     ///
     /// # Panics

@@ -68,7 +68,7 @@ pub fn choose(
 /// Where a model starts at rest follows from its parameters, and is nothing to estimate.
 fn refuse_starts(dae: &Dae, free: &[Name], diagnostics: &mut Diagnostics) {
     for name in free {
-        if dae.unknowns.iter().any(|unknown| unknown.name == name.text) {
+        if !dae.positions(&name.text).is_empty() {
             let message = format!(
                 "the model starts at rest, so the start value of `{}` is not free",
                 name.text
@@ -88,6 +88,12 @@ fn estimated(dae: &Dae, free: &[Direction], fixed: &[Direction]) -> Vec<Directio
         .map(|(i, state)| (Direction::Start(i), state.fixed))
         .filter(|(start, is_fixed)| !is_fixed || free.contains(start))
         .map(|(start, _)| start);
+    // Elements of arrays are estimated where they are asked for.
+    let elements = free
+        .iter()
+        .filter(|of| matches!(of, Direction::Start(i) if *i >= dae.unknowns.len()))
+        .copied();
+    let starts = starts.chain(elements);
     free_parameters(dae, free).chain(starts).filter(|of| !fixed.contains(of)).collect()
 }
 
@@ -113,17 +119,22 @@ fn free_parameters(dae: &Dae, free: &[Direction]) -> impl Iterator<Item = Direct
 /// Parameters and start values of states, found by name.
 fn named(dae: &Dae, names: &[Name], diagnostics: &mut Diagnostics) -> Vec<Direction> {
     let parameter = |name: &str| dae.parameters.iter().position(|p| p.declared.name == name);
-    let state = |name: &str| dae.unknowns.iter().position(|x| x.differential && x.name == name);
-    let mut chosen = Vec::with_capacity(names.len());
+    let mut chosen: Vec<Direction> = Vec::with_capacity(names.len());
     for Name { text, span } in names {
-        let found = parameter(text).map(Direction::Parameter);
-        match found.or_else(|| state(text).map(Direction::Start)) {
-            Some(direction) if !chosen.contains(&direction) => chosen.push(direction),
-            Some(_) => {}
-            None => {
-                let message = format!("there is no parameter and no state `{text}`");
-                let help = what_there_is(dae, text);
-                diagnostics.error(Diagnostic::new(Code::E201, *span, message).help(help));
+        let mut found: Vec<Direction> =
+            parameter(text).into_iter().map(Direction::Parameter).collect();
+        if found.is_empty() {
+            let states = dae.positions(text).into_iter().filter(|i| dae.is_differential(*i));
+            found.extend(states.map(Direction::Start));
+        }
+        if found.is_empty() {
+            let message = format!("there is no parameter and no state `{text}`");
+            let help = what_there_is(dae, text);
+            diagnostics.error(Diagnostic::new(Code::E201, *span, message).help(help));
+        }
+        for direction in found {
+            if !chosen.contains(&direction) {
+                chosen.push(direction);
             }
         }
     }
@@ -134,7 +145,9 @@ fn named(dae: &Dae, names: &[Name], diagnostics: &mut Diagnostics) -> Vec<Direct
 fn what_there_is(dae: &Dae, text: &str) -> String {
     let parameters = dae.parameters.iter().map(|p| p.declared.name.as_str());
     let states = dae.unknowns.iter().filter(|x| x.differential).map(|x| x.name.as_str());
-    let known: Vec<&str> = parameters.chain(states).collect();
+    let arrays = dae.arrays.iter().filter(|array| dae.is_differential(array.first));
+    let known: Vec<&str> =
+        parameters.chain(states).chain(arrays.map(|array| array.name.as_str())).collect();
     match suggestion(text, known.iter().copied()) {
         Some(near) => format!("did you mean `{near}`?"),
         None if known.is_empty() => "this model has no parameters".to_owned(),

@@ -23,7 +23,7 @@ use crate::expr::{ExprId, Graph, Node, Past, Symbol};
 pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
     let exists = |direction: &Direction| match *direction {
         Direction::Parameter(i) => i < dae.parameters.len(),
-        Direction::Start(i) => i < dae.unknowns.len(),
+        Direction::Start(i) => i < dae.n(),
     };
     assert!(directions.iter().all(exists), "directions are parameters and unknowns of the system");
     let dae = &*opened(dae);
@@ -279,7 +279,11 @@ impl<'a> Derivation<'a> {
                 let n = start.len();
                 let mut matrix = self.along_directions(&start);
                 for (j, direction) in directions.iter().enumerate() {
-                    if let Direction::Start(i) = direction {
+                    // An element shares its expression with the others of its array: what it adds is known to
+                    // whoever runs the program.
+                    if let Direction::Start(i) = *direction
+                        && i < self.dae.unknowns.len()
+                    {
                         matrix[j * n + i] = self.graph.constant(1.0);
                     }
                 }

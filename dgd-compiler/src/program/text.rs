@@ -40,7 +40,7 @@ impl fmt::Display for Program {
                     writeln!(f, "  theta[{j}] = {}", signature.parameters[i].name)?;
                 }
                 Direction::Start(i) => {
-                    writeln!(f, "  theta[{j}] = {}(0)", signature.unknowns.single[i].name)?;
+                    writeln!(f, "  theta[{j}] = {}(0)", signature.unknowns.name(i))?;
                 }
             }
         }

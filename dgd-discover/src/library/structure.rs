@@ -160,7 +160,10 @@ impl BaseModel {
             let is_free = !state.fixed || named(&self.free, &state.name);
             state.differential && is_free && !named(&self.fix, &state.name)
         });
-        parameters.chain(states.map(|(i, _)| Direction::Start(i))).collect()
+        let elements = self.free.iter().flat_map(|name| dae.positions(name));
+        let elements = elements.filter(|i| *i >= dae.unknowns.len() && dae.is_differential(*i));
+        let starts = states.map(|(i, _)| i).chain(elements).map(Direction::Start);
+        parameters.chain(starts).collect()
     }
 }
 

@@ -17,8 +17,8 @@ use dgd_runtime::linearize::{LinearAt, NotLinearised, OperatingPoint};
 use dgd_runtime::model::ModelProblem;
 use dgd_runtime::parallel::in_parallel_by_model;
 use dgd_runtime::{
-    Direction, Inputs, IntegrateError, LateValues, Observations, Options, Point, Problem, Segment,
-    Side, Solution, Text, consistent_start, simulate,
+    Inputs, IntegrateError, LateValues, Observations, Options, Point, Problem, Segment, Side,
+    Solution, Text, consistent_start, simulate,
 };
 use nalgebra::DVector;
 
@@ -100,13 +100,7 @@ impl Start {
         };
         let mut s = vec![0.0; n * n_s];
         if n_s > 0 {
-            system.start_sensitivities(at, &mut s);
-            // A replaced start value depends on nothing but itself.
-            for &(i, _) in problem.start {
-                for (j, direction) in signature.directions.iter().enumerate() {
-                    s[j * n + i] = f64::from(u8::from(*direction == Direction::Start(i)));
-                }
-            }
+            problem.start_sensitivities(at, &mut s);
         }
         let s = (0..n_s).map(|j| of_states(&s[j * n..(j + 1) * n])).collect();
         Ok(Self { x: of_states(&start.y), s })

@@ -83,14 +83,7 @@ impl<S: Solved> Slopes<'_, S> {
         let signature = system.signature();
         let (n, n_s) = (self.declared.len(), signature.directions.len());
         let mut of_declared = vec![0.0; n * n_s];
-        system.start_sensitivities(at, &mut of_declared);
-        for &(i, _) in self.problem.start {
-            for (column, direction) in
-                of_declared.chunks_exact_mut(n).zip(signature.directions.iter())
-            {
-                column[i] = f64::from(u8::from(*direction == Direction::Start(i)));
-            }
-        }
+        self.problem.start_sensitivities(at, &mut of_declared);
         let place = self.rest.at.point(self.problem.p);
         let none = vec![0.0; n * n_s];
         let (mut f, mut g) = (vec![0.0; n], vec![0.0; n * n_s]);

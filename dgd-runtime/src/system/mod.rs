@@ -146,7 +146,8 @@ pub trait System {
     fn start(&self, at: Point<'_>, y: &mut [f64]);
 
     /// ∂y₀/∂θ, n × n_s; rows of algebraic unknowns are overwritten by the solver. `at.y` is not
-    /// read.
+    /// read. What the start value of an element adds that is itself a direction is left to
+    /// [`Problem::start_sensitivities`](crate::Problem::start_sensitivities).
     fn start_sensitivities(&self, at: Point<'_>, s: &mut [f64]);
 
     /// What the start equations leave: r, one for each. A system without them need not implement this.

@@ -22,7 +22,7 @@ use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
 use crate::signal::Side;
 use crate::solved::Solved;
-use crate::system::{Direction, Point, Storage};
+use crate::system::{Point, Storage};
 
 /// Maximum number of corrections, the smallest damping factor, and the size of the last correction.
 const MOST_CORRECTIONS: usize = 100;
@@ -158,11 +158,8 @@ impl<'a, 'b, S: Solved> Search<'a, 'b, S> {
         let (n, n_s) = (y.len(), signature.directions.len());
         let at =
             Point { t: self.t, y: &[], u: self.drive.at(self.t, y), p: self.problem.p, z: self.z };
-        system.start_sensitivities(at, s);
-        for (column, direction) in s.chunks_exact_mut(n).zip(signature.directions.iter()) {
-            for &(i, _) in self.problem.start {
-                column[i] = f64::from(u8::from(*direction == Direction::Start(i)));
-            }
+        self.problem.start_sensitivities(at, s);
+        for column in s.chunks_exact_mut(n) {
             for i in &self.wanted {
                 column[*i] = 0.0;
             }

@@ -25,7 +25,7 @@ const CORRECTED: f64 = 1e-6;
 impl<S: Solved> Simulation<'_, S> {
     /// Consistent start values and sensitivities.
     pub(super) fn start(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
-        let Problem { system, p, start, .. } = *self.problem;
+        let Problem { system, p, .. } = *self.problem;
         let n = self.y.as_ref().len();
         let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
@@ -43,15 +43,8 @@ impl<S: Solved> Simulation<'_, S> {
         }
         unknown_sizes(system, self.y.as_ref(), self.sizes.as_mut());
         if let Some(d) = &mut self.directions {
-            system.start_sensitivities(at, d.s.as_mut());
+            self.problem.start_sensitivities(at, d.s.as_mut());
             let directions = &system.signature().directions;
-            // A replaced start value depends only on itself.
-            for &(i, _) in start {
-                let columns = d.s.as_mut().chunks_exact_mut(n);
-                for (column, direction) in columns.zip(directions.iter()) {
-                    column[i] = f64::from(u8::from(*direction == Direction::Start(i)));
-                }
-            }
             if is_found {
                 let mut y = self.y.as_ref().to_vec();
                 let options = Options {
