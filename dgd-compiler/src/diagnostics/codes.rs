@@ -883,7 +883,8 @@ Right:
 "
 E407 "derivative that acts late" "
 An equation, a transition or a `let` that they read depends on what a derivative was some time ago.
-What states and unknowns were acts on a model; a derivative is made an unknown first.
+What states and unknowns were acts on a model; a derivative is made an unknown first, and so is an
+element of an array.
 
 Wrong:
 

@@ -308,15 +308,22 @@ impl<'a> Resolver<'a> {
         );
     }
 
-    /// A late derivative where it acts on the model.
+    /// A late derivative or element where it acts on the model.
     pub(super) fn late_rate(&self, symbol: Symbol, reader: &str, span: Span) -> Diagnostic {
         let name = self.name(symbol);
         let message =
             format!("{reader} reads {name} as it was some time ago, which only outputs can");
-        let diagnostic = Diagnostic::new(Code::E407, span, message).help(
-            "derivatives that act late are not part of the language; declare an `unknown` that \
-             equals the derivative, and delay that",
-        );
+        let help = match symbol {
+            Symbol::Element(_) | Symbol::Swept(_) => format!(
+                "elements of arrays are not delayed; declare an `unknown` that equals {name}, and delay that"
+            ),
+            _ => {
+                "derivatives that act late are not part of the language; declare an `unknown` that \
+                  equals the derivative, and delay that"
+                    .to_owned()
+            }
+        };
+        let diagnostic = Diagnostic::new(Code::E407, span, message).help(help);
         match symbol {
             Symbol::Unknown(i) | Symbol::Derivative(i) => {
                 diagnostic.label(self.model.unknowns[i as usize].declared.span, "declared here")
