@@ -111,3 +111,18 @@ fn generated_code_has_the_names_of_parts_with_underscores() {
     assert_eq!(generated, interpreted);
     assert_eq!(signature.directions.len(), 1);
 }
+
+#[test]
+fn rows_of_tanks_are_the_model_written_out() {
+    let whole = interpreted("tests/parts/rows_written_out.dgd", &[]);
+    let parts = interpreted("tests/parts/rows_of_tanks.dgd", &[]);
+    let written_out = |name: &str| declared(&whole, name.strip_prefix("row.tank.").unwrap_or(name));
+    for seed in 0..50 {
+        let a = evaluated(&whole, seed, &|name| declared(&whole, name));
+        let b = evaluated(&parts, seed, &written_out);
+        assert_eq!((&a.start, &a.f), (&b.start, &b.f));
+        // The sums of outflows go over rows first.
+        let off = a.w.iter().zip(&b.w).map(|(a, b)| (a - b).abs());
+        assert!(off.fold(0.0, f64::max) < 1e-15, "{:?} and {:?}", a.w, b.w);
+    }
+}
