@@ -20,6 +20,9 @@ mod workers;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::syntax::layout;
 use dgd_scratch::Scratch;
 use pyo3::prelude::*;
 
@@ -40,12 +43,22 @@ fn command(py: Python<'_>, words: Vec<OsString>) -> PyResult<u8> {
     Ok(py.detach(|| dgd_cli::run_words_of(start.into(), file, words)))
 }
 
+/// The text of a model as `dgd fmt` lays it out; as it is where it cannot be read. A command would mind Ctrl-C for the
+/// rest of the process.
+#[pyfunction]
+fn laid_out(text: String) -> String {
+    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+    let id = sources.add(Source { name: String::new(), text: text.clone() });
+    layout::format(id, &sources, &mut diagnostics).unwrap_or(text)
+}
+
 // The interpreter's lock is needed: nothing here was written for Python without one.
 #[pymodule(gil_used = true)]
 fn _dgd(module: &Bound<'_, PyModule>) -> PyResult<()> {
     guard::hear_panics();
     module.add("__version__", VERSION)?;
     module.add_function(wrap_pyfunction!(command, module)?)?;
+    module.add_function(wrap_pyfunction!(laid_out, module)?)?;
     module.add_function(wrap_pyfunction!(model::load, module)?)?;
     module.add_function(wrap_pyfunction!(guard::panic_for_test, module)?)?;
     module.add_class::<data::Table>()?;

@@ -15,6 +15,7 @@ _Names = list[tuple[str, str]]
 _Point = tuple[float, bytes, bytes | None, bytes | None]
 
 def command(words: Sequence[str]) -> int: ...
+def laid_out(text: str) -> str: ...
 def load(
     path: str | PathLike[str],
     texts: Sequence[tuple[str, bytes]],

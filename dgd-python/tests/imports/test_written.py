@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 from collections.abc import Callable
 from pathlib import Path
 
@@ -84,6 +85,10 @@ def test_a_folder_is_what_the_command_fits(tmp_path: Path, command: Callable[...
         line += ["--data", str(one)]
     theirs = json.loads(command(*line))
     assert {name: one["value"] for name, one in theirs["parameters"].items()} == f.params
+    # Nothing of the command is left in this process: Ctrl-C is still Python's.
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)
+    assert command("fmt", "--check", str(model)) == ""
 
 
 def test_the_example_recovers_what_made_its_data() -> None:

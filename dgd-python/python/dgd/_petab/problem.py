@@ -182,8 +182,7 @@ class PetabProblem:
         into = Path(folder)
         into.mkdir(parents=True, exist_ok=True)
         paths = [into / Path(self.model.path).name]
-        paths[0].write_text(self.text, encoding="utf-8")
-        _dgd.command(["fmt", "--quiet", str(paths[0])])
+        paths[0].write_text(_dgd.laid_out(self.text), encoding="utf-8")
         for which, columns in self.recordings.items():
             paths.append(into / f"{which}.csv")
             paths[-1].write_text(_csv(columns), encoding="utf-8")
