@@ -23,6 +23,7 @@ export const MODELS = {
   "mud_circulation.dgd": { file: "circulation.csv" },
   "mud_circulation_u_tubing.dgd": { file: "booster_stop.train.csv" },
   "night_setback.dgd": { until: 172800, every: 600 },
+  "parts/battery_cell.dgd": { data: "time [s],I [A],T_air [degC],beside [W]\n0,2,20,0\n600,-1,20,0.1\n1200,-1,20,0\n" },
   "parts/herschel_bulkley_pipe.dgd": { data: "time [s],q [m^3/s]\n0,0\n10,0.05\n" },
   "parts/pi_controller.dgd": { data: "time [s],error [m]\n0,1\n10,-1\n" },
   "parts/pressurised_line.dgd": { data: "time [s],q_pump [m^3/s],p_end [Pa],M_end [kg/m^4],open [1]\n0,0.03,4e7,1e7,0\n60,0.035,4e7,1e7,0\n" },
