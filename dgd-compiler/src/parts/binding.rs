@@ -105,7 +105,8 @@ impl Written<'_> {
                 span: input.span,
                 kind: ExprKind::Element(Box::new(array), Box::new(index)),
             });
-            let right = value.clone();
+            let mut right = value.clone();
+            measure(&mut right, &socket.unit);
             ItemKind::Equation { label, left, right, attributes: Vec::new() }
         } else {
             let (name, unit) = (input.clone(), Some(socket.unit.clone()));
@@ -124,6 +125,17 @@ impl Written<'_> {
         let counters = counters.collect();
         let inner = Item { doc: Vec::new(), ..one };
         Ok(Item { kind: ItemKind::For { counters, items: vec![inner] }, ..item.clone() })
+    }
+}
+
+/// A plain number is one in the declared unit.
+fn measure(value: &mut Expr, declared: &Unit) {
+    match &mut value.kind {
+        ExprKind::Number { unit, .. } => {
+            unit.get_or_insert_with(|| declared.clone());
+        }
+        ExprKind::Negate(inner) | ExprKind::Group(inner) => measure(inner, declared),
+        _ => {}
     }
 }
 

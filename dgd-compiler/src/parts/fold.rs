@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Expanded;
-use crate::syntax::ast::{Ast, Item, ItemKind};
+use crate::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
 
 /// The items of a model as they were written, with what has been changed in `after`, the items that
 /// `expanded` had. A part of which something has changed stays in its place, item by item.
@@ -105,7 +105,9 @@ impl Folding<'_> {
     /// A binding as written with the value that it has now; anything else, and a binding of a part that
     /// is not folded, as it is now.
     fn binding(&self, written: &Item, new: &Item) -> Item {
-        let ItemKind::Binding { input, indices, .. } = &written.kind else { return new.clone() };
+        let ItemKind::Binding { input, indices, value: own } = &written.kind else {
+            return new.clone();
+        };
         let value = match &new.kind {
             ItemKind::Let { value, .. } | ItemKind::Equation { right: value, .. } => value,
             // One for all elements.
@@ -118,12 +120,23 @@ impl Folding<'_> {
         if self.is_of_changed(&input.text) {
             return new.clone();
         }
+        let value = if is_the_number(own, value) { own } else { value };
         let (input, indices, value) = (input.clone(), indices.clone(), value.clone());
         Item { kind: ItemKind::Binding { input, indices, value }, ..written.clone() }
     }
 
     fn is_of_changed(&self, input: &str) -> bool {
         input.split_once('.').is_some_and(|(part, _)| self.changed.contains(part))
+    }
+}
+
+/// Whether a plain number has only been given its unit.
+fn is_the_number(own: &Expr, now: &Expr) -> bool {
+    match (&own.kind, &now.kind) {
+        (ExprKind::Number { text: own, .. }, ExprKind::Number { text: now, .. }) => own == now,
+        (ExprKind::Negate(own), ExprKind::Negate(now))
+        | (ExprKind::Group(own), ExprKind::Group(now)) => is_the_number(own, now),
+        _ => false,
     }
 }
 

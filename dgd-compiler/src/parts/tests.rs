@@ -85,7 +85,7 @@ for i_1 in 1..N {
 for j in 1..N {
   let cell.i[j] [1] = i
 }
-equation cell.beside_1: cell.beside[1] = 0
+equation cell.beside_1: cell.beside[1] = 0 [1]
 for j in 2..N {
   equation cell.beside_2_to_N[j]: cell.beside[j] = cell.y[j-1]
 }
