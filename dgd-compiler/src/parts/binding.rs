@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use super::expansion::{Path, agree};
-use super::indices::counter;
+use super::indices;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::syntax::ast::{ArrayKind, Axis, Counter, Expr, ExprKind, Item, ItemKind, Name, Unit};
 use crate::syntax::print::print_expression;
+use crate::syntax::visit;
 
 /// An input of a part that can be bound.
 #[derive(Debug, Clone)]
@@ -20,8 +21,18 @@ pub(super) struct Socket {
 pub(super) struct Bound<'a> {
     pub(super) path: Path,
     pub(super) input: &'a Name,
-    /// Whether this is an element or a loop's elements.
-    pub(super) is_piece: bool,
+    pub(super) extent: Extent,
+}
+
+/// How much of an input a binding says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Extent {
+    /// All of it.
+    Whole,
+    /// The elements of a loop.
+    Loop,
+    /// One element.
+    Element,
 }
 
 /// A binding where it stands.
@@ -44,7 +55,8 @@ impl Bound<'_> {
 /// No input of a part is bound twice; one that is an array may be in pieces.
 pub(super) fn verify_once(bindings: &[Bound<'_>], diagnostics: &mut Diagnostics) {
     for (i, bound) in bindings.iter().enumerate() {
-        let same = |other: &&Bound<'_>| other.meets(bound) && !(other.is_piece && bound.is_piece);
+        let is_whole = |bound: &Bound<'_>| bound.extent == Extent::Whole;
+        let same = |other: &&Bound<'_>| other.meets(bound) && (is_whole(other) || is_whole(bound));
         if let Some(first) = bindings[..i].iter().find(same) {
             let message = format!("`{}` is bound twice", bound.input.text);
             diagnostics.error(
@@ -56,10 +68,9 @@ pub(super) fn verify_once(bindings: &[Bound<'_>], diagnostics: &mut Diagnostics)
 }
 
 /// Inputs that are bound in pieces: they become unknowns, and each piece an equation.
-pub(super) fn in_pieces(bindings: &[Bound<'_>], elements: &BTreeSet<&str>) -> BTreeSet<String> {
+pub(super) fn in_pieces(bindings: &[Bound<'_>]) -> BTreeSet<String> {
     let several = bindings.iter().enumerate().filter(|(i, bound)| {
-        let name = bound.input.text.as_str();
-        elements.contains(name) || bindings[..*i].iter().any(|other| other.meets(bound))
+        bound.extent == Extent::Element || bindings[..*i].iter().any(|other| other.meets(bound))
     });
     several.map(|(_, bound)| bound.input.text.clone()).collect()
 }
@@ -79,7 +90,7 @@ impl Written<'_> {
         if given != n && given > 0 {
             let (message, help) = match n {
                 0 => (
-                    format!("input `{}` is no array", input.text),
+                    format!("input `{}` is not an array", input.text),
                     format!("write `{} = …`", input.text),
                 ),
                 _ => (
@@ -116,30 +127,11 @@ impl Written<'_> {
         if !is_whole {
             return Ok(one);
         }
-        let mut taken = taken.clone();
-        let counters = socket.axes.iter().map(|axis| {
-            let counter = counter(axis, input.span, &taken);
-            taken.insert(counter.index.text.clone());
-            counter
-        });
-        let counters = counters.collect();
+        let counters = indices::counters(&socket.axes, input.span, taken.clone());
         let inner = Item { doc: Vec::new(), ..one };
         Ok(Item { kind: ItemKind::For { counters, items: vec![inner] }, ..item.clone() })
     }
-}
 
-/// A plain number is one in the declared unit.
-fn measure(value: &mut Expr, declared: &Unit) {
-    match &mut value.kind {
-        ExprKind::Number { unit, .. } => {
-            unit.get_or_insert_with(|| declared.clone());
-        }
-        ExprKind::Negate(inner) | ExprKind::Group(inner) => measure(inner, declared),
-        _ => {}
-    }
-}
-
-impl Written<'_> {
     /// What a piece is called: `cell.q_1`, or of a loop `cell.q_2_to_N`.
     fn label(&self) -> String {
         let elements = self.indices.iter().map(print_expression);
@@ -161,9 +153,20 @@ impl Written<'_> {
     }
 }
 
+/// A plain number is one in the declared unit.
+fn measure(value: &mut Expr, declared: &Unit) {
+    match &mut value.kind {
+        ExprKind::Number { unit, .. } => {
+            unit.get_or_insert_with(|| declared.clone());
+        }
+        ExprKind::Negate(inner) | ExprKind::Group(inner) => measure(inner, declared),
+        _ => {}
+    }
+}
+
 /// Makes unknowns of arrays of inputs that are bound in pieces.
 pub(super) fn as_unknowns(items: &mut [Item], in_pieces: &BTreeSet<String>) {
-    crate::syntax::visit::items_mut(items, &mut |item| {
+    visit::items_mut(items, &mut |item| {
         if let ItemKind::Array { declared, name, attributes, .. } = &mut item.kind
             && *declared == ArrayKind::Input
             && in_pieces.contains(&name.text)

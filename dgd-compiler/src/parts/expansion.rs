@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::binding::{self, Bound, Socket, Written as Binding};
+use super::binding::{self, Bound, Extent, Socket, Written as Binding};
 use super::instance::{Instance, instance};
 use super::tied::tie;
 use super::unknown::verify_names;
@@ -153,9 +153,8 @@ impl<'a, 'd> Expansion<'a, 'd> {
             ..ExpandedModel::default()
         };
         let (mut parts, mut bindings) = (Vec::new(), Vec::new());
-        let mut elements = BTreeSet::new();
-        collect(&own, &mut Path::new(), &mut parts, &mut bindings, &mut elements);
-        let in_pieces = binding::in_pieces(&bindings, &elements);
+        collect(&own, &mut Path::new(), &mut parts, &mut bindings);
+        let in_pieces = binding::in_pieces(&bindings);
         let taken = taken_by(&own, visible);
         self.verify_parts(&own, &parts);
         let placed: Vec<Placed<'_>> = parts
@@ -393,13 +392,12 @@ impl<'a, 'd> Expansion<'a, 'd> {
     }
 }
 
-/// The parts and the bindings among items, in the order written, and inputs of which elements are bound.
+/// The parts and the bindings among items, in the order written.
 fn collect<'i>(
     items: &'i [Item],
     path: &mut Path,
     parts: &mut Vec<Written<'i>>,
     bindings: &mut Vec<Bound<'i>>,
-    elements: &mut BTreeSet<&'i str>,
 ) {
     for item in items {
         match &item.kind {
@@ -408,23 +406,20 @@ fn collect<'i>(
                 parts.push(Written { path, item, name, axes, model, arguments });
             }
             ItemKind::Binding { input, indices, .. } => {
-                let is_piece = !indices.is_empty();
-                if is_piece {
-                    elements.insert(&input.text);
-                }
-                bindings.push(Bound { path: path.clone(), input, is_piece });
+                let extent = if indices.is_empty() { Extent::Whole } else { Extent::Element };
+                bindings.push(Bound { path: path.clone(), input, extent });
             }
             ItemKind::For { items, .. } => {
                 for item in items {
                     if let ItemKind::Binding { input, .. } = &item.kind {
-                        bindings.push(Bound { path: path.clone(), input, is_piece: true });
+                        bindings.push(Bound { path: path.clone(), input, extent: Extent::Loop });
                     }
                 }
             }
             ItemKind::Variant { name, choices } => {
                 for (i, choice) in choices.iter().enumerate() {
                     path.push((name.text.clone(), i));
-                    collect(&choice.items, path, parts, bindings, elements);
+                    collect(&choice.items, path, parts, bindings);
                     path.pop();
                 }
             }

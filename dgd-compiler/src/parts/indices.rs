@@ -6,8 +6,18 @@ use crate::source::Span;
 use crate::syntax::ast::{Axis, Counter, Expr, ExprKind, Item, ItemKind, Name, Reduction};
 use crate::syntax::visit;
 
+/// A counter for each axis.
+pub(super) fn counters(axes: &[Axis], span: Span, mut taken: BTreeSet<String>) -> Vec<Counter> {
+    let one = |axis: &Axis| {
+        let counter = counter(axis, span, &taken);
+        taken.insert(counter.index.text.clone());
+        counter
+    };
+    axes.iter().map(one).collect()
+}
+
 /// A counter for an axis, called as the axis says if that is free.
-pub(super) fn counter(axis: &Axis, span: Span, taken: &BTreeSet<String>) -> Counter {
+fn counter(axis: &Axis, span: Span, taken: &BTreeSet<String>) -> Counter {
     let numbered = (1..).map(|k| format!("i_{k}"));
     let wanted = axis.index.iter().map(|index| index.text.clone());
     let mut names = wanted.chain(["i", "j", "k"].map(str::to_owned)).chain(numbered);

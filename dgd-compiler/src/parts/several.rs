@@ -7,7 +7,7 @@
 
 use std::collections::BTreeSet;
 
-use super::indices::{counter, indices_in, rename_index};
+use super::indices::{counters, indices_in, rename_index};
 use super::instance::plain;
 use super::tied::names_in;
 use crate::diagnostics::{Code, Diagnostic};
@@ -34,18 +34,13 @@ impl Several {
         items: &[Item],
         taken: &BTreeSet<String>,
     ) -> Several {
-        let mut taken: BTreeSet<String> = taken | &indices_in(items);
+        let mut taken = taken.clone();
         // One that is called like something of the whole is a mistake, as in a loop.
         for index in axes.iter().filter_map(|axis| axis.index.as_ref()) {
             taken.remove(&index.text);
         }
         taken.extend(indices_in(items));
-        let counters = axes.iter().map(|axis| {
-            let counter = counter(axis, part.span, &taken);
-            taken.insert(counter.index.text.clone());
-            counter
-        });
-        let counters = counters.collect();
+        let counters = counters(axes, part.span, taken);
         let written = axes.iter().map(|axis| axis.index.as_ref().map(|name| name.text.clone()));
         Several { counters, written: written.collect() }
     }

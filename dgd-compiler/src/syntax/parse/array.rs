@@ -50,22 +50,24 @@ fn one_index(input: Tokens<'_>) -> Parsed<'_, Expr> {
 
 /// `[1][j]`, or nothing.
 pub(super) fn indices(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
-    let (mut rest, mut all) = (input, Vec::new());
-    while rest.first() == Some(TokenKind::Index) {
-        let index;
-        (rest, index) = one_index(rest)?;
-        all.push(index);
-    }
-    Ok((rest, all))
+    all_brackets(input, one_index)
 }
 
 /// `[1..N][j in 1..M]`, or nothing.
 pub(super) fn axes(input: Tokens<'_>) -> Parsed<'_, Vec<Axis>> {
+    all_brackets(input, declared_axis)
+}
+
+/// Reads brackets as long as there are some.
+fn all_brackets<'a, T>(
+    input: Tokens<'a>,
+    read: impl Fn(Tokens<'a>) -> Parsed<'a, T>,
+) -> Parsed<'a, Vec<T>> {
     let (mut rest, mut all) = (input, Vec::new());
     while rest.first() == Some(TokenKind::Index) {
-        let axis;
-        (rest, axis) = declared_axis(rest)?;
-        all.push(axis);
+        let one;
+        (rest, one) = read(rest)?;
+        all.push(one);
     }
     Ok((rest, all))
 }
