@@ -367,7 +367,8 @@ impl Dae {
             let index = name.strip_prefix(array.name.as_str()).and_then(|index| {
                 index.strip_prefix('[')?.strip_suffix(']')?.trim().parse::<i64>().ok()
             });
-            let offset = index.and_then(|index| usize::try_from(index - array.lower).ok());
+            let offset = index.and_then(|index| index.checked_sub(array.lower));
+            let offset = offset.and_then(|offset| usize::try_from(offset).ok());
             let element = offset.filter(|offset| *offset < array.count as usize);
             element.map(|offset| array.first + offset).into_iter().collect()
         };

@@ -1,6 +1,6 @@
 //! A model with some candidates spliced in, compiled, with values.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use dgd_compiler::dae::{Dae, assemble};
 use dgd_compiler::diagnostics::Diagnostics;
@@ -160,8 +160,11 @@ impl BaseModel {
             let is_free = !state.fixed || named(&self.free, &state.name);
             state.differential && is_free && !named(&self.fix, &state.name)
         });
-        let elements = self.free.iter().flat_map(|name| dae.positions(name));
-        let elements = elements.filter(|i| *i >= dae.unknowns.len() && dae.is_differential(*i));
+        // An array and one of its elements may both be named.
+        let named: BTreeSet<usize> =
+            self.free.iter().flat_map(|name| dae.positions(name)).collect();
+        let is_element = |i: &usize| *i >= dae.unknowns.len() && dae.is_differential(*i);
+        let elements = named.into_iter().filter(is_element);
         let starts = states.map(|(i, _)| i).chain(elements).map(Direction::Start);
         parameters.chain(starts).collect()
     }
