@@ -86,6 +86,10 @@ impl<S: System> Problem<'_, S> {
     pub fn inputs_read(&self) -> Result<Cow<'_, Inputs>, InputError> {
         let signature = self.system.signature();
         let past = signature.past().len();
+        // A search for the start has the inputs of the run, which have been read.
+        if self.inputs.len() == signature.n_u() {
+            return Ok(Cow::Borrowed(self.inputs));
+        }
         if signature.delayed_inputs.is_empty() {
             return Ok(match past {
                 0 => Cow::Borrowed(self.inputs),

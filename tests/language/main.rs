@@ -6,6 +6,7 @@ mod support;
 mod arrays;
 mod definitions;
 mod effects;
+mod elements;
 mod from_rust;
 mod line;
 mod parts;

@@ -70,8 +70,9 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     diagnostics.check()?;
     // After this: no unknown beyond its bounds.
     let varying = Varying { model, delayed: &delays.inputs };
-    saturate(&mut graph, varying, &transferred.bounds, &mut unknowns, &mut automata);
-    let families = families::families(&mut graph, &plan, &origins);
+    let mut families = families::families(&mut graph, &plan, &origins);
+    let bounds = &transferred.bounds;
+    saturate(&mut graph, varying, bounds, &mut unknowns, &mut families, &mut automata);
     let mut dae = Dae {
         graph,
         unknowns,

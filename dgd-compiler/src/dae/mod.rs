@@ -29,6 +29,7 @@ pub use assemble::assemble;
 pub use dgd_signature::{
     AutomatonKind, Clock, Crossing, DelayedInput, DifferentiatedInput, Trigger,
 };
+pub(crate) use families::row_of;
 
 /// What `assemble` promises:
 ///
@@ -126,7 +127,7 @@ pub struct Transition {
     /// When it acts.
     pub trigger: Trigger,
     /// Unknowns that get a new value, and the values.
-    pub resets: Vec<(usize, ExprId)>,
+    pub resets: Vec<(Symbol, ExprId)>,
 }
 
 /// A condition that switches once, at a time of parameters.
@@ -164,7 +165,7 @@ pub struct Delay {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DelayedUnknown {
     /// Which of the unknowns.
-    pub unknown: usize,
+    pub unknown: Symbol,
     /// Which delay, or which of those that vary.
     pub delay: usize,
     /// Whether its delay varies.
@@ -288,12 +289,32 @@ impl Array {
 }
 
 impl Family {
+    /// Some of its rows, with their expression.
+    fn piece(&self, from: u32, count: u32, rhs: ExprId) -> Family {
+        Family {
+            first: self.first + from as usize,
+            count,
+            rhs,
+            lower: self.lower.map(|lower| lower + i64::from(from)),
+            equation: self.equation.clone(),
+            ..*self
+        }
+    }
+
     /// Label of the equation of one row.
     pub fn label(&self, row: u32) -> String {
         match self.lower {
             Some(lower) => format!("{}[{}]", self.equation, lower + i64::from(row)),
             None => self.equation.clone(),
         }
+    }
+}
+
+/// The position of an unknown.
+pub(crate) fn position(unknown: Symbol) -> usize {
+    match unknown {
+        Symbol::Unknown(i) => i as usize,
+        _ => unreachable!("elements are unknowns, and nothing else is late or reset"),
     }
 }
 
@@ -375,13 +396,25 @@ impl Dae {
         single.into_iter().chain(self.arrays.iter().flat_map(of_array)).collect()
     }
 
+    /// What an unknown was before the start; of elements nothing is said but their start values.
+    pub(crate) fn history(&self, i: usize) -> Option<ExprId> {
+        self.unknowns.get(i).and_then(|unknown| unknown.history)
+    }
+
+    /// The family of an element, which is an unknown behind the single ones, and its row there.
+    pub(crate) fn family_of(&self, i: usize) -> Option<(&Family, u32)> {
+        let after = self.families.partition_point(|family| family.first <= i);
+        let family = &self.families[after.checked_sub(1)?];
+        let row = u32::try_from(i - family.first).ok()?;
+        (row < family.count).then_some((family, row))
+    }
+
     /// Whether an unknown's row is ẏ = f.
     pub fn is_differential(&self, i: usize) -> bool {
         if let Some(unknown) = self.unknowns.get(i) {
             return unknown.differential;
         }
-        let after = self.families.partition_point(|family| family.first <= i);
-        after.checked_sub(1).is_some_and(|family| self.families[family].differential)
+        self.family_of(i).is_some_and(|(family, _)| family.differential)
     }
 
     /// What the i-th unknown is called.
@@ -423,8 +456,12 @@ impl Dae {
     ///
     /// If there is no such delayed unknown.
     pub fn delayed_unknown_name(&self, i: usize) -> String {
-        let delayed = self.delayed_unknowns[i];
-        format!("delay({}, {})", self.unknowns[delayed.unknown].name, self.delay_of(delayed).text)
+        self.name_of_late(i, &self.unknown_name(position(self.delayed_unknowns[i].unknown)))
+    }
+
+    /// What the i-th delayed unknown is called, of an unknown of this name.
+    fn name_of_late(&self, i: usize, name: &str) -> String {
+        format!("delay({name}, {})", self.delay_of(self.delayed_unknowns[i]).text)
     }
 
     /// The delay of a delayed unknown.

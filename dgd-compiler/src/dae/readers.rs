@@ -79,9 +79,11 @@ impl DerivativeReader<'_> {
             let (event, resets) = values;
             let what = || automaton.reader();
             let event = self.open(event, transition.span, &what);
-            let resets = transition.resets.iter().zip(resets).map(|(reset, value)| {
-                (reset.unknown as usize, self.open(value, reset.span, &what))
-            });
+            let resets = transition
+                .resets
+                .iter()
+                .zip(resets)
+                .map(|(reset, value)| (reset.unknown, self.open(value, reset.span, &what)));
             Transition {
                 from: transition.from.unwrap_or(automaton.modes.len()),
                 to: transition.to,

@@ -6,18 +6,25 @@ use super::Dae;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::Symbol;
 use crate::model::{Equation, Model};
+use crate::source::Span;
 
 /// Gives each start equation a state, and has nobody estimate the start values of these.
 ///
-/// States are those with `guess`; where there are too few, also those whose derivatives start equations read.
+/// States are those with `guess`, and all elements of arrays with it; where there are too few, also those whose
+/// derivatives start equations read.
 pub(super) fn verify(
     mut dae: Dae,
     model: &Model,
     diagnostics: &mut Diagnostics,
 ) -> Result<Dae, Reported> {
     let equations = &model.start_equations;
-    let mut determined: BTreeSet<usize> =
-        (0..model.unknowns.len()).filter(|i| model.unknowns[*i].guess).collect();
+    let n_single = dae.unknowns.len();
+    let of_arrays = model.arrays.iter().filter(|array| array.unknown.guess);
+    let of_arrays = of_arrays.flat_map(|array| array.first..array.first + array.count);
+    let mut determined: BTreeSet<usize> = (0..model.unknowns.len())
+        .filter(|i| model.unknowns[*i].guess)
+        .chain(of_arrays.map(|element| n_single + element as usize))
+        .collect();
     if equations.is_empty() && determined.is_empty() {
         return Ok(dae);
     }
@@ -30,20 +37,20 @@ pub(super) fn verify(
         ));
     }
     if determined.len() < equations.len() {
-        determined.extend(equations.iter().flat_map(|equation| derivatives(model, equation)));
+        let of_one = |equation| derivatives(model, equation, n_single);
+        determined.extend(equations.iter().flat_map(of_one));
     }
     if determined.len() != equations.len() {
-        return Err(diagnostics.error(miscounted(model, &determined)));
+        return Err(diagnostics.error(miscounted(model, n_single, &determined)));
     }
     for &i in &determined {
-        let declared = &model.unknowns[i].declared;
-        if !dae.unknowns[i].differential {
+        if !dae.is_differential(i) {
             let message = format!(
                 "the equations determine `{0}` at every time, so no start equation can",
-                declared.name
+                dae.unknown_name(i)
             );
             diagnostics.error(
-                Diagnostic::new(Code::E509, declared.span, message)
+                Diagnostic::new(Code::E509, declared_at(model, n_single, i), message)
                     .help("take out a start equation, or put it into the choice of the variant where it holds"),
             );
         }
@@ -59,7 +66,9 @@ pub(super) fn verify(
     diagnostics.check()?;
     for (equation, i) in dae.start_equations.iter_mut().zip(determined) {
         equation.unknown = i;
-        dae.unknowns[i].fixed = true;
+        if let Some(unknown) = dae.unknowns.get_mut(i) {
+            unknown.fixed = true;
+        }
     }
     Ok(dae)
 }
@@ -75,16 +84,32 @@ pub(super) fn reads_late(equation: &Equation) -> Diagnostic {
 }
 
 /// Positions of the unknowns whose derivatives an equation reads.
-fn derivatives<'a>(model: &'a Model, equation: &'a Equation) -> impl Iterator<Item = usize> + 'a {
+fn derivatives<'a>(
+    model: &'a Model,
+    equation: &'a Equation,
+    n_single: usize,
+) -> impl Iterator<Item = usize> + 'a {
     let sides = [equation.left, equation.right].into_iter();
-    sides.flat_map(|side| model.graph.symbols(side)).filter_map(|symbol| match symbol {
+    sides.flat_map(|side| model.graph.symbols(side)).filter_map(move |symbol| match symbol {
         Symbol::Derivative(i) => Some(i as usize),
+        Symbol::ElementRate(i) => Some(n_single + i as usize),
         _ => None,
     })
 }
 
+/// Where an unknown is declared.
+fn declared_at(model: &Model, n_single: usize, i: usize) -> Span {
+    match i.checked_sub(n_single) {
+        Some(element) => {
+            let element = u32::try_from(element).unwrap_or(u32::MAX);
+            model.array_of(element).unknown.declared.span
+        }
+        None => model.unknowns[i].declared.span,
+    }
+}
+
 /// The report on start equations and states of different number.
-fn miscounted(model: &Model, determined: &BTreeSet<usize>) -> Diagnostic {
+fn miscounted(model: &Model, n_single: usize, determined: &BTreeSet<usize>) -> Diagnostic {
     let counted = |n: usize, one: &str, many: &str| match n {
         0 => format!("no {one}"),
         1 => format!("1 {one}"),
@@ -93,15 +118,18 @@ fn miscounted(model: &Model, determined: &BTreeSet<usize>) -> Diagnostic {
     let equations = &model.start_equations;
     let of_equations = counted(equations.len(), "start equation", "start equations");
     let of_states = counted(determined.len(), "state", "states");
-    let first = determined.iter().next().map(|i| model.unknowns[*i].declared.span);
+    // Elements of an array have one place.
+    let places: BTreeSet<Span> =
+        determined.iter().map(|i| declared_at(model, n_single, *i)).collect();
+    let first = places.first().copied();
     let span = equations.first().map(|equation| equation.span).or(first).unwrap_or_default();
     let verb = if equations.len() == 1 { "is" } else { "are" };
     let message = format!("there {verb} {of_equations} for the start values of {of_states}");
     let mut diagnostic = Diagnostic::new(Code::E509, span, message).help(
         "mark each state whose start value follows from a start equation with `guess`, as in `state h [m] = 2  guess`",
     );
-    for &i in determined {
-        diagnostic = diagnostic.label(model.unknowns[i].declared.span, "to be determined");
+    for place in places {
+        diagnostic = diagnostic.label(place, "to be determined");
     }
     diagnostic
 }

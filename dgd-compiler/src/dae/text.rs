@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{AutomatonKind, Dae, Trigger};
+use super::{AutomatonKind, Dae, Trigger, position};
 use crate::expr::display::listing;
 use crate::expr::{ExprId, Symbol};
 
@@ -102,7 +102,8 @@ pub fn write(dae: &Dae) -> String {
                 let _ = writeln!(text, "    {change}{event} {crossing} 0");
             }
             for (unknown, _) in &transition.resets {
-                let _ = writeln!(text, "      reset {} = {}", dae.unknowns[*unknown].name, next());
+                let name = dae.unknown_name(position(*unknown));
+                let _ = writeln!(text, "      reset {name} = {}", next());
             }
         }
     }

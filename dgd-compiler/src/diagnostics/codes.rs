@@ -328,9 +328,9 @@ Right:
     }
 "
 E131 "item that a loop cannot hold" "
-A loop holds equations, `let`s and what inputs of parts are, whose names end in the loop's index
-between brackets. Arrays and everything else are declared in front of it. Of a part whose model holds
-what a loop cannot hold, there is only one.
+A loop holds equations, start equations, `let`s and what inputs of parts are, whose names end in the
+loop's index between brackets, and `saturate`, `when` and `every`. Arrays and everything else are
+declared in front of it. Of a part whose model has `modes` there is only one.
 
 Wrong:
 

@@ -333,14 +333,17 @@ impl<'a> Scope<'a> {
     ) {
         for item in items {
             match &item.kind {
-                ItemKind::Equation { label, .. } => unique(labels, label, "equation", diagnostics),
+                ItemKind::Equation { label, .. }
+                | ItemKind::Start(StartRule::Equation { label, .. }) => {
+                    unique(labels, label, "equation", diagnostics);
+                }
                 ItemKind::Let { name, .. } => {
                     let definition = Definition::LetArray(*let_arrays);
                     *let_arrays += 1;
                     let entry = Entry { definition, span: name.span, unit: None };
                     self.insert(name, entry, diagnostics);
                 }
-                _ => unreachable!("a loop holds equations and `let`s"),
+                _ => {}
             }
         }
     }

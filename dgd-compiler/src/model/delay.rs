@@ -36,17 +36,19 @@ impl<'a> Lowering<'a> {
                     .help("give it in a unit of time: `delay(x, 3 [s])`"),
             ));
         }
-        if self.graph.symbols(tau.id).contains(&Symbol::Counter) {
-            let message = "this delay depends on the loop's index";
-            return Err(diagnostics.error(
-                Diagnostic::new(Code::E215, tau_expr.span, message)
-                    .help("use constants and parameters, which are the same for all rows"),
-            ));
-        }
         // What differs from row to row is late in equations of its own.
-        let of_rows = |s: &Symbol| matches!(s, Symbol::SweptParameter(..) | Symbol::SweptInput(..));
+        let of_rows = |s: &Symbol| {
+            matches!(
+                s,
+                Symbol::SweptParameter(..)
+                    | Symbol::SweptInput(..)
+                    | Symbol::Swept(_)
+                    | Symbol::SweptRate(_)
+            )
+        };
         let is_of_rows = |id: ExprId| self.graph.symbols(id).iter().any(of_rows);
-        self.strided |= is_of_rows(x.id) || is_of_rows(tau.id);
+        let counts = self.graph.symbols(tau.id).contains(&Symbol::Counter);
+        self.strided |= is_of_rows(x.id) || is_of_rows(tau.id) || counts;
         if let Some((what, help)) = self.cannot_be_followed(x.id, tau.id) {
             return Err(
                 diagnostics.error(Diagnostic::new(Code::E215, tau_expr.span, what).help(help))

@@ -20,7 +20,7 @@ mod tests;
 
 use std::collections::BTreeMap;
 
-use crate::expr::{ExprId, Graph};
+use crate::expr::{ExprId, Graph, Symbol};
 use crate::source::Span;
 use crate::units::{Dimension, Unit, describe, parse_unit};
 
@@ -319,8 +319,8 @@ pub struct Transition {
 pub struct Reset {
     /// Its place.
     pub span: Span,
-    /// Position of the unknown.
-    pub unknown: u32,
+    /// The unknown, or the element of an array.
+    pub unknown: Symbol,
     /// Its new value.
     pub value: ExprId,
 }
@@ -330,8 +330,8 @@ pub struct Reset {
 pub struct Saturation {
     /// The whole item's place.
     pub span: Span,
-    /// Position of the unknown.
-    pub unknown: u32,
+    /// The unknown, or the element of an array.
+    pub unknown: Symbol,
     /// On which side of the unknown the bound lies.
     pub side: Bound,
     /// The bound: of parameters, inputs and time.
@@ -424,16 +424,38 @@ impl Model {
         self.equations.iter().chain(modes.flat_map(|mode| &mode.equations))
     }
 
+    /// What an unknown or an element is called.
+    ///
+    /// # Panics
+    ///
+    /// If it is neither.
+    pub fn unknown_name(&self, symbol: Symbol) -> String {
+        match symbol {
+            Symbol::Unknown(i) => self.unknowns[i as usize].declared.name.clone(),
+            Symbol::Element(i) => self.element_name(i),
+            _ => unreachable!("neither an unknown nor an element"),
+        }
+    }
+
     /// What the element at this position among those of all arrays is called.
     ///
     /// # Panics
     ///
     /// If there is no such element.
     pub fn element_name(&self, position: u32) -> String {
-        let after = self.arrays.partition_point(|array| array.first <= position);
-        let array = &self.arrays[after - 1];
+        let array = self.array_of(position);
         let index = array.lower + i64::from(position - array.first);
         format!("{}[{index}]", array.unknown.declared.name)
+    }
+
+    /// The array, or the row of one, that holds the element at this position among those of all arrays.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such element.
+    pub fn array_of(&self, position: u32) -> &Array {
+        let after = self.arrays.partition_point(|array| array.first <= position);
+        &self.arrays[after - 1]
     }
 
     /// Names that the model gives to expressions: its `let`s.

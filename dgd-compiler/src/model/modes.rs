@@ -6,7 +6,9 @@ use super::check_units::Dim;
 use super::define::Definition;
 use super::expression::{Lowering, Typed};
 use super::resolve::{Reading, Resolver};
-use super::{Automaton, Equation, Mode, Origin, Reset, Saturation, Transition};
+use super::{
+    Array, Automaton, Declared, Equation, Family, Mode, Origin, Reset, Saturation, Transition,
+};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::source::Span;
@@ -167,8 +169,21 @@ impl<'a> Resolver<'a> {
         ))
     }
 
+    /// A `when` or an `every`.
+    pub(super) fn reacting(
+        &mut self,
+        item: &'a Item,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Automaton, Reported> {
+        match &item.kind {
+            ItemKind::When(reaction) => self.when(item, reaction, diagnostics),
+            ItemKind::Every { period, resets } => self.every(item, period, resets, diagnostics),
+            _ => unreachable!("asked before"),
+        }
+    }
+
     /// A `when` is an automaton of one mode, with a transition that leads back to it.
-    pub(super) fn when(
+    fn when(
         &mut self,
         item: &Item,
         reaction: &'a ast::Reaction,
@@ -180,7 +195,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// An `every` is an automaton of one mode, too; its transition is made at the ticks of a clock.
-    pub(super) fn every(
+    fn every(
         &mut self,
         item: &Item,
         period: &'a Expr,
@@ -245,17 +260,40 @@ impl<'a> Resolver<'a> {
         let Some(Definition::Unknown { index, .. }) = entry.map(|entry| entry.definition) else {
             unreachable!("a held value is an unknown")
         };
-        let unit = self.declared(item, name)?.unit;
+        let declared = self.declared(item, name)?;
+        Ok(self.still(item.span, &declared, Symbol::Derivative(index)))
+    }
+
+    /// The equations of an array of held values, one for each of its rows.
+    pub(super) fn held_rows(&mut self, item: &Item, rows: &[Array]) {
+        for Array { unknown, lower, first, count } in rows {
+            let (rate, is_one) = match count {
+                1 => (Symbol::ElementRate(*first), true),
+                _ => (Symbol::SweptRate(*first), false),
+            };
+            let equation = self.still(item.span, &unknown.declared, rate);
+            if is_one {
+                self.model.equations.push(equation);
+            } else {
+                let (lower, count) = (*lower, *count);
+                let index = "i".to_owned();
+                self.model.families.push(Family { equation, index, lower, count });
+            }
+        }
+    }
+
+    /// That a rate is zero.
+    fn still(&mut self, span: Span, declared: &Declared, rate: Symbol) -> Equation {
         let Lowering { graph, scope, .. } = &mut self.lowering;
-        Ok(Equation {
-            label: format!("held {}", name.text),
-            span: item.span,
+        Equation {
+            label: format!("held {}", declared.name),
+            span,
             doc: Vec::new(),
-            left: graph.symbol(Symbol::Derivative(index)),
+            left: graph.symbol(rate),
             right: graph.constant(0.0),
-            dimension: unit.dimension.over(scope.second).unwrap_or(Dimension::ONE),
+            dimension: declared.unit.dimension.over(scope.second).unwrap_or(Dimension::ONE),
             is_exact: true,
-        })
+        }
     }
 
     fn resets(
@@ -263,20 +301,34 @@ impl<'a> Resolver<'a> {
         all: &'a [ast::Reset],
         diagnostics: &mut Diagnostics,
     ) -> Result<Vec<Reset>, Reported> {
-        let mut resets = Vec::new();
-        for reset in all {
-            let earlier = all.iter().find(|r| r.name.text == reset.name.text);
-            if let Some(first) = earlier.filter(|first| first.span != reset.span) {
-                let message = format!("`{}` is reset twice", reset.name.text);
-                diagnostics.error(
-                    Diagnostic::new(Code::E202, reset.name.span, message)
-                        .label(first.name.span, "first here"),
-                );
-                break;
-            }
-            resets.push(self.reset(reset, diagnostics));
+        let resets: Vec<Result<Reset, Reported>> =
+            all.iter().map(|reset| self.reset(reset, diagnostics)).collect();
+        let mut once = Vec::new();
+        for reset in resets {
+            self.add_reset(&mut once, reset?, diagnostics)?;
         }
-        resets.into_iter().collect()
+        Ok(once)
+    }
+
+    /// One more of the resets that are made at one time.
+    pub(super) fn add_reset(
+        &self,
+        resets: &mut Vec<Reset>,
+        reset: Reset,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        if let Some(first) = resets.iter().find(|first| first.unknown == reset.unknown) {
+            let name = self.lowering.scope.quoted_name(reset.unknown).unwrap_or_default();
+            let diagnostic =
+                Diagnostic::new(Code::E202, reset.span, format!("{name} is reset twice"));
+            return Err(diagnostics.error(if first.span == reset.span {
+                diagnostic.help("let each index of the loop reset an element of its own")
+            } else {
+                diagnostic.label(first.span, "first here")
+            }));
+        }
+        resets.push(reset);
+        Ok(())
     }
 
     fn reset(
@@ -284,25 +336,34 @@ impl<'a> Resolver<'a> {
         reset: &'a ast::Reset,
         diagnostics: &mut Diagnostics,
     ) -> Result<Reset, Reported> {
-        let (index, unit) = self.unknown_named(&reset.name, "reset", diagnostics)?;
+        let (unknown, unit) =
+            self.unknown_named(&reset.name, &reset.indices, "reset", diagnostics)?;
         let value = self.in_unit(&reset.value, &unit, Reading::Value, diagnostics)?.id;
-        Ok(Reset { span: reset.span, unknown: index, value })
+        Ok(Reset { span: reset.span, unknown, value })
     }
 
     /// `saturate x >= e`
     pub(super) fn saturation(
         &mut self,
         item: &Item,
-        name: &'a Name,
+        (name, indices): (&'a Name, &'a [Expr]),
         side: Bound,
         bound: &'a Expr,
         diagnostics: &mut Diagnostics,
     ) -> Result<Saturation, Reported> {
-        let (unknown, unit) = self.unknown_named(name, "saturated", diagnostics)?;
+        let (unknown, unit) = self.unknown_named(name, indices, "saturated", diagnostics)?;
         let bound_span = bound.span;
         let bound = self.in_unit(bound, &unit, Reading::Value, diagnostics)?.id;
         let symbols = self.lowering.graph.symbols(bound);
-        let varies = |s: &&Symbol| matches!(s, Symbol::Unknown(_) | Symbol::Derivative(_));
+        let varies = |symbol: &&Symbol| {
+            matches!(
+                symbol,
+                Symbol::Unknown(_)
+                    | Symbol::Derivative(_)
+                    | Symbol::Element(_)
+                    | Symbol::ElementRate(_)
+            )
+        };
         if let Some(symbol) = symbols.iter().find(varies) {
             let varying = self.lowering.scope.quoted_name(*symbol).unwrap_or_default();
             let message = format!("a bound cannot depend on {varying}");
@@ -313,24 +374,31 @@ impl<'a> Resolver<'a> {
         }
         let same = |other: &&Saturation| other.unknown == unknown && other.side == side;
         if let Some(first) = self.model.saturations.iter().find(same) {
-            let message = format!("`{}` has two bounds on one side", name.text);
-            return Err(diagnostics.error(
-                Diagnostic::new(Code::E202, item.span, message).label(first.span, "first here"),
-            ));
+            let name = self.lowering.scope.quoted_name(unknown).unwrap_or_default();
+            let message = format!("{name} has two bounds on one side");
+            let diagnostic = Diagnostic::new(Code::E202, item.span, message);
+            return Err(diagnostics.error(if first.span == item.span {
+                diagnostic.help("let each index of the loop bound an element of its own")
+            } else {
+                diagnostic.label(first.span, "first here")
+            }));
         }
         Ok(Saturation { span: item.span, unknown, side, bound })
     }
 
-    /// Position and unit of an unknown that something is done to.
+    /// An unknown or element that something is done to, and its unit.
     fn unknown_named(
         &mut self,
         name: &'a Name,
+        indices: &'a [Expr],
         done: &str,
         diagnostics: &mut Diagnostics,
-    ) -> Result<(u32, Unit), Reported> {
+    ) -> Result<(Symbol, Unit), Reported> {
         let entry = self.lowering.scope.names.get(name.text.as_str()).cloned();
         let what = entry.as_ref().map(|entry| entry.definition);
-        let (Some(entry), Some(Definition::Unknown { index, .. })) = (entry, what) else {
+        let (Some(entry), Some(Definition::Unknown { .. } | Definition::Array { .. })) =
+            (&entry, what)
+        else {
             let message = match what {
                 Some(other) => {
                     format!("`{}` is {}, which cannot be {done}", name.text, other.noun())
@@ -345,8 +413,29 @@ impl<'a> Resolver<'a> {
                 None => diagnostic.help("name a `state` or an `unknown`"),
             }));
         };
-        let unit = entry.unit.unwrap_or_else(|| Ok(Unit::one()))?;
-        Ok((index, unit))
+        let (unit, declared) = (entry.unit.clone(), entry.span);
+        let wrong = |message: String| {
+            Diagnostic::new(Code::E232, name.span, message).label(declared, "declared here")
+        };
+        let symbol = match what {
+            Some(Definition::Unknown { index, .. }) if indices.is_empty() => Symbol::Unknown(index),
+            Some(Definition::Array { .. }) if !indices.is_empty() => {
+                self.lowering.element_named(name, indices, diagnostics)?
+            }
+            Some(Definition::Array { .. }) => {
+                let message = format!("`{}` is an array: say which element is {done}", name.text);
+                return Err(diagnostics.error(wrong(message).help(format!(
+                    "name one, as in `{0}[1]`, or all in a loop: `for i in 1..N {{ … {0}[i] … }}`",
+                    name.text
+                ))));
+            }
+            _ => {
+                let message =
+                    format!("`{}` is {}, not an array", name.text, entry.definition.noun());
+                return Err(diagnostics.error(wrong(message).help("leave out the brackets")));
+            }
+        };
+        Ok((symbol, unit.unwrap_or_else(|| Ok(Unit::one()))?))
     }
 }
 

@@ -354,12 +354,8 @@ impl<'a> Resolver<'a> {
                     self.automaton(item, name, modes, transitions, starts, diagnostics)?;
                 self.model.automata.push(automaton);
             }
-            ItemKind::When(reaction) => {
-                let automaton = self.when(item, reaction, diagnostics)?;
-                self.model.automata.push(automaton);
-            }
-            ItemKind::Every { period, resets } => {
-                let automaton = self.every(item, period, resets, diagnostics)?;
+            ItemKind::When(_) | ItemKind::Every { .. } => {
+                let automaton = self.reacting(item, diagnostics)?;
                 self.model.automata.push(automaton);
             }
             ItemKind::Start(StartRule::Steady) => {
@@ -369,16 +365,20 @@ impl<'a> Resolver<'a> {
                 let equation = self.equation(item, label, [left, right], &[], diagnostics)?;
                 self.model.start_equations.push(equation);
             }
-            ItemKind::Saturate { name, side, bound } => {
-                let saturation = self.saturation(item, name, *side, bound, diagnostics)?;
+            ItemKind::Saturate { name, indices, side, bound } => {
+                let saturation =
+                    self.saturation(item, (name, indices), *side, bound, diagnostics)?;
                 self.model.saturations.push(saturation);
             }
             ItemKind::Array { declared, name, axes, start, attributes, .. } => match declared {
-                ArrayKind::State | ArrayKind::Unknown => {
-                    let state = *declared == ArrayKind::State;
+                ArrayKind::State | ArrayKind::Unknown | ArrayKind::Held => {
+                    let state = *declared != ArrayKind::Unknown;
                     let start = self.start_of(name, start.as_ref());
                     let declaration = UnknownDeclaration { name, state, start, attributes };
                     let rows = self.array(item, axes, &declaration, diagnostics)?;
+                    if *declared == ArrayKind::Held {
+                        self.held_rows(item, &rows);
+                    }
                     self.model.arrays.extend(rows);
                 }
                 ArrayKind::Parameter => {

@@ -145,7 +145,7 @@ impl Writer<'_> {
     fn saturations(&mut self) {
         for saturation in &self.model.saturations {
             let bound = self.shown("    ", saturation.bound);
-            let name = &self.model.unknowns[saturation.unknown as usize].declared.name;
+            let name = self.model.unknown_name(saturation.unknown);
             let sign = match saturation.side {
                 Bound::Lower => ">=",
                 Bound::Upper => "<=",
@@ -201,7 +201,7 @@ impl Writer<'_> {
         }
         for reset in &transition.resets {
             let value = self.shown("        ", reset.value);
-            let name = &self.model.unknowns[reset.unknown as usize].declared.name;
+            let name = self.model.unknown_name(reset.unknown);
             self.line("      ", &format!("reset {name} = {value}"));
         }
     }

@@ -48,7 +48,7 @@ impl Names {
                     ArrayKind::Parameter => (name, SymbolKind::Parameter),
                     ArrayKind::Input => (name, SymbolKind::Input),
                     ArrayKind::State => (name, SymbolKind::State),
-                    ArrayKind::Unknown => (name, SymbolKind::Unknown),
+                    ArrayKind::Unknown | ArrayKind::Held => (name, SymbolKind::Unknown),
                 },
                 ItemKind::Size { name, .. } => (name, SymbolKind::Size),
                 ItemKind::Let { name, .. } => (name, SymbolKind::Let),

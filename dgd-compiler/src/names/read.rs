@@ -235,10 +235,7 @@ impl Reader<'_> {
                 self.ends(counters);
                 self.with_indices(counters.iter().map(|counter| &counter.index), |this| {
                     for item in items {
-                        if let ItemKind::Equation { label: name, .. }
-                        | ItemKind::Let { name, .. }
-                        | ItemKind::Binding { input: name, .. } = &item.kind
-                        {
+                        if let Some(name) = item.kind.name_with_indices() {
                             this.indices_behind(name);
                         }
                         this.item(item);
@@ -309,8 +306,9 @@ impl Reader<'_> {
                 self.expr(period);
                 self.resets(resets);
             }
-            ItemKind::Saturate { name, bound, .. } => {
+            ItemKind::Saturate { name, indices, bound, .. } => {
                 self.name(name);
+                self.exprs(indices);
                 self.expr(bound);
             }
         }
@@ -381,8 +379,9 @@ impl Reader<'_> {
     }
 
     fn resets(&mut self, resets: &[Reset]) {
-        for Reset { name, value, .. } in resets {
+        for Reset { name, indices, value, .. } in resets {
             self.name(name);
+            self.exprs(indices);
             self.expr(value);
         }
     }

@@ -13,8 +13,8 @@ use super::tied::names_in;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::{
-    ArrayKind, Axis, Choice, Counter, Expr, ExprKind, Item, ItemKind, Name, PartArgument,
-    StartRule, UnknownKind,
+    ArrayKind, Axis, Choice, Counter, Expr, ExprKind, Item, ItemKind, Name, PartArgument, Reaction,
+    Reset, StartRule,
 };
 use crate::syntax::visit;
 
@@ -165,9 +165,13 @@ impl Spreading<'_> {
                     vec![self.in_loop(&[], vec![Item { span, doc, kind }], span)]
                 }
             }
-            ItemKind::Let { ref name, .. } | ItemKind::Equation { label: ref name, .. }
-                if matches!(kind, ItemKind::Equation { .. }) || self.is_each(name) =>
-            {
+            ItemKind::Let { ref name, .. } if !self.is_each(name) => with(kind),
+            ItemKind::Let { .. }
+            | ItemKind::Equation { .. }
+            | ItemKind::Start(StartRule::Equation { .. })
+            | ItemKind::When(_)
+            | ItemKind::Every { .. }
+            | ItemKind::Saturate { .. } => {
                 let item = self.indexed(Item { span, doc, kind });
                 vec![self.in_loop(&[], vec![item], span)]
             }
@@ -189,11 +193,7 @@ impl Spreading<'_> {
                 all
             }
             ItemKind::Unknown { declared, name, unit, start, attributes } => {
-                let declared = match declared {
-                    UnknownKind::State => ArrayKind::State,
-                    UnknownKind::Unknown => ArrayKind::Unknown,
-                    UnknownKind::Held => return self.refuse("`held` values", name.span),
-                };
+                let declared = declared.of_elements();
                 let start = start.map(|start| self.expr(start));
                 let axes = self.axes(&[], start.as_ref());
                 with(ItemKind::Array { declared, name, axes, unit, start, attributes })
@@ -231,17 +231,9 @@ impl Spreading<'_> {
                 with(ItemKind::Variant { name, choices })
             }
             ItemKind::Modes { name, .. } => self.refuse("`modes`", name.span),
-            ItemKind::When(_) => self.refuse("a `when`", span),
-            ItemKind::Every { .. } => self.refuse("an `every`", span),
-            ItemKind::Saturate { name, .. } => self.refuse("a `saturate`", name.span),
-            ItemKind::Start(StartRule::Equation { label, .. }) => {
-                self.refuse("a start equation", label.span)
-            }
             ItemKind::Constant { .. }
             | ItemKind::Parameter { .. }
             | ItemKind::Array { .. }
-            | ItemKind::Let { .. }
-            | ItemKind::Equation { .. }
             | ItemKind::Import { .. }
             | ItemKind::Size { .. }
             | ItemKind::Unit { .. }
@@ -275,19 +267,36 @@ impl Spreading<'_> {
         outer.chain(own.iter().cloned()).collect()
     }
 
-    /// An equation or a `let`, its names with indices.
-    fn indexed(&self, item: Item) -> Item {
-        let kind = match item.kind {
-            ItemKind::Equation { label, left, right, attributes } => {
-                let [left, right] = [left, right].map(|side| self.expr(side));
-                ItemKind::Equation { label, left, right, attributes }
+    /// What can stand in a loop, its names with indices.
+    fn indexed(&self, mut item: Item) -> Item {
+        visit::parts_mut(&mut item, &mut |part| {
+            if let visit::Part::Expr(_, expr) = part {
+                self.index_names(expr);
             }
-            ItemKind::Let { name, unit, value } => {
-                ItemKind::Let { name, unit, value: self.expr(value) }
+        });
+        match &mut item.kind {
+            ItemKind::When(Reaction { resets, .. }) | ItemKind::Every { resets, .. } => {
+                for Reset { name, indices, .. } in resets {
+                    self.index_name(name, indices);
+                }
             }
-            other => other,
-        };
-        Item { kind, ..item }
+            ItemKind::Saturate { name, indices, .. } => self.index_name(name, indices),
+            _ => {}
+        }
+        item
+    }
+
+    /// The part's indices in front of those that a name has.
+    fn index_name(&self, name: &Name, indices: &mut Vec<Expr>) {
+        if self.is_each(name) {
+            indices.splice(0..0, self.indices(name.span));
+        }
+    }
+
+    /// The part's indices as an expression reads them.
+    fn indices(&self, span: Span) -> impl Iterator<Item = Expr> {
+        let counters = self.several.counters.iter();
+        counters.map(move |c| Expr { span, kind: ExprKind::Name(c.index.text.clone()) })
     }
 
     fn in_loop(&self, inner: &[Counter], items: Vec<Item>, span: Span) -> Item {
@@ -305,9 +314,7 @@ impl Spreading<'_> {
         if let ExprKind::Name(name) = &expr.kind
             && self.each.contains(name)
         {
-            let span = expr.span;
-            for Counter { index, .. } in &self.several.counters {
-                let index = Expr { span, kind: ExprKind::Name(index.text.clone()) };
+            for index in self.indices(expr.span) {
                 let array = std::mem::replace(expr, index.clone());
                 expr.kind = ExprKind::Element(Box::new(array), Box::new(index));
             }

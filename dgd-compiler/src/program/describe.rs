@@ -112,10 +112,10 @@ fn of_single(
         differential: unknown.differential,
     };
     let delayed_unknown = |of: &dae::DelayedUnknown| DelayedUnknown {
-        unknown: of.unknown,
+        unknown: dae::position(of.unknown),
         delay: of.delay,
         varies: of.varies,
-        has_history: dae.unknowns[of.unknown].history.is_some(),
+        has_history: dae.history(dae::position(of.unknown)).is_some(),
     };
     let delay = |delay: &dae::Delay| delay.text.clone().into();
     Signature {
@@ -192,7 +192,7 @@ fn automaton(automaton: &dae::Automaton) -> Automaton {
         to: transition.to,
         crossing: transition.crossing,
         trigger: transition.trigger,
-        resets: transition.resets.iter().map(|(unknown, _)| *unknown).collect(),
+        resets: transition.resets.iter().map(|(unknown, _)| dae::position(*unknown)).collect(),
     };
     Automaton {
         name: automaton.name.clone().into(),

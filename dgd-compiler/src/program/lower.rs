@@ -218,7 +218,8 @@ impl<'a> Derivation<'a> {
     /// φ of each delayed unknown, zero where the model gives none.
     fn histories(&mut self) -> Vec<ExprId> {
         let zero = self.graph.constant(0.0);
-        let history = |delayed: &dae::DelayedUnknown| self.dae.unknowns[delayed.unknown].history;
+        let history =
+            |delayed: &dae::DelayedUnknown| self.dae.history(dae::position(delayed.unknown));
         self.dae.delayed_unknowns.iter().map(|d| history(d).unwrap_or(zero)).collect()
     }
 
@@ -783,7 +784,7 @@ pub(super) fn operation(
             Symbol::Sensitivity(i) => Operation::Load(Argument::S, i),
             Symbol::Discrete(i) => Operation::Load(Argument::Z, i),
             Symbol::Past(Past::Present, k) => {
-                let unknown = dae.delayed_unknowns[k as usize].unknown;
+                let unknown = dae::position(dae.delayed_unknowns[k as usize].unknown);
                 Operation::Load(Argument::Y, position(unknown))
             }
             Symbol::Past(past, k) => {

@@ -17,7 +17,7 @@ use std::borrow::Cow;
 use dgd_signature::PastLayout;
 
 use super::lower::Derivation;
-use crate::dae::Dae;
+use crate::dae::{self, Dae};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Past, Symbol};
@@ -136,17 +136,11 @@ impl Derivation<'_> {
             Past::Rate => self.graph.symbol(Symbol::Past(Past::Curvature, k)),
             Past::Sensitivity => self.graph.symbol(Symbol::Past(Past::SensitivityRate, k)),
             Past::Present => {
-                let unknown = &self.dae.unknowns[delayed.unknown];
-                let is_differential = self.graph.value(unknown.mass) == Some(1.0);
-                let symbol = u32::try_from(delayed.unknown).unwrap_or(u32::MAX);
-                if let Some(place) = wanted(Symbol::Unknown(symbol)) {
+                if let Some(place) = wanted(delayed.unknown) {
                     sums.insert(place, self.graph.constant(1.0));
                 }
-                if is_differential {
-                    unknown.rhs
-                } else {
-                    self.graph.symbol(Symbol::Past(Past::Rate, k))
-                }
+                let rate = self.rate(dae::position(delayed.unknown));
+                rate.unwrap_or_else(|| self.graph.symbol(Symbol::Past(Past::Rate, k)))
             }
             Past::Held | Past::Curvature | Past::SensitivityRate => return Vec::new(),
         };
@@ -162,6 +156,17 @@ impl Derivation<'_> {
             self.accumulate(&mut sums, place, part);
         }
         sums.into_iter().collect()
+    }
+
+    /// ẏᵢ where it is differential in every mode.
+    fn rate(&mut self, i: usize) -> Option<ExprId> {
+        let dae = self.dae;
+        let Some((family, row)) = dae.family_of(i) else {
+            let unknown = &dae.unknowns[i];
+            return (self.graph.value(unknown.mass) == Some(1.0)).then_some(unknown.rhs);
+        };
+        let rhs = family.rhs;
+        family.differential.then(|| dae::row_of(&mut self.graph, rhs, row))
     }
 
     /// Adds what past values, which depend on θ themselves, add to ∂root/∂θ: slope · Xⱼ.

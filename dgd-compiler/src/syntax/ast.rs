@@ -401,15 +401,41 @@ pub enum ItemKind {
     },
     /// How a run begins.
     Start(StartRule),
-    /// `saturate q >= 0`
+    /// `saturate q >= 0` or `saturate h[i] <= h_max`
     Saturate {
         /// What stays within the bound.
         name: Name,
+        /// Of an array which element.
+        indices: Vec<Expr>,
         /// On which side of it.
         side: Bound,
         /// The bound.
         bound: Expr,
     },
+}
+
+impl ItemKind {
+    /// Of an item in a loop, the name that the loop's indices stand behind.
+    pub fn name_with_indices(&self) -> Option<&Name> {
+        match self {
+            ItemKind::Equation { label: name, .. }
+            | ItemKind::Start(StartRule::Equation { label: name, .. })
+            | ItemKind::Let { name, .. }
+            | ItemKind::Binding { input: name, .. } => Some(name),
+            _ => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn name_with_indices_mut(&mut self) -> Option<&mut Name> {
+        match self {
+            ItemKind::Equation { label: name, .. }
+            | ItemKind::Start(StartRule::Equation { label: name, .. })
+            | ItemKind::Let { name, .. }
+            | ItemKind::Binding { input: name, .. } => Some(name),
+            _ => None,
+        }
+    }
 }
 
 /// `c0 = 275 [m]` between the parentheses of a part.
@@ -509,6 +535,8 @@ pub enum ArrayKind {
     State,
     /// `unknown`
     Unknown,
+    /// `held`: they change at resets only.
+    Held,
 }
 
 impl ArrayKind {
@@ -520,12 +548,13 @@ impl ArrayKind {
             ArrayKind::Input => "input",
             ArrayKind::State => "state",
             ArrayKind::Unknown => "unknown",
+            ArrayKind::Held => "held",
         }
     }
 
-    /// Whether equations determine its elements.
+    /// Whether its elements are unknowns.
     pub fn is_unknown(self) -> bool {
-        matches!(self, ArrayKind::State | ArrayKind::Unknown)
+        matches!(self, ArrayKind::State | ArrayKind::Unknown | ArrayKind::Held)
     }
 }
 
@@ -547,6 +576,15 @@ impl UnknownKind {
             UnknownKind::State => "state",
             UnknownKind::Unknown => "unknown",
             UnknownKind::Held => "held",
+        }
+    }
+
+    /// What an array of such is.
+    pub fn of_elements(self) -> ArrayKind {
+        match self {
+            UnknownKind::State => ArrayKind::State,
+            UnknownKind::Unknown => ArrayKind::Unknown,
+            UnknownKind::Held => ArrayKind::Held,
         }
     }
 }
@@ -709,13 +747,15 @@ pub struct Transition {
     pub resets: Vec<Reset>,
 }
 
-/// `reset x = e`
+/// `reset x = e` or `reset h[i] = e`
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reset {
     /// Its place.
     pub span: Span,
     /// What gets a new value.
     pub name: Name,
+    /// Of an array which element.
+    pub indices: Vec<Expr>,
     /// The value.
     pub value: Expr,
 }

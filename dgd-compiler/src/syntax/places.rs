@@ -224,9 +224,12 @@ fn placeless_item(item: &Item) -> Item {
                 right: placeless(right),
             })
         }
-        ItemKind::Saturate { name, side, bound } => {
-            ItemKind::Saturate { name: placeless_name(name), side: *side, bound: placeless(bound) }
-        }
+        ItemKind::Saturate { name, indices, side, bound } => ItemKind::Saturate {
+            name: placeless_name(name),
+            indices: indices.iter().map(placeless).collect(),
+            side: *side,
+            bound: placeless(bound),
+        },
     };
     Item { span: Span::default(), doc: item.doc.clone(), kind }
 }
@@ -275,6 +278,7 @@ fn placeless_reset(reset: &Reset) -> Reset {
     Reset {
         span: Span::default(),
         name: placeless_name(&reset.name),
+        indices: reset.indices.iter().map(placeless).collect(),
         value: placeless(&reset.value),
     }
 }

@@ -320,10 +320,7 @@ impl Printer {
     fn items_of_loop(&mut self, counters: &[Counter], items: &[Item]) {
         for item in items {
             let mut indexed = item.kind.clone();
-            if let ItemKind::Equation { label: name, .. }
-            | ItemKind::Let { name, .. }
-            | ItemKind::Binding { input: name, .. } = &mut indexed
-            {
+            if let Some(name) = indexed.name_with_indices_mut() {
                 for Counter { index, .. } in counters {
                     let _ = write!(name.text, "[{}]", index.text);
                 }
@@ -489,9 +486,8 @@ impl Printer {
                 self.line(&format!("part {}{axes}: {}{list}", name.text, model.text));
             }
             ItemKind::Binding { input, indices, value } => {
-                let of_one = |index| format!("[{}]", print_expression(index));
-                let indices: String = indices.iter().map(of_one).collect();
-                self.line(&format!("{}{indices} = {}", input.text, print_expression(value)));
+                let input = print_element(input, indices);
+                self.line(&format!("{input} = {}", print_expression(value)));
             }
             ItemKind::When(reaction) => {
                 self.reaction(&format!("when {}", print_condition(reaction)), &reaction.resets);
@@ -504,12 +500,13 @@ impl Printer {
                 let [left, right] = [left, right].map(print_expression);
                 self.line(&format!("start equation {}: {left} = {right}", label.text));
             }
-            ItemKind::Saturate { name, side, bound } => {
+            ItemKind::Saturate { name, indices, side, bound } => {
                 let sign = match side {
                     Bound::Lower => ">=",
                     Bound::Upper => "<=",
                 };
-                self.line(&format!("saturate {} {sign} {}", name.text, print_expression(bound)));
+                let name = print_element(name, indices);
+                self.line(&format!("saturate {name} {sign} {}", print_expression(bound)));
             }
         }
     }
@@ -540,8 +537,9 @@ impl Printer {
         }
         self.line(&format!("{head} {{"));
         self.depth += 1;
-        for Reset { name, value, .. } in resets {
-            self.line(&format!("reset {} = {}", name.text, print_expression(value)));
+        for Reset { name, indices, value, .. } in resets {
+            let name = print_element(name, indices);
+            self.line(&format!("reset {name} = {}", print_expression(value)));
         }
         self.depth -= 1;
         self.line("}");
@@ -632,6 +630,13 @@ fn print_axes(axes: &[Axis]) -> String {
         format!("[{index}{}]", print_range(range))
     };
     axes.iter().map(of_one).collect()
+}
+
+/// `h` or `h[i - 1]`
+fn print_element(name: &Name, indices: &[Expr]) -> String {
+    let of_one = |index| format!("[{}]", print_index(index));
+    let indices: String = indices.iter().map(of_one).collect();
+    name.text.clone() + &indices
 }
 
 fn print_range(range: &Range) -> String {

@@ -185,9 +185,7 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             }
         }
         ItemKind::Binding { input, indices, value } => {
-            for index in indices {
-                visit(Part::Expr(Role::Declaration, index));
-            }
+            declarations(indices, visit);
             visit(Part::Expr(Role::Let(input), value));
         }
         ItemKind::When(Reaction { conditions, resets }) => reaction(conditions, resets, visit),
@@ -195,8 +193,9 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             visit(Part::Expr(Role::Transition, period));
             reaction(&mut [], resets, visit);
         }
-        ItemKind::Saturate { name, bound, .. } => {
+        ItemKind::Saturate { name, indices, bound, .. } => {
             visit(Part::Resets(name));
+            declarations(indices, visit);
             visit(Part::Expr(Role::Transition, bound));
         }
     }
@@ -230,6 +229,13 @@ fn attributes(all: &mut [Attribute], visit: &mut dyn FnMut(Part<'_>)) {
     }
 }
 
+/// What is known before a run: indices.
+fn declarations(all: &mut [Expr], visit: &mut dyn FnMut(Part<'_>)) {
+    for expr in all {
+        visit(Part::Expr(Role::Declaration, expr));
+    }
+}
+
 fn ends(range: &mut Range, visit: &mut dyn FnMut(Part<'_>)) {
     visit(Part::Expr(Role::Declaration, &mut range.lower));
     visit(Part::Expr(Role::Declaration, &mut range.upper));
@@ -255,6 +261,7 @@ fn reaction(conditions: &mut [Condition], resets: &mut [Reset], visit: &mut dyn 
     }
     for reset in resets {
         visit(Part::Resets(&mut reset.name));
+        declarations(&mut reset.indices, visit);
         visit(Part::Expr(Role::Transition, &mut reset.value));
     }
 }

@@ -56,7 +56,7 @@ pub fn find_start<S: Solved>(
     let mut declared = vec![0.0; n];
     start_values(problem, at, &mut declared)?;
     let full: Vec<(usize, f64)> = declared.iter().copied().enumerate().collect();
-    let held = Inputs::constant(&u.as_ref()[..problem.inputs.len()]);
+    let held = Inputs::constant(&u.as_ref()[..signature.inputs.len()]);
     let search = Problem { inputs: &held, start: &full, ..*problem };
     let found = rest(&search, t, options).map_err(|error| no_rest(error.to_string()))?;
     y.copy_from_slice(&found.at.y);

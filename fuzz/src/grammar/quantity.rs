@@ -103,6 +103,8 @@ pub(crate) enum Kind {
     Delay,
     /// An unknown of a part.
     OfPart,
+    /// What an `every` resets: another does not read it, as it matters which of two clocks ticks first.
+    Held,
     /// Not to be read: a duplicate of the state that the current equation determines.
     Hidden,
 }

@@ -306,6 +306,8 @@ pub const TABLE: &[Row] = &[
     // Items that belong together.
     row(Whole, 3, "array with a loop", array),
     row(Whole, 1, "sum over an array", sum_of_array),
+    row(Whole, 2, "elements that react", reacting_elements),
+    row(Whole, 2, "start equations", start_equations),
     row(Whole, 2, "arrays of all kinds", vectors),
     row(Whole, 2, "tied states", |w, _| tied(w)),
     row(Whole, 2, "part", part),
@@ -436,8 +438,11 @@ pub const TABLE: &[Row] = &[
         } else {
             w.random.pick(&times).name.clone()
         };
+        let known = w.known.clone();
+        w.known.retain(|known| known.kind != Kind::Held);
         let value = scale.quantity(&format!("tanh({})", w.scalar(d.min(1))));
-        w.declare(&name, scale, Kind::OfPart);
+        w.known = known;
+        w.declare(&name, scale, Kind::Held);
         format!(
             "held {name} {} = {start:.2}\nevery {period} {{\n  reset {name} = {value}\n}}",
             scale.brackets()
@@ -831,6 +836,65 @@ fn vectors(w: &mut Writer, d: u32) -> String {
          for i in 1..3, j in 2..2 {{\n  equation {f}[i][j]: der({x}[i][j]) = ({x}[i][j-1]*{k}[2] - \
          {x}[i][j] + {g}[{back}]*tanh({source} + {u}[1]))/1 [s]\n}}\n\
          output {total} = {reduced}({x}[l][m]*{k}[l] for l in 1..3, m in 1..2)"
+    )
+}
+
+/// Elements that are bounded, reset, held and read late, in a loop or one by one.
+fn reacting_elements(w: &mut Writer, d: u32) -> String {
+    let [x, u, e] = ["z", "z", "e"].map(|letter| w.name(letter));
+    let outer = w.reads;
+    w.reads = Reads::Parameters;
+    let source = w.scalar(d.min(1));
+    w.reads = outer;
+    let kinds = [(format!("{x}[1]"), Kind::OfPart), (format!("{u}[2]"), Kind::Held)];
+    for (element, kind) in kinds {
+        w.known.push(Known::new(&element, &SCALES[0], kind));
+    }
+    let late = match w.random.below(3) {
+        0 => format!("0.3*delay({x}[i], 0.3 [s])"),
+        1 => format!("0.3*delay({x}[4-i], 0.2 [s]*i)"),
+        _ => format!("0.3*{x}[2]"),
+    };
+    let bounds = match w.random.below(3) {
+        0 => format!("saturate {x}[i] <= 0.4 + 0.1*i\n"),
+        1 => format!("saturate {x}[4-i] >= 0.1*i\n  saturate {x}[i] <= 0.7\n"),
+        _ => String::new(),
+    };
+    let reset = match w.random.below(3) {
+        0 => format!("when {x}[i] rises above 0.2*i {{ reset {u}[i] = {u}[i] - 0.2 }}\n"),
+        1 => format!("every 0.4 [s] {{ reset {u}[i] = 0.5*{x}[i] }}\n"),
+        _ => format!("when time rises above 0.3 [s] {{ reset {u}[4-i] = 0.2*{x}[i] }}\n"),
+    };
+    let one = match w.random.below(2) {
+        0 => String::new(),
+        _ => format!("\nwhen {x}[1] + {u}[2] rises above 0.3 {{\n  reset {x}[2] = 0.2\n}}"),
+    };
+    format!(
+        "state {x}[i in 1..3] = 0.1 + 0.05*i\nheld {u}[1..3] = (0.1, 0.2, -0.1)\nfor i in 1..3 {{\n  \
+         equation {e}[i]: der({x}[i]) = (tanh({source}) + {late} + {u}[i] - {x}[i])/1 [s]\n  \
+         {bounds}  {reset}}}{one}\noutput {x}"
+    )
+}
+
+/// States that begin where start equations say, single ones and elements.
+fn start_equations(w: &mut Writer, d: u32) -> String {
+    let [x, z] = ["x", "z"].map(|letter| w.name(letter));
+    let labels = ["e", "e", "e", "e"].map(|letter| w.name(letter));
+    let [e, f, g, h] = &labels;
+    let outer = w.reads;
+    w.reads = Reads::Parameters;
+    let [a, b] = [(); 2].map(|()| w.scalar(d.min(1)));
+    w.reads = outer;
+    for known in [x.clone(), format!("{z}[2]")] {
+        w.known.push(Known::new(&known, &SCALES[0], Kind::OfPart));
+    }
+    let guess = if w.random.chance(0.5) { "  guess" } else { "" };
+    format!(
+        "state {x} = 0.3{guess}\nstate {z}[1..3] = 0.2{guess}\n\
+         equation {e}: der({x}) = (tanh({a}) - {x} - 0.2*{x}^3)/1 [s]\n\
+         for i in 1..3 {{\n  equation {f}[i]: der({z}[i]) = ({x} - {z}[i] - 0.1*i*{z}[i]^3)/1 [s]\n  \
+         start equation {h}[i]: der({z}[i]) = 0.1 [1/s]*(i - 2)\n}}\n\
+         start equation {g}: der({x}) = 0.2*tanh({b})/1 [s]\noutput {z}"
     )
 }
 

@@ -134,7 +134,9 @@ impl<'a> Resolver<'a> {
             let now = match source {
                 Symbol::Input(i) => self.delayed_input(graph, i, &summands),
                 Symbol::Time => shifted_time(graph, &[], &summands),
-                Symbol::Unknown(i) => self.delayed_unknown(graph, i, &summands),
+                Symbol::Unknown(_) | Symbol::Element(_) => {
+                    self.delayed_unknown(graph, source, &summands)
+                }
                 other => return Err(other),
             };
             replaced.insert(symbol, now);
@@ -226,8 +228,8 @@ impl<'a> Resolver<'a> {
                     let wanted = DelayedInput { input: i as usize, delay };
                     self.input_symbol(self.inputs.iter().position(|x| *x == wanted)?)
                 }
-                Symbol::Unknown(i) => {
-                    let wanted = DelayedUnknown { unknown: i as usize, delay, varies };
+                unknown @ (Symbol::Unknown(_) | Symbol::Element(_)) => {
+                    let wanted = DelayedUnknown { unknown, delay, varies };
                     delayed_unknown_symbol(self.unknowns.iter().position(|x| *x == wanted)?)
                 }
                 _ => return None,
@@ -256,13 +258,19 @@ impl<'a> Resolver<'a> {
         graph.symbol(self.input_symbol(position))
     }
 
-    fn delayed_unknown(&mut self, graph: &mut Graph, i: u32, summands: &[ExprId]) -> ExprId {
+    /// An unknown or an element.
+    fn delayed_unknown(
+        &mut self,
+        graph: &mut Graph,
+        unknown: Symbol,
+        summands: &[ExprId],
+    ) -> ExprId {
         if summands.is_empty() {
-            return graph.symbol(Symbol::Unknown(i));
+            return graph.symbol(unknown);
         }
-        self.note_the_future(graph, Symbol::Unknown(i), summands);
+        self.note_the_future(graph, unknown, summands);
         let (delay, varies) = (self.delay(graph, summands), varies(graph, summands));
-        let wanted = DelayedUnknown { unknown: i as usize, delay, varies };
+        let wanted = DelayedUnknown { unknown, delay, varies };
         let found = self.unknowns.iter().position(|x| *x == wanted);
         let position = found.unwrap_or_else(|| {
             self.unknowns.push(wanted);
@@ -308,22 +316,15 @@ impl<'a> Resolver<'a> {
         );
     }
 
-    /// A late derivative or element where it acts on the model.
+    /// A late derivative where it acts on the model.
     pub(super) fn late_rate(&self, symbol: Symbol, reader: &str, span: Span) -> Diagnostic {
         let name = self.name(symbol);
         let message =
             format!("{reader} reads {name} as it was some time ago, which only outputs can");
-        let help = match symbol {
-            Symbol::Element(_) | Symbol::Swept(_) => format!(
-                "elements of arrays are not delayed; declare an `unknown` that equals {name}, and delay that"
-            ),
-            _ => {
-                "derivatives that act late are not part of the language; declare an `unknown` that \
-                  equals the derivative, and delay that"
-                    .to_owned()
-            }
-        };
-        let diagnostic = Diagnostic::new(Code::E407, span, message).help(help);
+        let diagnostic = Diagnostic::new(Code::E407, span, message).help(
+            "derivatives that act late are not part of the language; declare an `unknown` that \
+             equals the derivative, and delay that",
+        );
         match symbol {
             Symbol::Unknown(i) | Symbol::Derivative(i) => {
                 diagnostic.label(self.model.unknowns[i as usize].declared.span, "declared here")

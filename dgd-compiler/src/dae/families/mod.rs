@@ -19,7 +19,8 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
 
-pub(super) use place::{Origins, families, place};
+pub(crate) use place::row_of;
+pub(super) use place::{Origins, families, isolate, place};
 
 /// Which equations determine elements of arrays.
 #[derive(Debug, Default)]

@@ -35,22 +35,54 @@ impl Origins {
 pub(in crate::dae) fn families(graph: &mut Graph, plan: &Plan, origins: &Origins) -> Vec<Family> {
     let family = |row: &PlannedRows| {
         let (label, span, lower) = &origins.equations[row.equation];
-        let rhs = match row.count {
-            1 => at_passage(graph, row.rhs, row.from),
-            count => swept_from(graph, row.rhs, row.from, count),
-        };
         Family {
             first: row.first as usize,
             count: row.count,
             differential: row.differential,
             mass: graph.constant(f64::from(u8::from(row.differential))),
-            rhs,
+            rhs: passages(graph, row.rhs, row.from, row.count),
             equation: label.clone(),
             lower: lower.map(|lower| lower + i64::from(row.from)),
             span: *span,
         }
     };
     plan.rows.iter().map(family).collect()
+}
+
+/// Some passages of an expression whose elements are not placed yet.
+fn passages(graph: &mut Graph, id: ExprId, from: u32, count: u32) -> ExprId {
+    match count {
+        1 => at_passage(graph, id, from),
+        count => swept_from(graph, id, from, count),
+    }
+}
+
+/// Gives an element, which [`families`] determine, a row of its own, and returns its position among them.
+pub(in crate::dae) fn isolate(
+    graph: &mut Graph,
+    families: &mut Vec<Family>,
+    element: u32,
+) -> Option<usize> {
+    let (position, family) = family_of(families, element)?;
+    let family = family.clone();
+    let own = element - u32::try_from(family.first).unwrap_or(u32::MAX);
+    let ends = [0, own, own + 1, family.count];
+    let ends = ends.windows(2).map(|ends| (ends[0], ends[1] - ends[0]));
+    let pieces = ends.filter(|(_, count)| *count > 0).map(|(from, count)| {
+        let rhs = passages(graph, family.rhs, from, count);
+        family.piece(from, count, rhs)
+    });
+    let pieces: Vec<Family> = pieces.collect();
+    families.splice(position..=position, pieces);
+    Some(position + usize::from(own > 0))
+}
+
+/// An element as the unknown that it is behind `n_single` others; anything else as it is.
+fn placed(symbol: Symbol, n_single: u32) -> Symbol {
+    match symbol {
+        Symbol::Element(i) => Symbol::Unknown(n_single + i),
+        other => other,
+    }
 }
 
 /// Completes a system whose single unknowns and [`families`] are complete.
@@ -85,6 +117,13 @@ pub(in crate::dae) fn place(
         behind(graph, opened, n_single)
     });
 
+    for late in &mut dae.delayed_unknowns {
+        late.unknown = placed(late.unknown, n_single);
+    }
+    let transitions = dae.automata.iter_mut().flat_map(|automaton| &mut automaton.transitions);
+    for (unknown, _) in transitions.flat_map(|transition| &mut transition.resets) {
+        *unknown = placed(*unknown, n_single);
+    }
     for mut whole in std::mem::take(&mut dae.families) {
         whole.rhs = behind(&mut dae.graph, whole.rhs, n_single);
         whole.first += n_single as usize;
@@ -146,13 +185,18 @@ fn behind(graph: &mut Graph, id: ExprId, n_single: u32) -> ExprId {
     let mut replaced = BTreeMap::new();
     for symbol in symbols {
         let placed = match symbol {
-            Symbol::Element(i) => Symbol::Unknown(n_single + i),
+            Symbol::Element(_) => placed(symbol, n_single),
             Symbol::Swept(i) => Symbol::Swept(n_single + i),
             _ => continue,
         };
         replaced.insert(symbol, graph.symbol(placed));
     }
     graph.substitute(id, |symbol| replaced.get(&symbol).copied())
+}
+
+/// The expression of one row, elements by their positions among all unknowns.
+pub(crate) fn row_of(graph: &mut Graph, id: ExprId, row: u32) -> ExprId {
+    swept_from(graph, id, row, 1)
 }
 
 /// The same expression from a later passage on; where one passage is left, with nothing that moves.
@@ -210,14 +254,8 @@ fn disjoint(graph: &mut Graph, family: &Family) -> Vec<Family> {
     cuts.windows(2)
         .map(|ends| {
             let (from, count) = (ends[0], ends[1] - ends[0]);
-            Family {
-                first: family.first + from as usize,
-                count,
-                rhs: swept_from(graph, family.rhs, from, count),
-                lower: family.lower.map(|lower| lower + i64::from(from)),
-                equation: family.equation.clone(),
-                ..*family
-            }
+            let rhs = swept_from(graph, family.rhs, from, count);
+            family.piece(from, count, rhs)
         })
         .collect()
 }

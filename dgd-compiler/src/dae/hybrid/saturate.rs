@@ -13,8 +13,9 @@
 //! 0 = f there, so that f(b) and the slope together say on which side of b the solution lies. At the
 //! bound itself the slope can vanish, as that of q|q| does.
 
+use crate::dae::families::isolate;
 use crate::dae::rates::{Rows, Varying};
-use crate::dae::{Automaton, AutomatonKind, Transition, Trigger, Unknown};
+use crate::dae::{Automaton, AutomatonKind, Family, Transition, Trigger, Unknown, position};
 use crate::expr::graph::Comparison;
 use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::{Bound, Crossing, Model};
@@ -31,9 +32,9 @@ pub(in crate::dae) fn n_automata(model: &Model) -> usize {
     model.automata.len() + saturated(model).len()
 }
 
-/// Positions of the unknowns with bounds, in the order of the file.
-fn saturated(model: &Model) -> Vec<u32> {
-    let mut all: Vec<u32> = Vec::new();
+/// The unknowns with bounds, in the order of the file.
+fn saturated(model: &Model) -> Vec<Symbol> {
+    let mut all: Vec<Symbol> = Vec::new();
     for saturation in &model.saturations {
         if !all.contains(&saturation.unknown) {
             all.push(saturation.unknown);
@@ -50,16 +51,27 @@ struct ActiveBound {
     mode: usize,
 }
 
+/// An unknown, or an element of an array, with its row.
+struct Bounded {
+    symbol: Symbol,
+    name: String,
+    size: f64,
+    rhs: ExprId,
+    mass: ExprId,
+}
+
 /// Lets the rows of unknowns with bounds choose between their modes, and adds the automata.
 pub(in crate::dae) fn saturate(
     graph: &mut Graph,
     varying: Varying<'_>,
     bounds: &[ExprId],
     unknowns: &mut [Unknown],
+    families: &mut Vec<Family>,
     automata: &mut Vec<Automaton>,
 ) {
-    for index in saturated(varying.model) {
-        let own = varying.model.saturations.iter().zip(bounds).filter(|(s, _)| s.unknown == index);
+    let model = varying.model;
+    for symbol in saturated(model) {
+        let own = model.saturations.iter().zip(bounds).filter(|(s, _)| s.unknown == symbol);
         let at: Vec<ActiveBound> = own
             .zip(FREE + 1..)
             .map(|((saturation, bound), mode)| ActiveBound {
@@ -68,33 +80,46 @@ pub(in crate::dae) fn saturate(
                 mode,
             })
             .collect();
-        let position = u32::try_from(automata.len()).unwrap_or(u32::MAX);
-        let now = graph.symbol(Symbol::Discrete(position));
-        let size = {
-            let unknown = &varying.model.unknowns[index as usize];
-            unknown.nominal.unwrap_or(unknown.declared.unit.factor).abs()
+        let automaton = u32::try_from(automata.len()).unwrap_or(u32::MAX);
+        let now = graph.symbol(Symbol::Discrete(automaton));
+        let declared = match symbol {
+            Symbol::Unknown(i) => &model.unknowns[i as usize],
+            Symbol::Element(i) => &model.array_of(i).unknown,
+            _ => unreachable!("what has a bound is an unknown or an element"),
         };
-        let free = unknowns[index as usize].rhs;
-        let mut row = free;
+        let (rhs, mass) = if let Symbol::Element(i) = symbol {
+            let row = isolate(graph, families, i).map(|family| &mut families[family]);
+            let row = row.unwrap_or_else(|| unreachable!("each element has its row"));
+            (&mut row.rhs, row.mass)
+        } else {
+            let unknown = &mut unknowns[position(symbol)];
+            (&mut unknown.rhs, unknown.mass)
+        };
+        let bounded = Bounded {
+            symbol,
+            name: model.unknown_name(symbol),
+            size: declared.nominal.unwrap_or(declared.declared.unit.factor).abs(),
+            rhs: *rhs,
+            mass,
+        };
         let mut transitions = Vec::new();
         for at in &at {
-            let (held, own) = bounded(graph, varying, index, *at, size, unknowns);
+            let (held, own) = at_bound(graph, varying, &bounded, *at);
             let behind = graph.constant(at.mode as f64 - 0.5);
             let before = graph.constant(at.mode as f64 + 0.5);
             let above = graph.compare(Comparison::Greater, now, behind);
             let below = graph.compare(Comparison::Less, now, before);
             let is_mode = graph.simplified(crate::expr::graph::Node::And(above, below));
-            row = graph.select(is_mode, held, row);
+            *rhs = graph.select(is_mode, held, *rhs);
             transitions.extend(own);
         }
-        unknowns[index as usize].rhs = row;
         let names = at.iter().map(|at| match at.side {
             Bound::Lower => "at its lower bound",
             Bound::Upper => "at its upper bound",
         });
         automata.push(Automaton {
             kind: AutomatonKind::Saturation,
-            name: format!("saturate {}", unknowns[index as usize].name),
+            name: format!("saturate {}", bounded.name),
             modes: std::iter::once("free").chain(names).map(str::to_owned).collect(),
             start: FREE,
             transitions,
@@ -102,19 +127,16 @@ pub(in crate::dae) fn saturate(
     }
 }
 
-/// The row of an unknown at a bound, and the transitions to it and from it. `size` is that of the
-/// unknown.
-fn bounded(
+/// The row of an unknown at a bound, and the transitions to it and from it.
+fn at_bound(
     graph: &mut Graph,
     varying: Varying<'_>,
-    index: u32,
+    unknown: &Bounded,
     at: ActiveBound,
-    size: f64,
-    unknowns: &[Unknown],
 ) -> (ExprId, Vec<Transition>) {
-    let unknown = &unknowns[index as usize];
-    let x = graph.symbol(Symbol::Unknown(index));
-    let rate = varying.rate(graph, at.bound, Rows { unknowns, families: &[] });
+    let (this, size) = (unknown.symbol, unknown.size);
+    let x = graph.symbol(this);
+    let rate = varying.rate(graph, at.bound, Rows { unknowns: &[], families: &[] });
     let rate = rate.unwrap_or_else(|| unreachable!("bounds read no unknowns"));
     let inwards = |graph: &mut Graph, value: ExprId| match at.side {
         Bound::Lower => value,
@@ -128,7 +150,6 @@ fn bounded(
     let relative = inwards(graph, relative);
 
     // −f(b) sign(∂f/∂x)
-    let this = Symbol::Unknown(index);
     let at_bound = graph.substitute(unknown.rhs, |symbol| (symbol == this).then_some(at.bound));
     let slope = graph.gradient(unknown.rhs, |symbol| (symbol == this).then_some(0));
     let slope = slope.first().map_or_else(|| graph.constant(0.0), |(_, slope)| *slope);
@@ -147,8 +168,8 @@ fn bounded(
     let held = graph.select(differential, rate, away);
     let enter = graph.select(differential, distance, solution);
     let leave = graph.select(differential, relative, solution);
-    let reset = vec![(index as usize, at.bound)];
-    let transition = |from, to, crossing, event, resets: &[(usize, ExprId)]| Transition {
+    let reset = vec![(this, at.bound)];
+    let transition = |from, to, crossing, event, resets: &[(Symbol, ExprId)]| Transition {
         from,
         to,
         event,

@@ -103,14 +103,16 @@ pub(super) fn verify_bounds(
         let unknown = saturation.unknown;
         let mut constraints = systems.iter().flat_map(|system| &system.reduced.constraints);
         let tied = constraints
-            .find(|constraint| graph.symbols(constraint.rest).contains(&Symbol::Unknown(unknown)))
+            .find(|constraint| graph.symbols(constraint.rest).contains(&unknown))
             .map(|constraint| constraint.equation);
-        let forced =
-            || rows[unknown as usize].iter().find(|row| row.order > 0).map(|row| row.equation);
+        let forced = || {
+            let Symbol::Unknown(i) = unknown else { return None };
+            rows[i as usize].iter().find(|row| row.order > 0).map(|row| row.equation)
+        };
         let Some(Equation { label, span, .. }) = tied.or_else(forced).map(|e| &equations[e]) else {
             continue;
         };
-        let name = &model.unknowns[unknown as usize].declared.name;
+        let name = model.unknown_name(unknown);
         let message =
             format!("`{name}` cannot have a bound, as `{label}` has to be differentiated");
         diagnostics.error(

@@ -12,7 +12,14 @@ use crate::model::expression::{Arguments, Lowering, Typed, unit_of};
 use crate::model::resolve::Reading;
 use crate::source::Span;
 use crate::syntax::ast::{ArrayKind, Expr, ExprKind, Name};
+use crate::syntax::visit;
 use crate::units::Dimension;
+
+/// Whether an expression reads a name.
+fn reads(expr: &Expr, name: &str) -> bool {
+    matches!(&expr.kind, ExprKind::Name(own) if own == name)
+        || visit::operands(expr).into_iter().any(|operand| reads(operand, name))
+}
 
 /// An element as written: the array's name, and an index for each pair of brackets.
 struct Written<'a> {
@@ -95,10 +102,7 @@ impl<'a> Lowering<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
         let written = Written::of(array, index);
-        let mut at = Vec::with_capacity(written.indices.len());
-        for index in &written.indices {
-            at.push(whole(index, &self.scope.sizes, &self.indices, diagnostics)?);
-        }
+        let at = self.whole_indices(&written.indices, diagnostics)?;
         let span = written.array.span;
         let not_an_array = |what: String| {
             Diagnostic::new(Code::E232, span, what)
@@ -129,7 +133,7 @@ impl<'a> Lowering<'a> {
             Definition::Array { index: position, state } => {
                 let array = self.scope.arrays[position].clone()?;
                 let pointed =
-                    self.pointed(&at, &array.shape, name, &written, place, diagnostics)?;
+                    self.pointed(&at, &array.shape, name, &written.indices, place, diagnostics)?;
                 let unit = self.scope.dimension(name)?;
                 if is_rate && !state {
                     return no_rate("an array of `unknown`s", diagnostics);
@@ -144,7 +148,7 @@ impl<'a> Lowering<'a> {
                 let vector = &self.scope.vectors[position];
                 let (kind, array) = (vector.kind, vector.place.clone()?);
                 let pointed =
-                    self.pointed(&at, &array.shape, name, &written, place, diagnostics)?;
+                    self.pointed(&at, &array.shape, name, &written.indices, place, diagnostics)?;
                 let dim = Dim::Of(self.scope.dimension(name)?);
                 let id = self.vector_element(kind, &array, pointed);
                 Ok(Typed { id, dim })
@@ -153,7 +157,7 @@ impl<'a> Lowering<'a> {
             Definition::LetArray(position) => {
                 let array = self.scope.let_arrays[position].clone();
                 let shape = array.shape.clone()?;
-                self.pointed(&at, &shape, name, &written, place, diagnostics)?;
+                self.pointed(&at, &shape, name, &written.indices, place, diagnostics)?;
                 let passages = self.passages();
                 let counters = array.counters.iter().zip(&at);
                 let at: Vec<LoopIndex<'a>> = counters
@@ -171,6 +175,36 @@ impl<'a> Lowering<'a> {
                 Err(diagnostics.error(not_an_array(message).label(place, "declared here")))
             }
         }
+    }
+
+    /// The element of an array of unknowns that a `reset` or `saturate` names.
+    pub(in crate::model) fn element_named(
+        &mut self,
+        name: &Name,
+        indices: &[Expr],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Symbol, Reported> {
+        let entry = self.scope.names.get(name.text.as_str());
+        let Some((Definition::Array { index, .. }, declared)) =
+            entry.map(|entry| (entry.definition, entry.span))
+        else {
+            unreachable!("asked before");
+        };
+        let array = self.scope.arrays[index].clone()?;
+        let indices: Vec<&Expr> = indices.iter().collect();
+        let at = self.whole_indices(&indices, diagnostics)?;
+        let pointed =
+            self.pointed(&at, &array.shape, &name.text, &indices, declared, diagnostics)?;
+        Ok(Symbol::Element(array.first + pointed.offset))
+    }
+
+    fn whole_indices(
+        &self,
+        indices: &[&Expr],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Vec<AffineInteger>, Reported> {
+        let whole = |index: &&Expr| whole(index, &self.scope.sizes, &self.indices, diagnostics);
+        indices.iter().map(whole).collect()
     }
 
     fn unknown_element(
@@ -282,7 +316,7 @@ impl<'a> Lowering<'a> {
         at: &[AffineInteger],
         shape: &Shape,
         name: &str,
-        written: &Written<'_>,
+        indices: &[&Expr],
         declared: Span,
         diagnostics: &mut Diagnostics,
     ) -> Result<Pointed, Reported> {
@@ -290,7 +324,7 @@ impl<'a> Lowering<'a> {
         if given != wanted {
             let noun = if wanted == 1 { "index" } else { "indices" };
             let message = format!("an element of `{name}` has {wanted} {noun}, not {given}");
-            let span = written.indices.last().map_or(written.array.span, |index| index.span);
+            let span = indices.last().map_or(declared, |index| index.span);
             return Err(diagnostics.error(
                 Diagnostic::new(Code::E232, span, message)
                     .label(declared, "declared here")
@@ -302,7 +336,7 @@ impl<'a> Lowering<'a> {
             return Ok(Pointed { offset: 0, slope: 0 });
         }
         let (mut offset, mut slope) = (0, 0);
-        for (axis, (at, index)) in at.iter().zip(&written.indices).enumerate() {
+        for (axis, (at, index)) in at.iter().zip(indices).enumerate() {
             let extent = shape.axes()[axis];
             self.verify_within(*at, extent, name, index, declared, diagnostics)?;
             offset += (at.at - extent.lower) * shape.stride(axis);
@@ -326,13 +360,14 @@ impl<'a> Lowering<'a> {
         let last = i64::from(self.passages()) - 1;
         let is_outside = |passage: &i64| !(lower..=upper).contains(&(at.at + at.slope * passage));
         let Some(passage) = [0, last].into_iter().find(is_outside) else { return Ok(()) };
-        let moving = self.indices.iter().find(|index| index.count > 1);
-        let when = match moving {
-            Some(own) if at.slope != 0 => {
-                format!(" where `{}` is {}", own.name, own.first + passage)
-            }
-            _ => String::new(),
-        };
+        let read = self.indices.iter().filter(|open| reads(index, open.name));
+        let read = read.map(|open| {
+            let value = open.first + if open.count > 1 { passage } else { 0 };
+            format!("`{}` is {value}", open.name)
+        });
+        let read: Vec<String> = read.collect();
+        let when =
+            if read.is_empty() { String::new() } else { format!(" where {}", read.join(" and ")) };
         let element = at.at + at.slope * passage;
         let message =
             format!("`{name}` has no element {element}{when}: it runs from {lower} to {upper}");

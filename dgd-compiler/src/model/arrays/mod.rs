@@ -10,7 +10,9 @@
 //! | `reduce` | sums and the like over indices |
 //! | `vector` | arrays of constants, parameters and inputs |
 //! | `sweep` | equations of loops |
+//! | `each` | what else stands in loops, once for each index |
 
+mod each;
 mod element;
 mod place;
 mod reduce;

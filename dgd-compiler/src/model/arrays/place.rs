@@ -75,7 +75,9 @@ impl<'a> Scope<'a> {
                         ArrayKind::Constant => (&mut constants, MOST_VALUES),
                         ArrayKind::Parameter => (&mut parameters, MOST_VALUES),
                         ArrayKind::Input => (&mut inputs, MOST_VALUES),
-                        ArrayKind::State | ArrayKind::Unknown => (&mut first, MOST_ELEMENTS),
+                        ArrayKind::State | ArrayKind::Unknown | ArrayKind::Held => {
+                            (&mut first, MOST_ELEMENTS)
+                        }
                     };
                     let place = self.place(name, axes, next, most, diagnostics);
                     if declared.is_unknown() {

@@ -9,7 +9,7 @@ use crate::model::{Equation, Family};
 use crate::syntax::ast::{Counter, Item, ItemKind};
 
 /// A loop is written out for at most so many indices.
-const MOST_WRITTEN_OUT: u32 = 20_000;
+pub(super) const MOST_WRITTEN_OUT: u32 = 20_000;
 
 impl<'a> Resolver<'a> {
     /// The equations of a loop.
@@ -23,11 +23,13 @@ impl<'a> Resolver<'a> {
         self.next_loop += 1;
         let shape = shape?;
         for item in items {
-            if matches!(item.kind, ItemKind::Equation { .. }) {
-                // Each equation reports its own mistakes; the next is independent of them.
-                let _: Result<(), Reported> = self.swept(counters, item, &shape, diagnostics);
-                self.lowering.indices.clear();
-            }
+            // Each item reports its own mistakes; the next is independent of them.
+            let _: Result<(), Reported> = match &item.kind {
+                ItemKind::Equation { .. } => self.swept(counters, item, &shape, diagnostics),
+                ItemKind::Let { .. } => Ok(()),
+                _ => self.each(counters, item, &shape, diagnostics),
+            };
+            self.lowering.indices.clear();
         }
         Ok(())
     }
@@ -150,7 +152,7 @@ impl<'a> Resolver<'a> {
 }
 
 /// The indices of a loop at one of its passages; the last may move from there on.
-fn open<'a>(
+pub(super) fn open<'a>(
     counters: &'a [Counter],
     shape: &Shape,
     offset: u32,

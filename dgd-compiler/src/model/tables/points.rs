@@ -132,7 +132,7 @@ impl<'a> Lowering<'a> {
         let symbol = match kind {
             ArrayKind::Constant => Symbol::Constant(position),
             ArrayKind::Parameter => Symbol::Parameter(position),
-            ArrayKind::Input | ArrayKind::State | ArrayKind::Unknown => {
+            ArrayKind::Input | ArrayKind::State | ArrayKind::Unknown | ArrayKind::Held => {
                 let message = format!("a table is the same at all times, but `{name}` is an input");
                 return refuse(message, "use constants or parameters", diagnostics);
             }

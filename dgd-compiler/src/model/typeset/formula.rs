@@ -237,7 +237,7 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
         lines.push(Documented { line, doc: item.doc.clone(), is_output, counters: Vec::new() });
     };
     match &item.kind {
-        ItemKind::Let { name, value, .. } | ItemKind::Output { name, value: Some(value), .. } => {
+        ItemKind::Output { name, value: Some(value), .. } => {
             let (left, right) = (Formula::Symbol(Symbol::of(&name.text)), expression(value));
             push(Line::Equation { left, right, label: None });
         }
@@ -249,15 +249,6 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
             let (left, right) =
                 (called(name, arguments), through(arguments.len(), points, attributes));
             push(Line::Equation { left, right, label: None });
-        }
-        ItemKind::Equation { label, left, right, .. } => {
-            let (left, right) = (expression(left), expression(right));
-            push(Line::Equation { left, right, label: Some(label.text.clone()) });
-        }
-        ItemKind::Start(StartRule::Equation { label, left, right }) => {
-            let (left, right) = (expression(left), expression(right));
-            let label = Some(format!("{}, at the start", label.text));
-            push(Line::Equation { left, right, label });
         }
         ItemKind::Modes { modes, transitions, .. } => {
             for (k, mode) in modes.iter().enumerate() {
@@ -272,24 +263,20 @@ fn collect(item: &Item, model: &Model, lines: &mut Vec<Documented>) {
                 |line| Documented { line, doc: Vec::new(), is_output: false, counters: Vec::new() };
             lines.extend(transitions.iter().map(transition).map(undocumented));
         }
-        ItemKind::When(reaction) => push(when(reaction)),
-        ItemKind::Every { period, resets } => push(Line::Transition(Transition {
-            modes: None,
-            occasion: Occasion::Every(expression(period)),
-            resets: resets_of(resets),
-        })),
-        ItemKind::Saturate { name, side, bound } => {
-            let left = Formula::Symbol(Symbol::of(&name.text));
-            push(Line::Bound { left, side: *side, right: expression(bound) });
-        }
         ItemKind::For { counters, items } => {
             let ends: Vec<[Formula; 3]> = counters.iter().map(ends_of).collect();
             for item in items {
-                let line = in_loop(counters, item);
+                let Some(line) = of_loop(counters, item) else { continue };
                 let (doc, counters) = (item.doc.clone(), ends.clone());
                 lines.push(Documented { line, doc, is_output: false, counters });
             }
         }
+        ItemKind::Let { .. }
+        | ItemKind::Equation { .. }
+        | ItemKind::Start(StartRule::Equation { .. })
+        | ItemKind::When(_)
+        | ItemKind::Every { .. }
+        | ItemKind::Saturate { .. } => of_loop(&[], item).into_iter().for_each(push),
         ItemKind::Import { .. }
         | ItemKind::Start(StartRule::Steady)
         | ItemKind::Constant { .. }
@@ -330,24 +317,49 @@ fn indexed(of: Formula, indices: &[&Expr]) -> Formula {
     Formula::Indexed(Box::new(of), Box::new(indices))
 }
 
-/// An item of a loop, once, with the loop's indices.
-fn in_loop(counters: &[Counter], item: &Item) -> Line {
-    match &item.kind {
+/// An element of an array, or what has no indices.
+fn element_named(name: &Name, indices: &[Expr]) -> Formula {
+    let name = Formula::Symbol(Symbol::of(&name.text));
+    if indices.is_empty() { name } else { indexed(name, &indices.iter().collect::<Vec<_>>()) }
+}
+
+/// An item that can stand in a loop, once, with the loop's indices.
+fn of_loop(counters: &[Counter], item: &Item) -> Option<Line> {
+    let indexed = |label: &Name| {
+        counters.iter().fold(label.text.clone(), |label, c| label + "[" + &c.index.text + "]")
+    };
+    let line = match &item.kind {
         ItemKind::Let { name, value, .. } => {
-            let name = Formula::Symbol(Symbol::of(&name.text));
-            let at = counters.iter().map(|c| Formula::Symbol(Symbol::of(&c.index.text)));
-            let at = separated(at, Operator::Comma);
-            let left = Formula::Indexed(Box::new(name), Box::new(at));
+            let index = |c: &Counter| Expr {
+                span: c.index.span,
+                kind: ExprKind::Name(c.index.text.clone()),
+            };
+            let at: Vec<Expr> = counters.iter().map(index).collect();
+            let left = element_named(name, &at);
             Line::Equation { left, right: expression(value), label: None }
         }
         ItemKind::Equation { label, left, right, .. } => {
             let (left, right) = (expression(left), expression(right));
-            let indices: Vec<&str> = counters.iter().map(|c| c.index.text.as_str()).collect();
-            let label = Some(format!("{}[{}]", label.text, indices.join("][")));
+            Line::Equation { left, right, label: Some(indexed(label)) }
+        }
+        ItemKind::Start(StartRule::Equation { label, left, right }) => {
+            let (left, right) = (expression(left), expression(right));
+            let label = Some(indexed(label) + ", at the start");
             Line::Equation { left, right, label }
         }
-        _ => unreachable!("a loop holds equations and `let`s"),
-    }
+        ItemKind::When(reaction) => when(reaction),
+        ItemKind::Every { period, resets } => Line::Transition(Transition {
+            modes: None,
+            occasion: Occasion::Every(expression(period)),
+            resets: resets_of(resets),
+        }),
+        ItemKind::Saturate { name, indices, side, bound } => {
+            let left = element_named(name, indices);
+            Line::Bound { left, side: *side, right: expression(bound) }
+        }
+        _ => return None,
+    };
+    Some(line)
 }
 
 fn transition(transition: &ast::Transition) -> Line {
@@ -434,9 +446,8 @@ fn with_lets(body: &Expr, lets: &[ast::LocalLet]) -> Formula {
 }
 
 fn resets_of(resets: &[ast::Reset]) -> Vec<(Formula, Formula)> {
-    let one = |reset: &ast::Reset| {
-        (Formula::Symbol(Symbol::of(&reset.name.text)), expression(&reset.value))
-    };
+    let one =
+        |reset: &ast::Reset| (element_named(&reset.name, &reset.indices), expression(&reset.value));
     resets.iter().map(one).collect()
 }
 

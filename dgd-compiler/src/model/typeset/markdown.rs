@@ -139,9 +139,10 @@ impl Declarations {
                 let name = format!("`{}`, {}", name.text, ranges.join(" × "));
                 let start = start.as_ref();
                 match declared {
-                    ArrayKind::State | ArrayKind::Unknown => {
+                    ArrayKind::State | ArrayKind::Unknown | ArrayKind::Held => {
                         let kind = match declared {
                             ArrayKind::State => UnknownKind::State,
+                            ArrayKind::Held => UnknownKind::Held,
                             _ => UnknownKind::Unknown,
                         };
                         self.unknowns.push(vec![symbol, name, unit, start_of(kind, start), doc]);

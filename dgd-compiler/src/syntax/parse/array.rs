@@ -18,8 +18,16 @@ use crate::syntax::ast::{
     Unit,
 };
 
-/// Keywords of items that a loop can hold, besides bindings of parts' inputs.
-const IN_LOOPS: [&str; 2] = ["equation", "let"];
+/// Items that a loop can hold, besides bindings of parts' inputs, by their first words, and where the
+/// name is that the loop's indices stand behind; none where elements are named within it.
+const IN_LOOPS: [(&str, Option<usize>); 6] = [
+    ("equation", Some(1)),
+    ("let", Some(1)),
+    ("start", Some(2)),
+    ("saturate", None),
+    ("when", None),
+    ("every", None),
+];
 
 /// The element of an array, `p[i - 1]` or `T[i][j]`: its name has been read, the brackets are the
 /// next tokens.
@@ -118,22 +126,12 @@ pub(super) fn declared<'a>(
     Ok((rest, ItemKind::Array { declared, name, axes, unit, start, attributes }))
 }
 
-/// Refuses an index behind a name where no element can stand.
-pub(super) fn no_element<'a>(
-    input: Tokens<'a>,
-    message: &str,
-    help: &'static str,
-) -> Parsed<'a, ()> {
-    if input.first() != Some(TokenKind::Index) {
+/// Refuses a range behind a name where no array can be declared; what else stands there may be a unit.
+pub(super) fn no_range<'a>(input: Tokens<'a>, message: &str, help: &'static str) -> Parsed<'a, ()> {
+    if input.first() != Some(TokenKind::Index) || !input.first_text().contains("..") {
         return Ok((input, ()));
     }
     input.wrong(Diagnostic::new(Code::E105, input.span(), message).help(help))
-}
-
-/// Refuses a range behind a name where no array can be declared; what else stands there may be a unit.
-pub(super) fn no_range<'a>(input: Tokens<'a>, message: &str, help: &'static str) -> Parsed<'a, ()> {
-    let is_range = input.first_text().contains("..");
-    if is_range { no_element(input, message, help) } else { Ok((input, ())) }
 }
 
 /// The value of an array: an expression, or one for each element between parentheses.
@@ -265,7 +263,7 @@ impl<'a> Reader<'a, '_> {
     }
 
     /// `equation NAME[i]: …`, `let NAME[i] = …` or `PART.INPUT[i] = …`: the item without its indices,
-    /// which are the loop's.
+    /// which are the loop's. `saturate`, `when` and `every` name elements as they like.
     fn item_of_loop(
         &mut self,
         line: &'a [Token],
@@ -273,65 +271,91 @@ impl<'a> Reader<'a, '_> {
         counters: &[Counter],
     ) -> Option<Item> {
         let first = line.first()?;
-        let index = &counters.first()?.index;
         let last = line.iter().rfind(|token| token.kind != TokenKind::Doc)?;
         let span = self.span(*first).to(self.span(*last));
         let keyword = first.text(self.text);
         let is_binding = line.get(1).is_some_and(|second| second.kind == TokenKind::Dot);
-        let named_at = usize::from(!is_binding);
+        let second = line.get(1).map_or("", |second| second.text(self.text));
+        let known = IN_LOOPS.iter().find(|(word, _)| *word == keyword);
+        let known = known.filter(|_| keyword != "start" || second == "equation");
+        let named_at = match known {
+            _ if is_binding => Some(0),
+            Some((_, named_at)) => *named_at,
+            None => {
+                let index = &counters.first()?.index;
+                let message = format!("`{keyword}` cannot stand in a loop");
+                self.error(
+                    Diagnostic::new(Code::E131, self.span(*first), message)
+                        .label(index.span, "the loop's index")
+                        .help(
+                            "a loop holds equations, start equations, `let`s, what inputs of parts are, \
+                             `saturate`, `when` and `every`; arrays are declared in front of it",
+                        ),
+                );
+                return None;
+            }
+        };
+        let mut docs = docs;
+        let kind = match (named_at, keyword) {
+            (None, "when") => self.when(line, &mut docs).map(ItemKind::When),
+            (None, "every") => self.every(line, &mut docs),
+            _ => {
+                let own = match named_at {
+                    Some(named_at) => self.indices_of_loop(line, named_at, counters)?,
+                    None => 0..0,
+                };
+                let without_index: Vec<Token> = line
+                    .iter()
+                    .enumerate()
+                    .filter(|(i, _)| !own.contains(i))
+                    .map(|(_, token)| *token)
+                    .collect();
+                docs.extend(line.iter().filter(|token| token.kind == TokenKind::Doc));
+                self.plain_item(&without_index, &docs, false, 1)
+            }
+        };
+        Some(Item { span, doc: self.doc_lines(&docs), kind: kind? })
+    }
+
+    /// Where the loop's indices stand in an item, behind the name at `named_at`; that they do not is
+    /// reported.
+    fn indices_of_loop(
+        &mut self,
+        line: &'a [Token],
+        named_at: usize,
+        counters: &[Counter],
+    ) -> Option<std::ops::Range<usize>> {
         let members = line.iter().skip(named_at + 1).step_by(2);
         let dots = members.take_while(|token| token.kind == TokenKind::Dot).count();
         let brackets_at = (named_at + 1 + 2 * dots).min(line.len());
-        let refused = if is_binding || IN_LOOPS.contains(&keyword) {
-            let brackets: Vec<&Token> =
-                line[brackets_at..].iter().take_while(|t| t.kind == TokenKind::Index).collect();
-            let inside = |token: &Token| {
-                let own = token.text(self.text).strip_prefix('[')?.strip_suffix(']')?;
-                Some(own.trim().to_owned())
-            };
-            let own: Vec<Option<String>> = brackets.iter().map(|token| inside(token)).collect();
-            let wanted = counters.iter().map(|counter| Some(counter.index.text.clone()));
-            (!own.into_iter().eq(wanted)).then(|| {
-                let at = line.get(brackets_at).or(line.get(1)).unwrap_or(first);
-                let names: Vec<&str> = counters.iter().map(|c| c.index.text.as_str()).collect();
-                let all = format!("[{}]", names.join("]["));
-                let message =
-                    format!("what stands in a loop over `{}` ends in `{all}`", names.join("`, `"));
-                Diagnostic::new(Code::E131, self.span(*at), message)
-                    .label(index.span, "the loop's index")
-                    .help(if is_binding {
-                        format!("write `PART.INPUT{all} = …`")
-                    } else {
-                        format!("write `{keyword} NAME{all}`")
-                    })
-            })
-        } else {
-            let message = format!("`{keyword}` cannot stand in a loop");
-            Some(
-                Diagnostic::new(Code::E131, self.span(*first), message)
-                    .label(index.span, "the loop's index")
-                    .help(
-                        "a loop holds equations, `let`s and what inputs of parts are; arrays are \
-                         declared in front of it",
-                    ),
-            )
+        let brackets = line[brackets_at..].iter().take_while(|t| t.kind == TokenKind::Index);
+        let inside = |token: &Token| {
+            let own = token.text(self.text).strip_prefix('[')?.strip_suffix(']')?;
+            Some(own.trim().to_owned())
         };
-        if let Some(diagnostic) = refused {
-            self.error(diagnostic);
-            return None;
+        let own: Vec<Option<String>> = brackets.map(inside).collect();
+        let wanted = counters.iter().map(|counter| Some(counter.index.text.clone()));
+        if own.into_iter().eq(wanted) {
+            return Some(brackets_at..brackets_at + counters.len());
         }
-        let own = brackets_at..brackets_at + counters.len();
-        let is_index = |i: usize| own.contains(&i);
-        let without_index: Vec<Token> = line
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| !is_index(*i))
-            .map(|(_, token)| *token)
-            .collect();
-        let mut docs = docs;
-        docs.extend(line.iter().filter(|token| token.kind == TokenKind::Doc));
-        let kind = self.plain_item(&without_index, &docs, false, 1)?;
-        Some(Item { span, doc: self.doc_lines(&docs), kind })
+        let at = line.get(brackets_at).or(line.get(1)).or(line.first())?;
+        let names: Vec<&str> = counters.iter().map(|c| c.index.text.as_str()).collect();
+        let all = format!("[{}]", names.join("]["));
+        let message =
+            format!("what stands in a loop over `{}` ends in `{all}`", names.join("`, `"));
+        let words = line[..named_at.min(line.len())].iter();
+        let words: Vec<&str> = words.map(|word| word.text(self.text)).collect();
+        let help = if words.is_empty() {
+            format!("write `PART.INPUT{all} = …`")
+        } else {
+            format!("write `{} NAME{all}`", words.join(" "))
+        };
+        self.error(
+            Diagnostic::new(Code::E131, self.span(*at), message)
+                .label(counters.first()?.index.span, "the loop's index")
+                .help(help),
+        );
+        None
     }
 }
 

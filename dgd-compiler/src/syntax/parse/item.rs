@@ -208,29 +208,21 @@ fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> 
         UnknownKind::Unknown => "an unknown",
         UnknownKind::Held => "a held value",
     };
-    if declared_as == UnknownKind::Held {
-        return held(what, input);
-    }
-    let of_elements =
-        if declared_as == UnknownKind::State { ArrayKind::State } else { ArrayKind::Unknown };
-    if let Some(array) = array_of(of_elements, &["fixed", "nominal"], what, input) {
+    let allowed: &[&str] = match declared_as {
+        UnknownKind::State => &["fixed", "nominal", "guess"],
+        UnknownKind::Unknown | UnknownKind::Held => &["fixed", "nominal"],
+    };
+    if let Some(array) = array_of(declared_as.of_elements(), allowed, what, input) {
         return array;
     }
     let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
     let allowed: &[&str] = match declared_as {
         UnknownKind::State => &["fixed", "nominal", "history", "noise", "guess"],
-        UnknownKind::Unknown | UnknownKind::Held => &["fixed", "nominal", "history"],
+        UnknownKind::Unknown => &["fixed", "nominal", "history"],
+        UnknownKind::Held => &["fixed", "nominal"],
     };
     let (rest, attributes) = attributes(allowed, what, rest)?;
     Ok((rest, ItemKind::Unknown { declared: declared_as, name, unit, start, attributes }))
-}
-
-fn held<'a>(what: &'static str, input: Tokens<'a>) -> Parsed<'a, ItemKind> {
-    let help = "declare one `held` value for each, or an array of states";
-    array::no_range(dotted(input)?.0, "`held` values cannot be arrays", help)?;
-    let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
-    let (rest, attributes) = attributes(&["fixed", "nominal"], what, rest)?;
-    Ok((rest, ItemKind::Unknown { declared: UnknownKind::Held, name, unit, start, attributes }))
 }
 
 /// `unit stroke = 0.118 [l]`
@@ -366,17 +358,14 @@ fn start(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 
 /// `saturate x >= e`
 fn saturate(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
-    let (rest, name) = dotted(input)?;
-    let help =
-        "bound a single state, or what the equations of elements make of it with `max` or `min`";
-    array::no_element(rest, "`saturate` takes no element of an array", help)?;
+    let (rest, (name, indices)) = (dotted, array::indices).parse(input)?;
     let side = match rest.first() {
         Some(TokenKind::GreaterEqual) => Bound::Lower,
         Some(TokenKind::LessEqual) => Bound::Upper,
         _ => return rest.expected("`>=` or `<=` and a bound"),
     };
     let (rest, bound) = expression(rest.behind_first())?;
-    Ok((rest, ItemKind::Saturate { name, side, bound }))
+    Ok((rest, ItemKind::Saturate { name, indices, side, bound }))
 }
 
 /// Reads an attribute after its word.

@@ -260,12 +260,10 @@ fn condition(input: Tokens<'_>) -> Parsed<'_, Condition> {
 fn reset(input: Tokens<'_>) -> Parsed<'_, Reset> {
     let keyword = word("reset", "`reset NAME = …`");
     let equal = token(TokenKind::Equal, "`=`");
-    let (rest, (_, name)) = (keyword, dotted).parse(input)?;
-    let help = "reset a single state or `held` value, and let the equations of elements read it";
-    array::no_element(rest, "`reset` takes no element of an array", help)?;
-    let (rest, (_, value)) = (equal, expression).parse(rest)?;
+    let (rest, (_, name, indices, _, value)) =
+        (keyword, dotted, array::indices, equal, expression).parse(input)?;
     if rest.is_empty() {
-        Ok((rest, Reset { span: input.span_to(&rest), name, value }))
+        Ok((rest, Reset { span: input.span_to(&rest), name, indices, value }))
     } else {
         rest.expected(OPERATOR)
     }

@@ -1,6 +1,6 @@
 //! Points of random numbers, as large as symbols are, and how they are moved to where a condition changes.
 
-use crate::dae::Dae;
+use crate::dae::{Dae, DelayedUnknown, position};
 use crate::expr::{Symbol, Tape};
 use crate::model::Model;
 
@@ -62,11 +62,16 @@ impl Sizes {
             let unit = &model.inputs[i].declared.unit;
             unit.factor.abs().max(unit.offset.abs())
         };
+        let arrays: Vec<(u32, f64)> = arrays.collect();
+        let of_late = |late: &DelayedUnknown| match late.unknown {
+            Symbol::Element(i) => of_element(&arrays, i),
+            unknown => unknowns[position(unknown)],
+        };
         let late_inputs = dae.delayed_inputs.iter().map(|late| late.input);
         Sizes {
             inputs: (0..model.inputs.len()).chain(late_inputs).map(input).collect(),
-            late: dae.delayed_unknowns.iter().map(|late| unknowns[late.unknown]).collect(),
-            arrays: arrays.collect(),
+            late: dae.delayed_unknowns.iter().map(of_late).collect(),
+            arrays,
             modes: dae.automata.iter().map(|automaton| automaton.modes.len()).collect(),
             parameters,
             unknowns,
@@ -75,9 +80,14 @@ impl Sizes {
 
     /// Of an element of an array.
     fn of_element(&self, i: u32) -> f64 {
-        let after = self.arrays.partition_point(|(first, _)| *first <= i);
-        after.checked_sub(1).map_or(1.0, |array| self.arrays[array].1)
+        of_element(&self.arrays, i)
     }
+}
+
+/// Of an element, by the first elements of arrays and their sizes.
+fn of_element(arrays: &[(u32, f64)], i: u32) -> f64 {
+    let after = arrays.partition_point(|(first, _)| *first <= i);
+    after.checked_sub(1).map_or(1.0, |array| arrays[array].1)
 }
 
 /// A point: values of symbols, and their sizes.
