@@ -50,9 +50,7 @@ pub fn choose(
         Directions::Estimated { free, fixed } => {
             let found = named(dae, free, diagnostics);
             let fixed = named(dae, fixed, diagnostics);
-            if dae.starts_at_rest {
-                refuse_starts(dae, free, diagnostics);
-            }
+            refuse_starts(dae, free, diagnostics);
             estimated(dae, &found, &fixed)
         }
         Directions::Tracked { free, fixed } => {
@@ -65,10 +63,12 @@ pub fn choose(
     Ok(chosen)
 }
 
-/// Where a model starts at rest follows from its parameters, and is nothing to estimate.
+/// Where a model starts at rest, or as start equations say, follows from its parameters, and is nothing to
+/// estimate.
 fn refuse_starts(dae: &Dae, free: &[Name], diagnostics: &mut Diagnostics) {
     for name in free {
-        if !dae.positions(&name.text).is_empty() {
+        let states = dae.positions(&name.text);
+        if dae.starts_at_rest && !states.is_empty() {
             let message = format!(
                 "the model starts at rest, so the start value of `{}` is not free",
                 name.text
@@ -76,6 +76,21 @@ fn refuse_starts(dae: &Dae, free: &[Name], diagnostics: &mut Diagnostics) {
             diagnostics.error(
                 Diagnostic::new(Code::E508, name.span, message)
                     .help("leave out `start steady` to estimate start values"),
+            );
+        }
+        let mut equations = dae.start_equations.iter();
+        if let Some(equation) = equations.find(|equation| states.contains(&equation.unknown)) {
+            let state = dae.unknown_name(equation.unknown);
+            let (which, what) = match dae.start_equations.len() {
+                1 => (format!("start equation `{}`", equation.name), "this one"),
+                _ => ("the start equations".to_owned(), "one of them"),
+            };
+            let message =
+                format!("the start value of `{state}` follows from {which}, so it is not free");
+            diagnostics.error(
+                Diagnostic::new(Code::E509, name.span, message)
+                    .label(equation.span, what)
+                    .help("leave out a start equation to estimate a start value in its place"),
             );
         }
     }
@@ -102,8 +117,10 @@ fn tracked(dae: &Dae, free: &[Direction], fixed: &[Direction]) -> Vec<Direction>
     let parameters = free_parameters(dae, free).filter(|of| !fixed.contains(of));
     // A filter also carries what is differential in other modes than it starts in.
     let is_state = |x: &Unknown| x.differential || dae.graph.value(x.mass) != Some(0.0);
-    let states = dae.unknowns.iter().enumerate().filter(|(_, x)| is_state(x));
-    parameters.chain(states.map(|(i, _)| Direction::Start(i))).collect()
+    let states = dae.unknowns.iter().enumerate().filter(|(_, x)| is_state(x)).map(|(i, _)| i);
+    let families = dae.families.iter().filter(|family| family.differential);
+    let elements = families.flat_map(|family| family.first..family.first + family.count as usize);
+    parameters.chain(states.chain(elements).map(Direction::Start)).collect()
 }
 
 /// The parameters among `free`; all that are not `fixed` where there is none among them.
