@@ -35,7 +35,7 @@ pub struct Variable {
     recording: usize,
 }
 
-/// Residuals (simulated − measured)/σ of all samples, then (p − mean)/std of all priors, as a function of the
+/// Residuals (simulated − measured)/σ of all samples, then (wᵀp − mean)/std of all priors, as a function of the
 /// variables θ in declared units.
 ///
 /// Half the sum of their squares is the negative logarithm of the posterior density, but for a constant. σ is the
@@ -55,11 +55,25 @@ pub struct Objective {
 }
 
 /// A prior that is one more residual, SI.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 struct NormalPrior {
-    parameter: usize,
+    prior: Prior,
     mean: f64,
     std: f64,
+}
+
+impl NormalPrior {
+    fn residual(&self, p: &[f64]) -> f64 {
+        (self.prior.value(p) - self.mean) / self.std
+    }
+
+    /// The derivative of its residual.
+    fn slope(&self, by: &Variable) -> f64 {
+        match by.of {
+            Direction::Parameter(i) => self.prior.weight(i) * by.unit.factor / self.std,
+            Direction::Start(_) => 0.0,
+        }
+    }
 }
 
 /// Prepares the residuals of a fit. `noise` has standard deviations of outputs in their units, in place of those
@@ -82,7 +96,7 @@ pub fn objective(
     let problem = task.problem();
     // It is asked for values when whoever listened may be gone.
     let options = Options { watched: None, ..problem.options };
-    let priors = problem.priors.clone();
+    let priors = problem.priors;
     let noise = noise_of(&task, noise)?;
     let names = recording::names(&request.data);
     let Task { system, p, train: recordings, .. } = task;
@@ -93,18 +107,17 @@ pub fn objective(
         ));
     }
     // Of what is not estimated nothing is weighed.
-    let is_estimated =
-        |prior: &&Prior| variables.iter().any(|v| v.of == Direction::Parameter(prior.parameter));
+    let is_free = |i| variables.iter().any(|v| v.of == Direction::Parameter(i));
     let mut normal = Vec::new();
-    for prior in priors.iter().filter(is_estimated) {
+    for prior in priors.into_iter().filter(|prior| prior.concerns(is_free)) {
         let Some((mean, std)) = prior.as_normal() else {
-            let name = &system.signature().parameters[prior.parameter].name;
+            let names = prior.names(system.signature());
             return Err(WorkError::Usage(format!(
-                "the prior of `{name}` is `{}`, which is not a residual: the objective of a fit takes normal ones",
+                "the prior of {names} is `{}`, which is not a residual: the objective of a fit takes normal ones",
                 prior.density.name()
             )));
         };
-        normal.push(NormalPrior { parameter: prior.parameter, mean, std });
+        normal.push(NormalPrior { prior, mean, std });
     }
     let priors = normal;
     let threads = session.threads;
@@ -149,8 +162,7 @@ impl Objective {
         for (recording, observations) in self.recordings.iter().zip(&evaluated.observations) {
             self.push_residuals(recording, observations, &mut residuals);
         }
-        residuals
-            .extend(self.priors.iter().map(|prior| (p[prior.parameter] - prior.mean) / prior.std));
+        residuals.extend(self.priors.iter().map(|prior| prior.residual(&p)));
         Ok(residuals)
     }
 
@@ -175,10 +187,8 @@ impl Objective {
             self.push_rows(r, &observations, &mut rows);
         }
         for prior in &self.priors {
-            residuals.push((p[prior.parameter] - prior.mean) / prior.std);
-            let of = Direction::Parameter(prior.parameter);
-            let slope = |v: &Variable| if v.of == of { v.unit.factor / prior.std } else { 0.0 };
-            rows.extend(self.variables.iter().map(slope));
+            residuals.push(prior.residual(&p));
+            rows.extend(self.variables.iter().map(|variable| prior.slope(variable)));
         }
         Ok((residuals, rows))
     }

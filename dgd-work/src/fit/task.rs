@@ -222,7 +222,7 @@ impl<'s> Task<'s> {
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
             // A uniform one is bounds.
             let density = declared.prior.filter(|of| !matches!(of, PriorDensity::Uniform { .. }));
-            density.map(|density| Prior { parameter, density })
+            density.map(|density| Prior::of(parameter, density))
         };
         let mut stopping = StoppingRule::default();
         if self.compiled.dae.is_static() {
