@@ -445,6 +445,35 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
     }
 
     #[test]
+    fn what_a_smooth_table_says_is_one_residual_for_each_inner_point() {
+        let model = "model curve\ninput x [m] linear\nparameter y[1..3] [g] = (1, 2, 4)\n\
+                     table f(x [m]) [g] at (0, 10, 30) = y  linear, smooth 0.5\n\
+                     output w [g] = f(x) noise 0.1\n";
+        // Nothing is read beyond the second point.
+        let data = "time [s],x [m],w [g]\n0,0,1\n1,5,1.5\n2,10,2\n";
+        let files = InMemory::default().with("curve.dgd", model).with("data.csv", data);
+        let session = Session::new(&Silent).with_files(&files);
+        let mut request = FitRequest::new("curve.dgd", vec!["data.csv".into()]);
+        request.noise = NoiseFrom::Declared;
+        let objective = objective(&request, &[], session).unwrap_or_else(|error| panic!("{error}"));
+        let (residuals, rows) =
+            objective.linearised(&[1.0, 2.0, 4.0]).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(
+            residuals,
+            objective.residuals(&[1.0, 2.0, 4.0]).unwrap_or_else(|e| panic!("{e}"))
+        );
+        assert_eq!((residuals.len(), rows.len()), (4, 12));
+        // 2 g on a line at 1 g + (4 g - 1 g)/3.
+        assert!(residuals[3].abs() < 1e-12, "{residuals:?}");
+        for (slope, wanted) in rows[9..].iter().zip([-2.0 / 3.0, 1.0, -1.0 / 3.0]) {
+            assert!((slope - wanted / 0.5).abs() < 1e-12, "{rows:?}");
+        }
+        let found = fit(&request, session).unwrap_or_else(|error| panic!("{error}")).to_json();
+        assert_eq!(found["degrees_of_freedom"], 3 + 1 - 3);
+        assert!(found["cost"].as_f64().expect("a fit has a cost") < 1e-9, "{found}");
+    }
+
+    #[test]
     fn it_is_flat_where_a_fit_ends_and_has_its_cost() {
         let files = files();
         let session = Session::new(&Silent).with_files(&files);
