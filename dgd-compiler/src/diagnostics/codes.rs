@@ -1241,13 +1241,13 @@ sums of them with constant factors; the others are known.
 
 Wrong:
 
-    table head(q [lpm]) [m] = (0, 305), (1200, 301), (2400, 286)  smooth 1
+    table head(q [lpm]) [m] = (0, 305), (1200, 301), (2400, 286) smooth 1
 
 Right:
 
     parameter shut_in [m] = 305
     parameter middle [m] = 301
-    table head(q [lpm]) [m] = (0, shut_in), (1200, middle), (2400, 286)  linear, smooth 1
+    table head(q [lpm]) [m] = (0, shut_in), (1200, middle), (2400, 286) linear, smooth 1
 "
 E601 "file that cannot be read" "
 The file does not exist, may not be read, is empty, or is not text in UTF-8.
