@@ -40,7 +40,8 @@ pub(crate) struct PriorTerm {
     pub cost: f64,
     /// All the rest.
     pub logarithm: f64,
-    /// Positions of the variables, and what the combination changes by with each.
+    /// Positions of the variables, and what the combination changes by with each; of a normal one in parts of its
+    /// standard deviation.
     slopes: Vec<(usize, f64)>,
     /// Half the derivative of both.
     by_combination: f64,
@@ -113,42 +114,37 @@ impl Prior {
     }
 
     /// At a value of the combination.
-    fn along(&self, q: f64, slopes: Vec<(usize, f64)>) -> PriorTerm {
-        let of = |cost, logarithm, by_combination, curvature, information| PriorTerm {
-            cost,
-            logarithm,
-            slopes: slopes.clone(),
-            by_combination,
-            curvature,
-            information,
-        };
-        match self.density {
+    fn along(&self, q: f64, mut slopes: Vec<(usize, f64)>) -> PriorTerm {
+        let [cost, logarithm, by_combination, curvature, information] = match self.density {
             PriorDensity::Normal { mean, std } => {
                 let r = (q - mean) / std;
-                let slopes = slopes.iter().map(|(i, slope)| (*i, slope / std)).collect();
-                PriorTerm { slopes, ..of(r * r, 0.0, r, 1.0, 1.0) }
+                for (_, slope) in &mut slopes {
+                    *slope /= std;
+                }
+                [r * r, 0.0, r, 1.0, 1.0]
             }
             PriorDensity::LogNormal { median, sigma } => {
                 let r = (q / median).ln() / sigma;
                 let known = (sigma * q).powi(-2);
-                of(r * r, 2.0 * q.ln(), (r / sigma + 1.0) / q, known, known)
+                [r * r, 2.0 * q.ln(), (r / sigma + 1.0) / q, known, known]
             }
-            PriorDensity::Uniform { .. } => of(0.0, 0.0, 0.0, 0.0, 0.0),
+            PriorDensity::Uniform { .. } => [0.0; 5],
             PriorDensity::Laplace { median, scale } => {
                 let off = q - median;
                 let is_at_kink = off.abs() <= AT_KINK * scale;
                 let by_q = if is_at_kink { 0.0 } else { off.signum() / scale };
                 let curvature = 1.0 / (scale * off.abs().max(AT_KINK * scale));
-                of(0.0, 2.0 * off.abs() / scale, by_q, curvature, scale.powi(-2))
+                [0.0, 2.0 * off.abs() / scale, by_q, curvature, scale.powi(-2)]
             }
             PriorDensity::Gamma { shape, scale } => {
                 let above = shape - 1.0;
                 let known = above / (q * q);
                 // At shape 1 the logarithm has no part, at q = 0 neither.
                 let logarithm = if above == 0.0 { 0.0 } else { 2.0 * above * q.ln() };
-                of(0.0, 2.0 * q / scale - logarithm, 1.0 / scale - above / q, known, known)
+                [0.0, 2.0 * q / scale - logarithm, 1.0 / scale - above / q, known, known]
             }
-        }
+        };
+        PriorTerm { cost, logarithm, slopes, by_combination, curvature, information }
     }
 }
 

@@ -468,9 +468,50 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
         for (slope, wanted) in rows[9..].iter().zip([-2.0 / 3.0, 1.0, -1.0 / 3.0]) {
             assert!((slope - wanted / 0.5).abs() < 1e-12, "{rows:?}");
         }
-        let found = fit(&request, session).unwrap_or_else(|error| panic!("{error}")).to_json();
+        let fitted = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
+        let found = fitted.to_json();
         assert_eq!(found["degrees_of_freedom"], 3 + 1 - 3);
         assert!(found["cost"].as_f64().expect("a fit has a cost") < 1e-9, "{found}");
+    }
+
+    #[test]
+    fn with_every_estimator_a_smooth_table_goes_on_straight_where_nothing_is_read() {
+        let model = "model curve\nparameter y[1..4] [g] = (1, 2, 4, 5)\nstate x [m] = 0 fixed\n\
+                     table f(x [m]) [g] at (0, 10, 30, 40) = y  linear, beyond extend, smooth 0.5\n\
+                     equation e: der(x) = 1 [m/s]\noutput x [m] noise 0.01\n\
+                     output w [g] = f(x) noise 0.1\n";
+        let row =
+            |k: i32| format!("{k},{k},{}\n", 1.0 + 0.1 * f64::from(k) + 0.05 * f64::from(k % 3));
+        let data =
+            (0..=20).map(row).fold("time [s],x [m],w [g]\n".to_owned(), |all, row| all + &row);
+        let files = InMemory::default().with("curve.dgd", model).with("data.csv", data);
+        let session = Session::new(&Silent).with_files(&files);
+        for estimator in [
+            Estimator::OutputError,
+            Estimator::PredictionError,
+            Estimator::LeastSquares,
+            Estimator::Bounded,
+            Estimator::Separable,
+            Estimator::NelderMead,
+        ] {
+            let mut request = FitRequest::new("curve.dgd", vec!["data.csv".into()]);
+            request.noise = NoiseFrom::Declared;
+            request.regression.estimator = estimator;
+            let found =
+                fit(&request, session).unwrap_or_else(|error| panic!("{estimator:?}: {error}"));
+            let value = |name: &str| {
+                let mut all = found.estimates.iter();
+                all.find(|estimate| estimate.name == name).map_or(f64::NAN, |e| 1e3 * e.value)
+            };
+            let [second, third, fourth] = ["y[2]", "y[3]", "y[4]"].map(value);
+            let straight = third + (third - second) / 2.0;
+            assert!(
+                (fourth - straight).abs() < 1e-4,
+                "{estimator:?}: {fourth}, and not {straight}"
+            );
+            assert!((value("y[1]") - 1.05).abs() < 0.05, "{estimator:?}: {}", value("y[1]"));
+            assert!(found.estimates.iter().all(|e| e.std.is_some()), "{estimator:?}");
+        }
     }
 
     #[test]

@@ -118,16 +118,15 @@ impl<'a> Lowering<'a> {
                 | Node::Select(..)
                 | Node::Delay(..) => None,
             };
-            match form.filter(Affine::is_finite) {
-                Some(form) => forms.insert(id, form),
-                None => {
-                    let message = "values of a table with `smooth` are sums of parameters, and this one is not";
-                    return Err(diagnostics.error(
-                        Diagnostic::new(Code::E514, point.span, message)
-                            .help("write a parameter, or a sum of some with constant factors"),
-                    ));
-                }
+            let Some(form) = form.filter(Affine::is_finite) else {
+                let message =
+                    "values of a table with `smooth` are sums of parameters, and this one is not";
+                return Err(diagnostics.error(
+                    Diagnostic::new(Code::E514, point.span, message)
+                        .help("write a parameter, or a sum of some with constant factors"),
+                ));
             };
+            forms.insert(id, form);
         }
         Ok(forms.remove(&point.value).unwrap_or_default())
     }
