@@ -83,6 +83,7 @@ module.exports = grammar({
           seq("nominal", $._expression),
           seq("noise", $._expression),
           seq("history", $._expression),
+          seq("smooth", $._expression),
           seq("prior", "normal", "(", $._expression, ",", $._expression, ")"),
         ),
       ),

@@ -233,7 +233,8 @@ fn converted(item: &Item) -> Option<Item> {
             }
             AttributeKind::Nominal(size)
             | AttributeKind::Noise(size)
-            | AttributeKind::History(size) => scaled(size, factor)?,
+            | AttributeKind::History(size)
+            | AttributeKind::Smooth(size) => scaled(size, factor)?,
             AttributeKind::Prior(_, mean, std) => {
                 scaled(mean, factor)?;
                 scaled(std, factor)?;

@@ -14,6 +14,7 @@ mod nist;
 mod output_error;
 mod process_noise;
 mod regression;
+mod smoothness;
 mod uncertainty;
 
 use rand_pcg::Pcg64;

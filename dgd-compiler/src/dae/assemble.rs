@@ -112,6 +112,7 @@ fn declared(model: &Model) -> Dae {
         arrays: Vec::new(),
         families: Vec::new(),
         parameters: model.parameters.clone(),
+        smoothness: model.smoothness.clone(),
         inputs: model.inputs.clone(),
         delays: Vec::new(),
         varying_delays: Vec::new(),

@@ -21,7 +21,7 @@ mod transfer;
 use std::collections::BTreeMap;
 
 use crate::expr::{ExprId, Graph, Symbol};
-use crate::model::{Declared, Density, Input, Parameter, Variant};
+use crate::model::{Declared, Density, Input, Parameter, Smoothness, Variant};
 use crate::source::Span;
 use crate::units::Unit;
 
@@ -63,6 +63,8 @@ pub struct Dae {
     pub families: Vec<Family>,
     /// Parameters, as declared.
     pub parameters: Vec<Parameter>,
+    /// What `smooth` of tables says of them.
+    pub smoothness: Vec<Smoothness>,
     /// Inputs, as declared.
     pub inputs: Vec<Input>,
     /// Distinct delays.

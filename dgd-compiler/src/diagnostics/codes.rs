@@ -1234,6 +1234,21 @@ Right:
     table head(q [lpm]) [m] = (0, 305), (1200, 301), (2400, 286) beyond extend
     let shut_in = head(-1 [lpm])
 "
+E514 "`smooth` of values that are not fitted" "
+`smooth` is what is known before a fit of how far each point of a table is from the line between its
+neighbours. The table has one argument, three points at least, and values of which some are parameters, or
+sums of them with constant factors; the others are known.
+
+Wrong:
+
+    table head(q [lpm]) [m] = (0, 305), (1200, 301), (2400, 286) smooth 1
+
+Right:
+
+    parameter shut_in [m] = 305
+    parameter middle [m] = 301
+    table head(q [lpm]) [m] = (0, shut_in), (1200, middle), (2400, 286) linear, smooth 1
+"
 E601 "file that cannot be read" "
 The file does not exist, may not be read, is empty, or is not text in UTF-8.
 

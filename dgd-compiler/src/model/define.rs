@@ -10,8 +10,8 @@ use crate::expr::Symbol;
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::Span;
 use crate::syntax::ast::{
-    Argument, ArrayKind, Attribute, Choice, Expr, ExprKind, Item, ItemKind, LocalLet, Name, Points,
-    StartRule, Unit as WrittenUnit, UnknownKind,
+    Argument, ArrayKind, Attribute, AttributeKind, Choice, Expr, ExprKind, Item, ItemKind,
+    LocalLet, Name, Points, StartRule, Unit as WrittenUnit, UnknownKind,
 };
 use crate::syntax::visit;
 use crate::units::{Dimension, Unit};
@@ -111,10 +111,19 @@ pub(super) struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
+    /// How smooth it is expected to be, and where it says so.
+    pub(super) fn smooth(&self) -> Option<(&'a Expr, Span)> {
+        self.attributes.iter().find_map(|attribute| match &attribute.kind {
+            AttributeKind::Smooth(std) => Some((std, attribute.span)),
+            _ => None,
+        })
+    }
+
     /// What its numbers are made of.
     fn names(&self) -> Vec<&'a str> {
         let mut names = Vec::new();
-        for number in self.points.expressions() {
+        let smooth = self.smooth().map(|(std, _)| std);
+        for number in self.points.expressions().into_iter().chain(smooth) {
             names_in(number, &mut names);
         }
         names

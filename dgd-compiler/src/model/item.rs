@@ -76,7 +76,8 @@ impl<'a> Resolver<'a> {
                 | AttributeKind::History(_)
                 | AttributeKind::Exact
                 | AttributeKind::Shape(_)
-                | AttributeKind::Beyond(_) => {}
+                | AttributeKind::Beyond(_)
+                | AttributeKind::Smooth(_) => {}
             }
         }
         parameter.value = value?;
@@ -94,12 +95,7 @@ impl<'a> Resolver<'a> {
         what: &str,
         diagnostics: &mut Diagnostics,
     ) -> Result<f64, Reported> {
-        let value = self.lowering.known(expr, unit, Reading::Size, diagnostics)?;
-        if value > 0.0 {
-            return Ok(value);
-        }
-        let message = format!("the {what} must be above zero");
-        Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)))
+        self.lowering.positive(expr, unit, what, diagnostics)
     }
 
     pub(super) fn unknown(
@@ -145,7 +141,8 @@ impl<'a> Resolver<'a> {
                 | AttributeKind::Linear
                 | AttributeKind::Exact
                 | AttributeKind::Shape(_)
-                | AttributeKind::Beyond(_) => {}
+                | AttributeKind::Beyond(_)
+                | AttributeKind::Smooth(_) => {}
             }
         }
         Ok(Unknown { declared, state, start, fixed, guess, nominal, history, noise })

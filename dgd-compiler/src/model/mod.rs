@@ -48,6 +48,8 @@ pub struct Model {
     pub constants: Vec<Constant>,
     /// `parameter`s.
     pub parameters: Vec<Parameter>,
+    /// What `smooth` of tables says of parameters.
+    pub smoothness: Vec<Smoothness>,
     /// `input`s.
     pub inputs: Vec<Input>,
     /// `state`s and `unknown`s.
@@ -123,6 +125,19 @@ pub struct Parameter {
     pub nominal: Option<f64>,
     /// What is known of it beforehand, SI.
     pub prior: Option<PriorDensity>,
+}
+
+/// What a table says of its values by `smooth`, at one of its points: Σ weight · parameter is normal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Smoothness {
+    /// Name of the table.
+    pub table: String,
+    /// Positions of parameters, ascending, and their weights in SI.
+    pub weights: Vec<(u32, f64)>,
+    /// Mean of the sum, SI.
+    pub mean: f64,
+    /// Its standard deviation, SI.
+    pub std: f64,
 }
 
 /// An `input`.

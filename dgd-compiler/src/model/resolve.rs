@@ -141,7 +141,7 @@ pub fn resolve_noting(
     resolver.model.parameters.extend(parameters);
     resolver.model.inputs.extend(inputs);
     resolver.unused_functions(diagnostics);
-    resolver.unused_tables(diagnostics);
+    resolver.smoothness_of_tables(diagnostics);
     resolver.unused_lets(diagnostics);
     if let Some(dimensions) = dimensions {
         dimensions.extend(resolver.lowering.dimensions.take().into_iter().flatten());
@@ -468,6 +468,22 @@ impl<'a> Lowering<'a> {
                 ))
             }
         }
+    }
+
+    /// A size that must be known before anything runs, and above zero.
+    pub(super) fn positive(
+        &mut self,
+        expr: &'a Expr,
+        unit: &Unit,
+        what: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<f64, Reported> {
+        let value = self.known(expr, unit, Reading::Size, diagnostics)?;
+        if value > 0.0 {
+            return Ok(value);
+        }
+        let message = format!("the {what} must be above zero");
+        Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)))
     }
 
     /// The first thing that an expression depends on, of the symbols that matter.

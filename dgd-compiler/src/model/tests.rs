@@ -332,3 +332,54 @@ fn modes_of_a_part_start_as_its_model_says() {
     assert_eq!(model.automata.len(), 2);
     assert_eq!(model.automata[0].start, 1);
 }
+
+/// Whether `smooth` says this of parameters by name: the table, weights, mean and standard deviation.
+#[track_caller]
+fn agrees(model: &Model, k: usize, table: &str, weights: &[(&str, f64)], normal: [f64; 2]) {
+    let found = &model.smoothness[k];
+    let near = |a: f64, b: f64| (a - b).abs() < 1e-12 * b.abs().max(1.0);
+    let is_same = |((i, weight), (name, wanted)): (&(u32, f64), &(&str, f64))| {
+        model.parameters[*i as usize].declared.name == *name && near(*weight, *wanted)
+    };
+    assert_eq!((found.table.as_str(), found.weights.len()), (table, weights.len()));
+    assert!(found.weights.iter().zip(weights).all(is_same), "{found:?}");
+    assert!(near(found.mean, normal[0]) && near(found.std, normal[1]), "{found:?}");
+}
+
+#[test]
+fn a_smooth_table_is_known_by_its_second_differences() {
+    let text = "model m\nparameter p [1] = 1\nparameter c[1..4] [K] = (1, 2, 3, 4)\n\
+                parameter b [K] = 2\nconstant rough = 2\nlet twice = 2*b\nstate x = 1\n\
+                table f(T [°C]) [K] at (0, 20, 60, 100) = c linear, smooth 0.5\n\
+                table g(T [°C]) [°C] = (30, twice), (0, 2), (10, b - 3*(1 [K] - b)), (40, 5) \
+                natural, smooth rough*0.5 [K]\n\
+                equation e: der(x) = 0\n";
+    let mut run = Run::new(&[("m.dgd", text)]);
+    let model = run.model();
+    assert_eq!(model.smoothness.len(), 4);
+    let third = 1.0 / 3.0;
+    agrees(&model, 0, "f", &[("c[1]", -2.0 * third), ("c[2]", 1.0), ("c[3]", -third)], [0.0, 0.5]);
+    agrees(&model, 1, "f", &[("c[2]", -0.5), ("c[3]", 1.0), ("c[4]", -0.5)], [0.0, 0.5]);
+    // 4 b - 3 less 2/3 of 2 °C and 1/3 of 2 b.
+    let mean = 3.0 + 2.0 * third * 275.15;
+    agrees(&model, 2, "g", &[("b", 4.0 - 2.0 * third)], [mean, 1.0]);
+    // 2 b less 1/3 of 4 b - 3 and 2/3 of 5 °C.
+    let mean = 2.0 * third * 278.15 - 1.0;
+    agrees(&model, 3, "g", &[("b", 2.0 - 4.0 * third)], [mean, 1.0]);
+}
+
+#[test]
+fn what_a_smooth_table_says_goes_along_with_its_part() {
+    let part = "model heater\nconstant rough [kJ/K] = 0.1\nparameter c[1..3] [kJ/K] = (1, 2, 3)\n\
+                input T [°C]\ntable C(T [°C]) [kJ/K] at (0, 10, 20) = c linear, smooth rough\n\
+                output C [kJ/K] = C(T)\n";
+    let main = "model two\nimport \"heater.dgd\"\ninput T [°C]\npart one: heater(rough = 0.2)\n\
+                part other: heater\none.T = T\nother.T = T\n";
+    let mut run = Run::new(&[("two.dgd", main), ("heater.dgd", part)]);
+    let model = run.model();
+    assert_eq!(model.smoothness.len(), 2);
+    let weights = [("one.c[1]", -0.5), ("one.c[2]", 1.0), ("one.c[3]", -0.5)];
+    agrees(&model, 0, "one.C", &weights, [0.0, 200.0]);
+    let weights = [("other.c[1]", -0.5), ("other.c[2]", 1.0), ("other.c[3]", -0.5)];
+    agrees(&model, 1, "other.C", &weights, [0.0, 100.0]);
+}

@@ -7,7 +7,7 @@ use dgd_signature::Distribution;
 
 use super::{
     Array, Automaton, Bound, Declared, Density, Equation, Interpolation, Model, Origin, Parameter,
-    Transition, Unknown,
+    Smoothness, Transition, Unknown,
 };
 use crate::expr::display::{listing, number};
 use crate::expr::{ExprId, Node, Symbol};
@@ -78,7 +78,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Constants, inputs and parameters.
+    /// Constants, inputs, parameters and what tables say of these.
     fn values(&mut self) {
         for constant in &self.model.constants {
             let value = number(constant.value);
@@ -93,6 +93,14 @@ impl Writer<'_> {
         }
         for parameter in &self.model.parameters {
             self.line("  ", &parameter_text(parameter));
+        }
+        for Smoothness { table, weights, mean, std } in &self.model.smoothness {
+            let of = |(i, weight): &(u32, f64)| {
+                format!("{} {}", number(*weight), self.model.parameters[*i as usize].declared.name)
+            };
+            let sum = weights.iter().map(of).collect::<Vec<_>>().join(" + ");
+            let (mean, std) = (number(*mean), number(*std));
+            self.line("  ", &format!("smooth {table}: {sum} ~ normal({mean}, {std})"));
         }
     }
 

@@ -327,7 +327,8 @@ impl Reader<'_> {
                 AttributeKind::Prior(_, mean, std) => self.exprs([mean, std]),
                 AttributeKind::Nominal(value)
                 | AttributeKind::Noise(value)
-                | AttributeKind::History(value) => self.expr(value),
+                | AttributeKind::History(value)
+                | AttributeKind::Smooth(value) => self.expr(value),
                 AttributeKind::Log
                 | AttributeKind::Fixed
                 | AttributeKind::Guess

@@ -841,6 +841,8 @@ pub enum AttributeKind {
     Shape(Shape),
     /// `beyond hold`: what a table is beyond its ends.
     Beyond(Beyond),
+    /// `smooth V`: standard deviation of a table's points from the lines between their neighbours.
+    Smooth(Expr),
 }
 
 /// A unit as written between brackets.

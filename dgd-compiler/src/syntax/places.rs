@@ -93,6 +93,7 @@ fn placeless_attribute(attribute: &Attribute) -> Attribute {
         AttributeKind::Exact => AttributeKind::Exact,
         AttributeKind::Shape(shape) => AttributeKind::Shape(*shape),
         AttributeKind::Beyond(beyond) => AttributeKind::Beyond(*beyond),
+        AttributeKind::Smooth(std) => AttributeKind::Smooth(placeless(std)),
     };
     Attribute { span: Span::default(), kind }
 }

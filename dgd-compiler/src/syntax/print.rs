@@ -678,5 +678,6 @@ fn print_attribute(kind: &AttributeKind) -> String {
         AttributeKind::Exact => "exact".to_owned(),
         AttributeKind::Shape(shape) => shape.word().to_owned(),
         AttributeKind::Beyond(beyond) => format!("beyond {}", beyond.word()),
+        AttributeKind::Smooth(std) => format!("smooth {}", print_expression(std)),
     }
 }

@@ -215,6 +215,7 @@ variant v {  /// V\n  /// A, first.\n  a { let x = 1\n let y = (2) } /// A\n  b 
 parameter p [1] = 1 in .. 2, log, fixed, nominal 3 [%], prior normal(1, 0.5)\n\
 parameter r = 1 in ..\n\
 unknown f = 0.02 nominal 1\n\
+table t(x [m]) at (0, 1, 2) = q  linear, beyond hold, smooth 0.05*(a + 1)\n\
 let c = not a < 1 and (b > 2 or 1 < 2) or d <= 3\n\
 let e = (if a < 1 then 2 else 3)*4 - 2^-x^2 + -f(1, 2.50)/3e-7\n";
     for text in [CIRCULATION, more] {

@@ -212,7 +212,8 @@ fn attributes(all: &mut [Attribute], visit: &mut dyn FnMut(Part<'_>)) {
             AttributeKind::Bounds(lower, upper) => lower.iter_mut().chain(upper).collect(),
             AttributeKind::Nominal(size)
             | AttributeKind::Noise(size)
-            | AttributeKind::History(size) => vec![size],
+            | AttributeKind::History(size)
+            | AttributeKind::Smooth(size) => vec![size],
             AttributeKind::Prior(_, mean, std) => vec![mean, std],
             AttributeKind::Log
             | AttributeKind::Fixed

@@ -19,6 +19,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use dgd_runtime::model::Model;
 use dgd_runtime::parallel::in_parallel_by_model;
+use dgd_runtime::signature::PriorDensity;
 
 use crate::error::{EstimateError, TrialFailed};
 use crate::intervals::around::Around;
@@ -26,7 +27,6 @@ use crate::journal::Digest;
 use crate::minimise::trust_region::Termination;
 use crate::output_error::OutputErrorProblem;
 use crate::output_error::fit::Fit;
-use crate::output_error::prior::Prior;
 use crate::output_error::weighing::effective_priors;
 use crate::progress::{Of, Progress};
 use crate::random::Uniform;
@@ -137,8 +137,8 @@ pub fn bootstrap<G: FnMut() -> u64>(
         resampled.recordings = &recordings;
         for prior in &mut resampled.priors {
             let Some((_, std)) = prior.as_normal() else { continue };
-            let mean = fit.p[prior.parameter] + std * uniform.normal();
-            *prior = Prior::normal(prior.parameter, mean, std);
+            let mean = prior.value(&fit.p) + std * uniform.normal();
+            prior.density = PriorDensity::Normal { mean, std };
         }
         match around.minimum(&resampled, around.z.clone(), &around.bounds) {
             Ok(minimum) if minimum.termination.is_converged() => {

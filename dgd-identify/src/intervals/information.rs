@@ -143,7 +143,7 @@ pub fn information(
     }
     for (found, _) in &mut all {
         let i = found.estimate;
-        // Σ (J C eᵢ)² + Σ_priors (C_pᵢ/s)² = Cᵢᵢ
+        // Σ (J C eᵢ)² + Σ_priors (wᵀC eᵢ/s)² = Cᵢᵢ
         let whole = fit.covariance(i, i).unwrap_or(f64::NAN);
         let parts = [&mut found.recordings, &mut found.outputs, &mut found.kinds];
         parts.into_iter().flatten().for_each(|part| *part /= whole);

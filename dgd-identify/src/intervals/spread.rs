@@ -131,7 +131,7 @@ pub fn spread(
 
     let of = Differentiated { variables: &variables, z: &z };
     let [cells, by_output] = all_cells(problem, &of, p, sigma)?;
-    let Some(seen) = Seen::new(&of.priors(problem, &cells), &held, problem.options) else {
+    let Some(seen) = Seen::new(&of.priors(problem, p, &cells), &held, problem.options) else {
         return Ok(None);
     };
     let shares = seen.shares(&of, &cells);
@@ -223,14 +223,14 @@ impl Differentiated<'_> {
     }
 
     /// Of all cells and what is known beforehand.
-    fn priors(&self, problem: &OutputErrorProblem<'_>, cells: &[Cell]) -> Normal {
+    fn priors(&self, problem: &OutputErrorProblem<'_>, p: &[f64], cells: &[Cell]) -> Normal {
         let mut sum = self.sum(cells);
-        for prior in &problem.priors {
-            let Some(i) = self.variables.parameter(prior.parameter) else { continue };
-            let variable = &self.variables.all[i];
-            let term = prior.term(variable.value(self.z[i]), variable.slope(self.z[i]));
-            sum.gradient[i] += term.gradient;
-            sum.information[(i, i)] += term.information;
+        let p = self.variables.parameters(p, self.z);
+        let terms =
+            problem.priors.iter().filter_map(|prior| prior.term(self.variables, &p, self.z));
+        for term in terms {
+            term.add_gradient(&mut sum.gradient);
+            term.add_information(&mut sum.information);
         }
         sum
     }

@@ -97,14 +97,11 @@ pub(crate) fn weigh(
             add(&mut normal.information, variables, r, weight, &sums.information);
         }
     }
-    for prior in &problem.priors {
-        let Some(i) = variables.parameter(prior.parameter) else { continue };
-        let variable = &variables.all[i];
-        let term = prior.term(variable.value(z[i]), variable.slope(z[i]));
+    for term in prior_terms(problem, variables, z) {
         normal.cost += term.cost + term.logarithm;
         normal.logarithms += term.logarithm;
-        normal.gradient[i] += term.gradient;
-        normal.information[(i, i)] += term.curvature;
+        term.add_gradient(&mut normal.gradient);
+        term.add_curvature(&mut normal.information);
     }
     normal.information.fill_upper_triangle_with_lower_triangle();
     Weighted { normal, sums }
@@ -162,9 +159,9 @@ pub(crate) fn curvature_and_influence(
             add(&mut g, variables, r, influence / (sigma * sigma), &sums.information);
         }
     }
-    for (i, term) in prior_terms(problem, variables, z) {
-        h[(i, i)] += term.information;
-        g[(i, i)] += term.information;
+    for term in prior_terms(problem, variables, z) {
+        term.add_information(&mut h);
+        term.add_information(&mut g);
     }
     h.fill_upper_triangle_with_lower_triangle();
     g.fill_upper_triangle_with_lower_triangle();
@@ -179,30 +176,26 @@ pub(crate) fn information(
     at: &Weighted,
 ) -> DMatrix<f64> {
     let mut information = at.normal.information.clone();
-    for (i, term) in prior_terms(problem, variables, z) {
-        if term.information != term.curvature {
-            information[(i, i)] += term.information - term.curvature;
-        }
+    for term in prior_terms(problem, variables, z) {
+        term.put_information(&mut information);
     }
     information
 }
 
-/// Positions of the variables with a prior, and what it adds at z.
+/// What is added at z by each prior with a parameter that is free.
 fn prior_terms(
     problem: &OutputErrorProblem<'_>,
     variables: &Variables,
     z: &[f64],
-) -> impl Iterator<Item = (usize, PriorTerm)> {
-    problem.priors.iter().filter_map(|prior| {
-        let i = variables.parameter(prior.parameter)?;
-        let variable = &variables.all[i];
-        Some((i, prior.term(variable.value(z[i]), variable.slope(z[i]))))
-    })
+) -> impl Iterator<Item = PriorTerm> {
+    let p = variables.parameters(problem.p, z);
+    problem.priors.iter().filter_map(move |prior| prior.term(variables, &p, z))
 }
 
-/// Priors of parameters that are free.
+/// Priors with a parameter that is free.
 pub(crate) fn effective_priors(problem: &OutputErrorProblem<'_>, variables: &Variables) -> usize {
-    problem.priors.iter().filter(|prior| variables.parameter(prior.parameter).is_some()).count()
+    let is_free = |i| variables.parameter(i).is_some();
+    problem.priors.iter().filter(|prior| prior.concerns(is_free)).count()
 }
 
 /// Simulated against measured, by recording and output.

@@ -17,9 +17,9 @@ pub enum RegressionError {
     NothingMeasured,
     /// A prior that is not one more row.
     Prior {
-        /// The parameter.
-        parameter: String,
-        /// The law of its prior.
+        /// Its parameters, each in quotes.
+        of: String,
+        /// Its law.
         law: &'static str,
     },
     /// A parameter that no equation and no measured output in use reads.
@@ -123,9 +123,9 @@ impl fmt::Display for RegressionError {
             Self::NothingMeasured => {
                 write!(f, "nothing is measured: the recordings have no sample of an output in use")
             }
-            Self::Prior { parameter, law } => write!(
+            Self::Prior { of, law } => write!(
                 f,
-                "the prior of `{parameter}` is `{law}`, and a row of a regression is normal: fits that simulate \
+                "the prior of {of} is `{law}`, and a row of a regression is normal: fits that simulate \
                  take it"
             ),
             Self::NotRead { parameter } => write!(

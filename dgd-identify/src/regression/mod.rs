@@ -3,7 +3,7 @@
 //! ```text
 //!   residuals:   f(t, y, u, p) − M ẏ  and  w(t, y, u, p) − measured, at each sample
 //!   y, ẏ:        from the measured outputs that have no parameter to be estimated
-//!   minimise     Σ_rows Σ_samples (residual / σ_row)² + Σ_priors ((p − mean) / std)²
+//!   minimise     Σ_rows Σ_samples (residual / σ_row)² + Σ_priors ((wᵀp − mean) / std)²
 //! ```
 //!
 //! Nothing is simulated, so that there is one minimum where the parameters enter linearly, and no start

@@ -41,10 +41,10 @@ impl<'a> Prepared<'a> {
             return Err(RegressionError::NothingFree);
         }
         let is_other =
-            |prior: &&Prior| free.contains(&prior.parameter) && prior.as_normal().is_none();
+            |prior: &&Prior| prior.concerns(|i| free.contains(&i)) && prior.as_normal().is_none();
         if let Some(prior) = problem.priors.iter().find(is_other) {
-            let parameter = signature.parameters[prior.parameter].name.to_string();
-            return Err(RegressionError::Prior { parameter, law: prior.density.name() });
+            let of = prior.names(signature);
+            return Err(RegressionError::Prior { of, law: prior.density.name() });
         }
         let prepared = Self {
             problem,

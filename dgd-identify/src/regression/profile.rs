@@ -52,7 +52,7 @@ struct Sum {
     cost: f64,
 }
 
-/// Σ_rows (residual/σ)² + Σ_priors ((p − mean) / std)².
+/// Σ_rows (residual/σ)² + Σ_priors ((wᵀp − mean) / std)².
 fn sum(
     prepared: &Prepared<'_>,
     rows: &mut Rows<'_>,
@@ -65,11 +65,11 @@ fn sum(
         sum.cost += (row.residual / sigma[row.kind]).powi(2);
     })?;
     for prior in &prepared.problem.priors {
-        if prepared.free.contains(&prior.parameter) {
+        if prior.concerns(|i| prepared.free.contains(&i)) {
             let Some((mean, std)) = prior.as_normal() else {
                 unreachable!("others are refused when rows are prepared")
             };
-            sum.cost += ((p[prior.parameter] - mean) / std).powi(2);
+            sum.cost += ((prior.value(p) - mean) / std).powi(2);
         }
     }
     Ok(sum)

@@ -54,14 +54,16 @@ pub(crate) fn triangle(
         triangle.push(&phi, -row.residual, 1.0 / sigma[row.kind]);
     })?;
     for prior in &prepared.problem.priors {
-        let Some(at) = prepared.free.iter().position(|i| *i == prior.parameter) else { continue };
+        if !prior.concerns(|i| prepared.free.contains(&i)) {
+            continue;
+        }
         for (phi, (j, factor)) in phi.iter_mut().zip(columns) {
-            *phi = if *j == at { *factor } else { 0.0 };
+            *phi = prior.weight(prepared.free[*j]) * factor;
         }
         let Some((mean, std)) = prior.as_normal() else {
             unreachable!("others are refused when rows are prepared")
         };
-        triangle.push(&phi, mean - p[prior.parameter], 1.0 / std);
+        triangle.push(&phi, mean - prior.value(p), 1.0 / std);
     }
     triangle.reduce();
     Ok(triangle)

@@ -45,7 +45,7 @@ const KEYWORDS: [&str; 25] = [
 const CLAUSES: [&str; 5] = ["kind", "form", "null", "replace", "add"];
 /// Words that begin a line within a `modes` block and after a `when`.
 const IN_BLOCKS: [&str; 2] = ["start", "reset"];
-const ATTRIBUTES: [&str; 23] = [
+const ATTRIBUTES: [&str; 24] = [
     "in",
     "log",
     "fixed",
@@ -69,6 +69,7 @@ const ATTRIBUTES: [&str; 23] = [
     "beyond refuse",
     "beyond hold",
     "beyond extend",
+    "smooth",
 ];
 
 /// What is expected at a position in a line.

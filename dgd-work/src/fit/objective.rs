@@ -35,7 +35,7 @@ pub struct Variable {
     recording: usize,
 }
 
-/// Residuals (simulated − measured)/σ of all samples, then (p − mean)/std of all priors, as a function of the
+/// Residuals (simulated − measured)/σ of all samples, then (wᵀp − mean)/std of all priors, as a function of the
 /// variables θ in declared units.
 ///
 /// Half the sum of their squares is the negative logarithm of the posterior density, but for a constant. σ is the
@@ -55,11 +55,25 @@ pub struct Objective {
 }
 
 /// A prior that is one more residual, SI.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 struct NormalPrior {
-    parameter: usize,
+    prior: Prior,
     mean: f64,
     std: f64,
+}
+
+impl NormalPrior {
+    fn residual(&self, p: &[f64]) -> f64 {
+        (self.prior.value(p) - self.mean) / self.std
+    }
+
+    /// The derivative of its residual.
+    fn slope(&self, by: &Variable) -> f64 {
+        match by.of {
+            Direction::Parameter(i) => self.prior.weight(i) * by.unit.factor / self.std,
+            Direction::Start(_) => 0.0,
+        }
+    }
 }
 
 /// Prepares the residuals of a fit. `noise` has standard deviations of outputs in their units, in place of those
@@ -82,7 +96,7 @@ pub fn objective(
     let problem = task.problem();
     // It is asked for values when whoever listened may be gone.
     let options = Options { watched: None, ..problem.options };
-    let priors = problem.priors.clone();
+    let priors = problem.priors;
     let noise = noise_of(&task, noise)?;
     let names = recording::names(&request.data);
     let Task { system, p, train: recordings, .. } = task;
@@ -93,18 +107,17 @@ pub fn objective(
         ));
     }
     // Of what is not estimated nothing is weighed.
-    let is_estimated =
-        |prior: &&Prior| variables.iter().any(|v| v.of == Direction::Parameter(prior.parameter));
+    let is_free = |i| variables.iter().any(|v| v.of == Direction::Parameter(i));
     let mut normal = Vec::new();
-    for prior in priors.iter().filter(is_estimated) {
+    for prior in priors.into_iter().filter(|prior| prior.concerns(is_free)) {
         let Some((mean, std)) = prior.as_normal() else {
-            let name = &system.signature().parameters[prior.parameter].name;
+            let names = prior.names(system.signature());
             return Err(WorkError::Usage(format!(
-                "the prior of `{name}` is `{}`, which is not a residual: the objective of a fit takes normal ones",
+                "the prior of {names} is `{}`, which is not a residual: the objective of a fit takes normal ones",
                 prior.density.name()
             )));
         };
-        normal.push(NormalPrior { parameter: prior.parameter, mean, std });
+        normal.push(NormalPrior { prior, mean, std });
     }
     let priors = normal;
     let threads = session.threads;
@@ -149,8 +162,7 @@ impl Objective {
         for (recording, observations) in self.recordings.iter().zip(&evaluated.observations) {
             self.push_residuals(recording, observations, &mut residuals);
         }
-        residuals
-            .extend(self.priors.iter().map(|prior| (p[prior.parameter] - prior.mean) / prior.std));
+        residuals.extend(self.priors.iter().map(|prior| prior.residual(&p)));
         Ok(residuals)
     }
 
@@ -175,10 +187,8 @@ impl Objective {
             self.push_rows(r, &observations, &mut rows);
         }
         for prior in &self.priors {
-            residuals.push((p[prior.parameter] - prior.mean) / prior.std);
-            let of = Direction::Parameter(prior.parameter);
-            let slope = |v: &Variable| if v.of == of { v.unit.factor / prior.std } else { 0.0 };
-            rows.extend(self.variables.iter().map(slope));
+            residuals.push(prior.residual(&p));
+            rows.extend(self.variables.iter().map(|variable| prior.slope(variable)));
         }
         Ok((residuals, rows))
     }
@@ -431,6 +441,76 @@ output flow [lpm] = k * sqrt(max(h, 0) / 1 [m])
                 let error = (slope(k) - (up[k] - down[k]) / (2.0 * h)).abs();
                 assert!(error <= 1e-5 * size, "{k} {j}: {error} of {size}");
             }
+        }
+    }
+
+    #[test]
+    fn what_a_smooth_table_says_is_one_residual_for_each_inner_point() {
+        let model = "model curve\ninput x [m] linear\nparameter y[1..3] [g] = (1, 2, 4)\n\
+                     table f(x [m]) [g] at (0, 10, 30) = y  linear, smooth 0.5\n\
+                     output w [g] = f(x) noise 0.1\n";
+        // Nothing is read beyond the second point.
+        let data = "time [s],x [m],w [g]\n0,0,1\n1,5,1.5\n2,10,2\n";
+        let files = InMemory::default().with("curve.dgd", model).with("data.csv", data);
+        let session = Session::new(&Silent).with_files(&files);
+        let mut request = FitRequest::new("curve.dgd", vec!["data.csv".into()]);
+        request.noise = NoiseFrom::Declared;
+        let objective = objective(&request, &[], session).unwrap_or_else(|error| panic!("{error}"));
+        let (residuals, rows) =
+            objective.linearised(&[1.0, 2.0, 4.0]).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(
+            residuals,
+            objective.residuals(&[1.0, 2.0, 4.0]).unwrap_or_else(|e| panic!("{e}"))
+        );
+        assert_eq!((residuals.len(), rows.len()), (4, 12));
+        // 2 g on a line at 1 g + (4 g - 1 g)/3.
+        assert!(residuals[3].abs() < 1e-12, "{residuals:?}");
+        for (slope, wanted) in rows[9..].iter().zip([-2.0 / 3.0, 1.0, -1.0 / 3.0]) {
+            assert!((slope - wanted / 0.5).abs() < 1e-12, "{rows:?}");
+        }
+        let fitted = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
+        let found = fitted.to_json();
+        assert_eq!(found["degrees_of_freedom"], 3 + 1 - 3);
+        assert!(found["cost"].as_f64().expect("a fit has a cost") < 1e-9, "{found}");
+    }
+
+    #[test]
+    fn with_every_estimator_a_smooth_table_goes_on_straight_where_nothing_is_read() {
+        let model = "model curve\nparameter y[1..4] [g] = (1, 2, 4, 5)\nstate x [m] = 0 fixed\n\
+                     table f(x [m]) [g] at (0, 10, 30, 40) = y  linear, beyond extend, smooth 0.5\n\
+                     equation e: der(x) = 1 [m/s]\noutput x [m] noise 0.01\n\
+                     output w [g] = f(x) noise 0.1\n";
+        let row =
+            |k: i32| format!("{k},{k},{}\n", 1.0 + 0.1 * f64::from(k) + 0.05 * f64::from(k % 3));
+        let data =
+            (0..=20).map(row).fold("time [s],x [m],w [g]\n".to_owned(), |all, row| all + &row);
+        let files = InMemory::default().with("curve.dgd", model).with("data.csv", data);
+        let session = Session::new(&Silent).with_files(&files);
+        for estimator in [
+            Estimator::OutputError,
+            Estimator::PredictionError,
+            Estimator::LeastSquares,
+            Estimator::Bounded,
+            Estimator::Separable,
+            Estimator::NelderMead,
+        ] {
+            let mut request = FitRequest::new("curve.dgd", vec!["data.csv".into()]);
+            request.noise = NoiseFrom::Declared;
+            request.regression.estimator = estimator;
+            let found =
+                fit(&request, session).unwrap_or_else(|error| panic!("{estimator:?}: {error}"));
+            let value = |name: &str| {
+                let mut all = found.estimates.iter();
+                all.find(|estimate| estimate.name == name).map_or(f64::NAN, |e| 1e3 * e.value)
+            };
+            let [second, third, fourth] = ["y[2]", "y[3]", "y[4]"].map(value);
+            let straight = third + (third - second) / 2.0;
+            assert!(
+                (fourth - straight).abs() < 1e-4,
+                "{estimator:?}: {fourth}, and not {straight}"
+            );
+            assert!((value("y[1]") - 1.05).abs() < 0.05, "{estimator:?}: {}", value("y[1]"));
+            assert!(found.estimates.iter().all(|e| e.std.is_some()), "{estimator:?}");
         }
     }
 

@@ -32,8 +32,8 @@ pub(super) fn run(
         && let Some(prior) = problem.priors.iter().find(|prior| prior.as_normal().is_none())
     {
         return Err(WorkError::Usage(format!(
-            "the prior of `{}` is `{}`, and `--bootstrap` draws from normal ones",
-            signature.parameters[prior.parameter].name,
+            "the prior of {} is `{}`, and `--bootstrap` draws from normal ones",
+            prior.names(signature),
             prior.density.name()
         )));
     }

@@ -222,8 +222,13 @@ impl<'s> Task<'s> {
         let prior = |(parameter, declared): (usize, &dgd_compiler::model::Parameter)| {
             // A uniform one is bounds.
             let density = declared.prior.filter(|of| !matches!(of, PriorDensity::Uniform { .. }));
-            density.map(|density| Prior { parameter, density })
+            density.map(|density| Prior::of(parameter, density))
         };
+        let smooth = |of: &dgd_compiler::model::Smoothness| Prior {
+            weights: of.weights.iter().map(|(i, weight)| (*i as usize, *weight)).collect(),
+            density: PriorDensity::Normal { mean: of.mean, std: of.std },
+        };
+        let smoothness = self.compiled.dae.smoothness.iter().map(smooth);
         let mut stopping = StoppingRule::default();
         if self.compiled.dae.is_static() {
             stopping.evaluations = MOST_EVALUATIONS_OF_ROWS;
@@ -232,7 +237,7 @@ impl<'s> Task<'s> {
         OutputErrorProblem {
             stopping,
             noise: self.noise.clone(),
-            priors: parameters.filter_map(prior).collect(),
+            priors: parameters.filter_map(prior).chain(smoothness).collect(),
             options: self.options,
             threads: self.session.threads,
             watch: self.session.listener,

@@ -10,7 +10,7 @@
 ["if" "then" "else"] @conditional
 ["and" "or" "not" "rises" "above" "falls" "below"] @keyword.operator
 ["log" "fixed" "hold" "linear" "exact" "nominal" "noise" "history" "prior" "normal" "in" "at" "from"
- "pchip" "natural" "cubic" "beyond" "refuse" "extend"] @attribute
+ "pchip" "natural" "cubic" "beyond" "refuse" "extend" "smooth"] @attribute
 ["+" "-" "*" "/" "^" "=" "<" "<=" ">" ">=" "->" ".."] @operator
 
 (call function: (dotted) @function)

@@ -185,7 +185,9 @@ fn rescaled(case: &Case) -> Option<Case> {
                 AttributeKind::Bounds(lower, upper) => {
                     lower.iter_mut().chain(upper).for_each(|bound| scaled(bound, factor));
                 }
-                AttributeKind::Nominal(size) | AttributeKind::History(size) => scaled(size, factor),
+                AttributeKind::Nominal(size)
+                | AttributeKind::History(size)
+                | AttributeKind::Smooth(size) => scaled(size, factor),
                 AttributeKind::Noise(size) => match &mut size.kind {
                     // The deviation of a logarithm and degrees of freedom are plain numbers.
                     ExprKind::Call { function, .. } if function.text == "lognormal" => {}

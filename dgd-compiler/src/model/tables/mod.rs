@@ -13,7 +13,9 @@
 
 mod curves;
 mod points;
+mod smooth;
 
+use super::Smoothness;
 use super::check_units::Dim;
 use super::define::Table;
 use super::expression::{Lowering, Typed, unit_of};
@@ -31,6 +33,7 @@ use points::Read;
 pub(super) struct Resolved {
     terms: Vec<Term>,
     dimension: Dimension,
+    smoothness: Vec<Smoothness>,
 }
 
 /// A product of curves, of the first argument and of the second, and of an ordinate.
@@ -50,7 +53,7 @@ impl<'a> Lowering<'a> {
         spans: &[Span],
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
-        let Resolved { terms, dimension } = self.table(index, diagnostics)?;
+        let Resolved { terms, dimension, .. } = self.table(index, diagnostics)?;
         let curves = terms.first().into_iter().flat_map(|term| [Some(term.first), term.second]);
         for ((curve, x), span) in curves.flatten().zip(arguments).zip(spans) {
             self.verify_argument(curve.get(), self.scope.tables[index], x.id, *span, diagnostics)?;
@@ -140,16 +143,18 @@ impl<'a> Lowering<'a> {
         } else {
             self.grid(table, &maker, &points, diagnostics)?
         };
-        Ok(Resolved { terms, dimension: of_values.dimension })
+        let smoothness = self.smoothness(table, &points, &of_values, diagnostics)?;
+        Ok(Resolved { terms, dimension: of_values.dimension, smoothness })
     }
 }
 
 impl Resolver<'_> {
-    /// Reads the points of tables that nothing calls, for the mistakes in them.
-    pub(super) fn unused_tables(&mut self, diagnostics: &mut Diagnostics) {
+    /// Takes what tables say of parameters. Those that nothing calls are read as well, for the mistakes in them.
+    pub(super) fn smoothness_of_tables(&mut self, diagnostics: &mut Diagnostics) {
         for index in 0..self.lowering.scope.tables.len() {
-            // Mistakes are reported, and the curves are of no interest.
-            let _: Result<Resolved, Reported> = self.lowering.table(index, diagnostics);
+            // Mistakes are reported.
+            let table = self.lowering.table(index, diagnostics);
+            self.model.smoothness.extend(table.into_iter().flat_map(|table| table.smoothness));
         }
     }
 }

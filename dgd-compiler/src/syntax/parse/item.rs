@@ -388,6 +388,7 @@ const ATTRIBUTES: &[(&str, AttributeRule)] = &[
     ("natural", |input| Ok((input, AttributeKind::Shape(Shape::Natural)))),
     ("cubic", |input| Ok((input, AttributeKind::Shape(Shape::Cubic)))),
     ("beyond", table::beyond),
+    ("smooth", |input| map(expression, AttributeKind::Smooth).parse(input)),
 ];
 
 /// Attributes to the end of the item: the first without a comma, the others after one.

@@ -29,7 +29,7 @@ pub(super) fn table(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let (rest, unit) = cut(optional_unit).parse(rest)?;
     let (rest, points) = points(&name, &arguments, rest)?;
     let (rest, attributes) =
-        attributes(&["linear", "pchip", "natural", "cubic", "beyond"], "a table", rest)?;
+        attributes(&["linear", "pchip", "natural", "cubic", "beyond", "smooth"], "a table", rest)?;
     Ok((rest, ItemKind::Table { name, arguments, unit, points, attributes }))
 }
 

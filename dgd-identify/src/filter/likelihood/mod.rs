@@ -300,13 +300,11 @@ impl<'p> Search<'p> {
 
     /// What is known beforehand of parameters that are free.
     fn add_priors(&self, sum: &mut NormalEquations, z: &[f64]) {
-        for prior in self.priors {
-            let Some(i) = self.variables.parameter(prior.parameter) else { continue };
-            let variable = &self.variables.all[i];
-            let term = prior.term(variable.value(z[i]), variable.slope(z[i]));
+        let p = self.variables.parameters(self.p, z);
+        for term in self.priors.iter().filter_map(|prior| prior.term(&self.variables, &p, z)) {
             sum.cost += term.cost + term.logarithm;
-            sum.gradient[i] += term.gradient;
-            sum.information[(i, i)] += term.curvature;
+            term.add_gradient(&mut sum.gradient);
+            term.add_curvature(&mut sum.information);
         }
     }
 

@@ -163,7 +163,7 @@ impl Range {
             until: until.clamp(lower, upper),
             by_factors,
         };
-        if let Some(prior) = problem.priors.iter().find(|prior| prior.parameter == i) {
+        if let Some(prior) = problem.priors.iter().find(|prior| prior.parameter() == Some(i)) {
             let (mean, half) = (prior.density.mean(), OF_PRIOR * prior.density.std());
             let of_logarithm = matches!(prior.density, PriorDensity::LogNormal { .. });
             if (parameter.log || of_logarithm) && mean > 0.0 {

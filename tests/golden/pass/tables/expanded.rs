@@ -296,6 +296,18 @@ pub mod tables {
             ],
         ),
     };
+    /// `fitted[2]'''`
+    static _CURVE_0792A1EE88FA0F97: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
+        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15, 333.15]),
+        pieces: ::dgd::__runtime::signature::List::Borrowed(
+            &[
+                [0.0, 0.0, 0.0, 0.0],
+                [-0.00018749999999999976, 0.0, 0.0, 0.0],
+                [9.375e-5, 0.0, 0.0, 0.0],
+                [0.0, 0.0, 0.0, 0.0],
+            ],
+        ),
+    };
     /// `segment of line`
     static _CURVE_0D4E45D9439EF248: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
         knots: ::dgd::__runtime::signature::List::Borrowed(&[0.5]),
@@ -303,25 +315,56 @@ pub mod tables {
             &[[0.0, 1.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]],
         ),
     };
-    /// `fitted`
-    static _CURVE_22F042C13381101A: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
-        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15]),
+    /// `fitted'''`
+    static _CURVE_17C2235D6DF8B963: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
+        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15, 333.15]),
         pieces: ::dgd::__runtime::signature::List::Borrowed(
             &[
-                [1000.0, -50.00000000000001, 0.0, 0.0],
-                [1000.0, -50.00000000000001, 7.105427357601002e-16, 0.0],
-                [0.0, -50.0, 0.0, 0.0],
+                [0.0, 0.0, 0.0, 0.0],
+                [0.12500000000000014, 0.0, 0.0, 0.0],
+                [-0.0625, 0.0, 0.0, 0.0],
+                [0.0, 0.0, 0.0, 0.0],
             ],
         ),
     };
-    /// `fitted[2]`
-    static _CURVE_6086B047501BFBC6: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
-        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15]),
+    /// `fitted[3]''`
+    static _CURVE_3D35D2C72D078A32: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
+        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15, 333.15]),
         pieces: ::dgd::__runtime::signature::List::Borrowed(
             &[
-                [0.0, 0.05000000000000001, 0.0, 0.0],
-                [0.0, 0.05000000000000001, 0.0, 0.0],
-                [1.0, 0.05, 0.0, 0.0],
+                [0.0, 0.0, 0.0, 0.0],
+                [0.0, 6.25e-5, 0.0, 0.0],
+                [0.0012500000000000005, -3.1249999999999994e-5, 0.0, 0.0],
+                [0.0, 0.0, 0.0, 0.0],
+            ],
+        ),
+    };
+    /// `fitted[3]'''`
+    static _CURVE_5E6DA538DC1F538E: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
+        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15, 333.15]),
+        pieces: ::dgd::__runtime::signature::List::Borrowed(
+            &[
+                [0.0, 0.0, 0.0, 0.0],
+                [6.25e-5, 0.0, 0.0, 0.0],
+                [-3.1249999999999994e-5, 0.0, 0.0, 0.0],
+                [0.0, 0.0, 0.0, 0.0],
+            ],
+        ),
+    };
+    /// `fitted[3]'`
+    static _CURVE_618233D7341B0F65: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
+        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15, 333.15]),
+        pieces: ::dgd::__runtime::signature::List::Borrowed(
+            &[
+                [-0.004166666666666667, 0.0, 0.0, 0.0],
+                [-0.004166666666666667, 0.0, 3.125e-5, 0.0],
+                [
+                    0.008333333333333333,
+                    0.0012500000000000005,
+                    -1.5624999999999997e-5,
+                    0.0,
+                ],
+                [0.03333333333333334, 0.0, 0.0, 0.0],
             ],
         ),
     };
@@ -337,14 +380,32 @@ pub mod tables {
             ],
         ),
     };
-    /// `fitted'`
-    static _CURVE_8983F17E158D0500: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
-        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15]),
+    /// `fitted`
+    static _CURVE_7D63E84F1287598D: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
+        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15, 333.15]),
         pieces: ::dgd::__runtime::signature::List::Borrowed(
             &[
-                [-50.00000000000001, 0.0, 0.0, 0.0],
-                [-50.00000000000001, 1.4210854715202005e-15, 0.0, 0.0],
-                [-50.0, 0.0, 0.0, 0.0],
+                [1000.0, -58.333333333333336, 0.0, 0.0],
+                [1000.0, -58.333333333333336, 0.0, 0.020833333333333356],
+                [0.0, -33.33333333333333, 1.25, -0.010416666666666668],
+                [0.0, 16.66666666666666, 0.0, 0.0],
+            ],
+        ),
+    };
+    /// `fitted[3]`
+    static _CURVE_9100D6412B679B29: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
+        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15, 333.15]),
+        pieces: ::dgd::__runtime::signature::List::Borrowed(
+            &[
+                [0.0, -0.004166666666666667, 0.0, 0.0],
+                [0.0, -0.004166666666666667, 0.0, 1.0416666666666666e-5],
+                [
+                    0.0,
+                    0.008333333333333333,
+                    0.0006250000000000002,
+                    -5.208333333333332e-6,
+                ],
+                [1.0, 0.03333333333333334, 0.0, 0.0],
             ],
         ),
     };
@@ -362,17 +423,6 @@ pub mod tables {
             &[[0.0, 0.3333333333333333, 0.0, 0.0], [0.0, 0.3333333333333333, 0.0, 0.0]],
         ),
     };
-    /// `fitted[2]'`
-    static _CURVE_9C5652FC6E274944: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
-        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15]),
-        pieces: ::dgd::__runtime::signature::List::Borrowed(
-            &[
-                [0.05000000000000001, 0.0, 0.0, 0.0],
-                [0.05000000000000001, 0.0, 0.0, 0.0],
-                [0.05, 0.0, 0.0, 0.0],
-            ],
-        ),
-    };
     /// `smooth'`
     static _CURVE_A8A6FA88D07DCDEA: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
         knots: ::dgd::__runtime::signature::List::Borrowed(&[0.0, 1.0, 3.0]),
@@ -381,17 +431,6 @@ pub mod tables {
                 [0.0, 0.0, 0.0, 0.0],
                 [1.25, 0.1428571428571429, -0.9642857142857142, 0.0],
                 [0.42857142857142855, -0.1071428571428571, -0.05357142857142859, 0.0],
-                [0.0, 0.0, 0.0, 0.0],
-            ],
-        ),
-    };
-    /// `fitted''`
-    static _CURVE_B3DE9F43C998F1DE: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
-        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15]),
-        pieces: ::dgd::__runtime::signature::List::Borrowed(
-            &[
-                [0.0, 0.0, 0.0, 0.0],
-                [1.4210854715202005e-15, 0.0, 0.0, 0.0],
                 [0.0, 0.0, 0.0, 0.0],
             ],
         ),
@@ -405,6 +444,52 @@ pub mod tables {
                 [-1.9285714285714284, 0.0, 0.0, 0.0],
                 [-0.10714285714285718, 0.0, 0.0, 0.0],
                 [0.0, 0.0, 0.0, 0.0],
+            ],
+        ),
+    };
+    /// `fitted''`
+    static _CURVE_BAF1F99B17AF57F5: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
+        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15, 333.15]),
+        pieces: ::dgd::__runtime::signature::List::Borrowed(
+            &[
+                [0.0, 0.0, 0.0, 0.0],
+                [0.0, 0.12500000000000014, 0.0, 0.0],
+                [2.5, -0.0625, 0.0, 0.0],
+                [0.0, 0.0, 0.0, 0.0],
+            ],
+        ),
+    };
+    /// `fitted[2]`
+    static _CURVE_BFC7E6A0667CD72C: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
+        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15, 333.15]),
+        pieces: ::dgd::__runtime::signature::List::Borrowed(
+            &[
+                [0.0, 0.06250000000000001, 0.0, 0.0],
+                [
+                    0.0,
+                    0.06250000000000001,
+                    -3.4694469519536144e-19,
+                    -3.124999999999996e-5,
+                ],
+                [1.0, 0.025, -0.001875, 1.5625e-5],
+                [0.0, -0.05, 0.0, 0.0],
+            ],
+        ),
+    };
+    /// `fitted[2]'`
+    static _CURVE_C994445EBDC79BBD: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
+        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15, 333.15]),
+        pieces: ::dgd::__runtime::signature::List::Borrowed(
+            &[
+                [0.06250000000000001, 0.0, 0.0, 0.0],
+                [
+                    0.06250000000000001,
+                    -6.938893903907229e-19,
+                    -9.374999999999988e-5,
+                    0.0,
+                ],
+                [0.025, -0.00375, 4.6875e-5, 0.0],
+                [-0.05, 0.0, 0.0, 0.0],
             ],
         ),
     };
@@ -439,6 +524,30 @@ pub mod tables {
             &[[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]],
         ),
     };
+    /// `fitted'`
+    static _CURVE_E1224AD4F7ABE89C: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
+        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15, 333.15]),
+        pieces: ::dgd::__runtime::signature::List::Borrowed(
+            &[
+                [-58.333333333333336, 0.0, 0.0, 0.0],
+                [-58.333333333333336, 0.0, 0.06250000000000007, 0.0],
+                [-33.33333333333333, 2.5, -0.03125, 0.0],
+                [16.66666666666666, 0.0, 0.0, 0.0],
+            ],
+        ),
+    };
+    /// `fitted[2]''`
+    static _CURVE_EB3FFAB2D74CAB6B: ::dgd::__runtime::signature::Curve = ::dgd::__runtime::signature::Curve {
+        knots: ::dgd::__runtime::signature::List::Borrowed(&[273.15, 293.15, 333.15]),
+        pieces: ::dgd::__runtime::signature::List::Borrowed(
+            &[
+                [0.0, 0.0, 0.0, 0.0],
+                [-6.938893903907229e-19, -0.00018749999999999976, 0.0, 0.0],
+                [-0.00375, 9.375e-5, 0.0, 0.0],
+                [0.0, 0.0, 0.0, 0.0],
+            ],
+        ),
+    };
     #[automatically_derived]
     impl ::dgd::__runtime::System for Model {
         type Vector = [f64; 2];
@@ -460,14 +569,15 @@ pub mod tables {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<1>(_at.p);
             let x = _y[0];
-            let _v5 = 300.0 + x;
+            let _v6 = 300.0 + x;
             let a = _p[0];
             /// `x` (model.dgd:13): der(x) =
             let _row_0: f64 = _CURVE_770D761AC2F20B4A.value(x)
                 * _CURVE_CAED1217738FFF28.value(x);
             /// `y` (model.dgd:14): der(y) =
-            let _row_1: f64 = _CURVE_22F042C13381101A.value(_v5)
-                + a * _CURVE_6086B047501BFBC6.value(_v5);
+            let _row_1: f64 = _CURVE_7D63E84F1287598D.value(_v6)
+                + a * _CURVE_BFC7E6A0667CD72C.value(_v6)
+                + 2.0 * a * _CURVE_9100D6412B679B29.value(_v6);
             *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [_row_0, _row_1];
         }
         #[inline]
@@ -482,20 +592,23 @@ pub mod tables {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<1>(_at.p);
             let x = _y[0];
-            let _v1 = _CURVE_770D761AC2F20B4A.value(x);
-            let _v2 = _CURVE_CAED1217738FFF28.value(x);
-            let _v5 = 300.0 + x;
+            let _v2 = _CURVE_770D761AC2F20B4A.value(x);
+            let _v3 = _CURVE_CAED1217738FFF28.value(x);
+            let _v6 = 300.0 + x;
             let a = _p[0];
+            let _v8 = 2.0 * a;
             *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [
-                _v1 * _v2,
-                _CURVE_22F042C13381101A.value(_v5)
-                    + a * _CURVE_6086B047501BFBC6.value(_v5),
+                _v2 * _v3,
+                _CURVE_7D63E84F1287598D.value(_v6)
+                    + a * _CURVE_BFC7E6A0667CD72C.value(_v6)
+                    + _v8 * _CURVE_9100D6412B679B29.value(_v6),
             ];
             *::dgd::__runtime::codegen::fixed_mut::<2>(_jacobian) = [
-                _v1 * _CURVE_A8A6FA88D07DCDEA.value(x)
-                    + _v2 * _CURVE_D5998179509F345E.value(x),
-                a * _CURVE_9C5652FC6E274944.value(_v5)
-                    + _CURVE_8983F17E158D0500.value(_v5),
+                _v2 * _CURVE_A8A6FA88D07DCDEA.value(x)
+                    + _v3 * _CURVE_D5998179509F345E.value(x),
+                _v8 * _CURVE_618233D7341B0F65.value(_v6)
+                    + a * _CURVE_C994445EBDC79BBD.value(_v6)
+                    + _CURVE_E1224AD4F7ABE89C.value(_v6),
             ];
             *::dgd::__runtime::codegen::fixed_mut::<2>(_dfdt) = [0.0, 0.0];
         }
@@ -511,20 +624,23 @@ pub mod tables {
             let _p = ::dgd::__runtime::codegen::fixed::<1>(_at.p);
             let _s = ::dgd::__runtime::codegen::fixed::<2>(_s);
             let x = _y[0];
-            let _v1 = _CURVE_770D761AC2F20B4A.value(x);
-            let _v2 = _CURVE_CAED1217738FFF28.value(x);
-            let _v5 = 300.0 + x;
+            let _v2 = _CURVE_770D761AC2F20B4A.value(x);
+            let _v3 = _CURVE_CAED1217738FFF28.value(x);
+            let _v6 = 300.0 + x;
             let a = _p[0];
-            let _v8 = _CURVE_6086B047501BFBC6.value(_v5);
+            let _v8 = 2.0 * a;
+            let _v10 = _CURVE_BFC7E6A0667CD72C.value(_v6);
+            let _v13 = _CURVE_9100D6412B679B29.value(_v6);
             *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [
-                _v1 * _v2,
-                _CURVE_22F042C13381101A.value(_v5) + a * _v8,
+                _v2 * _v3,
+                _CURVE_7D63E84F1287598D.value(_v6) + a * _v10 + _v8 * _v13,
             ];
             *::dgd::__runtime::codegen::fixed_mut::<2>(_g) = [
-                (_v1 * _CURVE_A8A6FA88D07DCDEA.value(x)
-                    + _v2 * _CURVE_D5998179509F345E.value(x)) * _s[0],
-                (a * _CURVE_9C5652FC6E274944.value(_v5)
-                    + _CURVE_8983F17E158D0500.value(_v5)) * _s[0] + _v8,
+                (_v2 * _CURVE_A8A6FA88D07DCDEA.value(x)
+                    + _v3 * _CURVE_D5998179509F345E.value(x)) * _s[0],
+                (_v8 * _CURVE_618233D7341B0F65.value(_v6)
+                    + a * _CURVE_C994445EBDC79BBD.value(_v6)
+                    + _CURVE_E1224AD4F7ABE89C.value(_v6)) * _s[0] + (_v10 + 2.0 * _v13),
             ];
         }
         #[inline]
@@ -544,30 +660,36 @@ pub mod tables {
             let _p = ::dgd::__runtime::codegen::fixed::<1>(_at.p);
             let _s = ::dgd::__runtime::codegen::fixed::<2>(_s);
             let x = _y[0];
-            let _v1 = _CURVE_770D761AC2F20B4A.value(x);
-            let _v2 = _CURVE_CAED1217738FFF28.value(x);
-            let _v5 = 300.0 + x;
+            let _v2 = _CURVE_770D761AC2F20B4A.value(x);
+            let _v3 = _CURVE_CAED1217738FFF28.value(x);
+            let _v6 = 300.0 + x;
             let a = _p[0];
-            let _v8 = _CURVE_6086B047501BFBC6.value(_v5);
-            let _v12 = _CURVE_A8A6FA88D07DCDEA.value(x);
-            let _v14 = _CURVE_D5998179509F345E.value(x);
-            let _v16 = _v1 * _v12 + _v2 * _v14;
-            let _v17 = _CURVE_9C5652FC6E274944.value(_v5);
-            let _v20 = a * _v17 + _CURVE_8983F17E158D0500.value(_v5);
-            let _v27 = _v14 * _v12;
+            let _v8 = 2.0 * a;
+            let _v10 = _CURVE_BFC7E6A0667CD72C.value(_v6);
+            let _v13 = _CURVE_9100D6412B679B29.value(_v6);
+            let _v17 = _CURVE_A8A6FA88D07DCDEA.value(x);
+            let _v19 = _CURVE_D5998179509F345E.value(x);
+            let _v21 = _v2 * _v17 + _v3 * _v19;
+            let _v22 = _CURVE_618233D7341B0F65.value(_v6);
+            let _v24 = _CURVE_C994445EBDC79BBD.value(_v6);
+            let _v28 = _v8 * _v22 + a * _v24 + _CURVE_E1224AD4F7ABE89C.value(_v6);
+            let _v37 = _v19 * _v17;
             *::dgd::__runtime::codegen::fixed_mut::<2>(_f) = [
-                _v1 * _v2,
-                _CURVE_22F042C13381101A.value(_v5) + a * _v8,
+                _v2 * _v3,
+                _CURVE_7D63E84F1287598D.value(_v6) + a * _v10 + _v8 * _v13,
             ];
-            *::dgd::__runtime::codegen::fixed_mut::<2>(_jacobian) = [_v16, _v20];
+            *::dgd::__runtime::codegen::fixed_mut::<2>(_jacobian) = [_v21, _v28];
             *::dgd::__runtime::codegen::fixed_mut::<2>(_dfdt) = [0.0, 0.0];
             *::dgd::__runtime::codegen::fixed_mut::<2>(_g) = [
-                _v16 * _s[0],
-                _v20 * _s[0] + _v8,
+                _v21 * _s[0],
+                _v28 * _s[0] + (_v10 + 2.0 * _v13),
             ];
             *::dgd::__runtime::codegen::fixed_mut::<2>(_dgdy) = [
-                (_v1 * _CURVE_07036843808D01F9.value(x) + _v27 + _v27) * _s[0],
-                _CURVE_B3DE9F43C998F1DE.value(_v5) * _s[0] + _v17,
+                (_v2 * _CURVE_07036843808D01F9.value(x) + _v37 + _v37) * _s[0],
+                (_CURVE_BAF1F99B17AF57F5.value(_v6)
+                    + a * _CURVE_EB3FFAB2D74CAB6B.value(_v6)
+                    + _v8 * _CURVE_3D35D2C72D078A32.value(_v6)) * _s[0]
+                    + (2.0 * _v22 + _v24),
             ];
             *::dgd::__runtime::codegen::fixed_mut::<2>(_dgdt) = [0.0, 0.0];
         }
@@ -579,8 +701,10 @@ pub mod tables {
         ) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let x = _y[0];
+            let _v3 = 300.0 + x;
             *::dgd::__runtime::codegen::fixed_mut::<1>(_values) = [
-                _CURVE_6086B047501BFBC6.value(300.0 + x),
+                _CURVE_BFC7E6A0667CD72C.value(_v3)
+                    + 2.0 * _CURVE_9100D6412B679B29.value(_v3),
             ];
         }
         #[inline]
@@ -724,8 +848,8 @@ pub mod tables {
             ::dgd::__runtime::taylor::NoTaylor,
         > {
             ::core::result::Result::Ok(::dgd::__runtime::taylor::KeptSeries {
-                unknowns: 7,
-                sensitivities: 9,
+                unknowns: 12,
+                sensitivities: 14,
                 has_branches: true,
             })
         }
@@ -741,37 +865,53 @@ pub mod tables {
         ) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<1>(_at.p);
-            let [_c0, _c1, _c2, _c3, _c4, _c5, _c6] = ::dgd::__runtime::taylor::kept::<
-                7,
+            let [_c0, _c1, _c2, _c3, _c4, _c5, _c6, _c7, _c8, _c9, _c10, _c11] = ::dgd::__runtime::taylor::kept::<
+                12,
             >(_kept);
             let _series = ::dgd::__runtime::taylor::rows::<2>(_series);
             let x = _y[0];
-            let _v1 = _CURVE_770D761AC2F20B4A.value(x);
-            let _v2 = _CURVE_CAED1217738FFF28.value(x);
-            let _v5 = 300.0 + x;
+            let _v2 = _CURVE_770D761AC2F20B4A.value(x);
+            let _v3 = _CURVE_CAED1217738FFF28.value(x);
+            let _v6 = 300.0 + x;
             let a = _p[0];
-            let _v11 = _CURVE_A8A6FA88D07DCDEA.value(x);
-            let _v12 = _CURVE_D5998179509F345E.value(x);
-            let _v14 = _CURVE_8983F17E158D0500.value(_v5);
-            let _v15 = _CURVE_07036843808D01F9.value(x);
-            let _v16 = _CURVE_B3DE9F43C998F1DE.value(_v5);
-            let _v17 = _CURVE_B6D308DC3751A8C1.value(x);
-            let _v18 = a * _CURVE_9C5652FC6E274944.value(_v5);
+            let _v8 = 2.0 * a;
+            let _v16 = _CURVE_A8A6FA88D07DCDEA.value(x);
+            let _v17 = _CURVE_D5998179509F345E.value(x);
+            let _v18 = _CURVE_618233D7341B0F65.value(_v6);
+            let _v19 = _CURVE_C994445EBDC79BBD.value(_v6);
+            let _v20 = _CURVE_E1224AD4F7ABE89C.value(_v6);
+            let _v21 = _CURVE_07036843808D01F9.value(x);
+            let _v22 = _CURVE_BAF1F99B17AF57F5.value(_v6);
+            let _v23 = _CURVE_EB3FFAB2D74CAB6B.value(_v6);
+            let _v24 = _CURVE_3D35D2C72D078A32.value(_v6);
+            let _v25 = _CURVE_B6D308DC3751A8C1.value(x);
+            let _v26 = _CURVE_17C2235D6DF8B963.value(_v6);
+            let _v27 = _CURVE_0792A1EE88FA0F97.value(_v6);
+            let _v28 = _CURVE_5E6DA538DC1F538E.value(_v6);
             ::dgd::__runtime::taylor::keep(_c0, 0, x);
-            ::dgd::__runtime::taylor::keep(_c1, 0, _v1);
-            ::dgd::__runtime::taylor::keep(_c2, 0, _v2);
-            ::dgd::__runtime::taylor::keep(_c3, 0, _v5);
-            ::dgd::__runtime::taylor::keep(_c4, 0, _v11);
-            ::dgd::__runtime::taylor::keep(_c5, 0, _v14);
-            ::dgd::__runtime::taylor::keep(_c6, 0, _v15);
-            let _f12 = _v12;
-            let _f16 = _v16;
+            ::dgd::__runtime::taylor::keep(_c1, 0, _v2);
+            ::dgd::__runtime::taylor::keep(_c2, 0, _v3);
+            ::dgd::__runtime::taylor::keep(_c3, 0, _v6);
+            ::dgd::__runtime::taylor::keep(_c4, 0, _v16);
+            ::dgd::__runtime::taylor::keep(_c5, 0, _v18);
+            ::dgd::__runtime::taylor::keep(_c6, 0, _v19);
+            ::dgd::__runtime::taylor::keep(_c7, 0, _v20);
+            ::dgd::__runtime::taylor::keep(_c8, 0, _v21);
+            ::dgd::__runtime::taylor::keep(_c9, 0, _v22);
+            ::dgd::__runtime::taylor::keep(_c10, 0, _v23);
+            ::dgd::__runtime::taylor::keep(_c11, 0, _v24);
+            let _f7 = a;
+            let _f8 = _v8;
             let _f17 = _v17;
-            let _f18 = _v18;
+            let _f25 = _v25;
+            let _f26 = _v26;
+            let _f27 = _v27;
+            let _f28 = _v28;
             let mut _f: [f64; 2] = [
-                _v1 * _v2,
-                _CURVE_22F042C13381101A.value(_v5)
-                    + a * _CURVE_6086B047501BFBC6.value(_v5),
+                _v2 * _v3,
+                _CURVE_7D63E84F1287598D.value(_v6)
+                    + a * _CURVE_BFC7E6A0667CD72C.value(_v6)
+                    + _v8 * _CURVE_9100D6412B679B29.value(_v6),
             ];
             _series[0] = *::dgd::__runtime::codegen::fixed::<2>(_at.y);
             for _k in 1..=_order {
@@ -780,24 +920,36 @@ pub mod tables {
                 if _k == _order {
                     break;
                 }
-                let _d0: f64 = _series[_k][0];
-                ::dgd::__runtime::taylor::keep(_c0, _k, _d0);
-                let _d1: f64 = _f12 * _d0;
-                ::dgd::__runtime::taylor::keep(_c1, _k, _d1);
-                let _d2: f64 = ::dgd::__runtime::taylor::chain(_c0, _c4, _k);
-                ::dgd::__runtime::taylor::keep(_c2, _k, _d2);
-                let _d3: f64 = ::dgd::__runtime::taylor::multiply(_c1, _c2, _k);
-                let _d5: f64 = _d0;
-                ::dgd::__runtime::taylor::keep(_c3, _k, _d5);
-                let _d7: f64 = ::dgd::__runtime::taylor::chain(_c3, _c5, _k);
-                let _d10: f64 = _f18 * _d5 + _d7;
-                let _d11: f64 = ::dgd::__runtime::taylor::chain(_c0, _c6, _k);
-                ::dgd::__runtime::taylor::keep(_c4, _k, _d11);
-                let _d14: f64 = _f16 * _d5;
-                ::dgd::__runtime::taylor::keep(_c5, _k, _d14);
-                let _d15: f64 = _f17 * _d0;
-                ::dgd::__runtime::taylor::keep(_c6, _k, _d15);
-                _f = [_d3, _d10];
+                let _d1: f64 = _series[_k][0];
+                ::dgd::__runtime::taylor::keep(_c0, _k, _d1);
+                let _d2: f64 = _f17 * _d1;
+                ::dgd::__runtime::taylor::keep(_c1, _k, _d2);
+                let _d3: f64 = ::dgd::__runtime::taylor::chain(_c0, _c4, _k);
+                ::dgd::__runtime::taylor::keep(_c2, _k, _d3);
+                let _d4: f64 = ::dgd::__runtime::taylor::multiply(_c1, _c2, _k);
+                let _d6: f64 = _d1;
+                ::dgd::__runtime::taylor::keep(_c3, _k, _d6);
+                let _d9: f64 = ::dgd::__runtime::taylor::chain(_c3, _c7, _k);
+                let _d10: f64 = ::dgd::__runtime::taylor::chain(_c3, _c6, _k);
+                let _d13: f64 = ::dgd::__runtime::taylor::chain(_c3, _c5, _k);
+                let _d15: f64 = _d9 + _f7 * _d10 + _f8 * _d13;
+                let _d16: f64 = ::dgd::__runtime::taylor::chain(_c0, _c8, _k);
+                ::dgd::__runtime::taylor::keep(_c4, _k, _d16);
+                let _d18: f64 = ::dgd::__runtime::taylor::chain(_c3, _c11, _k);
+                ::dgd::__runtime::taylor::keep(_c5, _k, _d18);
+                let _d19: f64 = ::dgd::__runtime::taylor::chain(_c3, _c10, _k);
+                ::dgd::__runtime::taylor::keep(_c6, _k, _d19);
+                let _d20: f64 = ::dgd::__runtime::taylor::chain(_c3, _c9, _k);
+                ::dgd::__runtime::taylor::keep(_c7, _k, _d20);
+                let _d21: f64 = _f25 * _d1;
+                ::dgd::__runtime::taylor::keep(_c8, _k, _d21);
+                let _d22: f64 = _f26 * _d6;
+                ::dgd::__runtime::taylor::keep(_c9, _k, _d22);
+                let _d23: f64 = _f27 * _d6;
+                ::dgd::__runtime::taylor::keep(_c10, _k, _d23);
+                let _d24: f64 = _f28 * _d6;
+                ::dgd::__runtime::taylor::keep(_c11, _k, _d24);
+                _f = [_d4, _d15];
             }
         }
         #[inline]
@@ -813,52 +965,67 @@ pub mod tables {
         ) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
             let _p = ::dgd::__runtime::codegen::fixed::<1>(_at.p);
-            let [_c0, _c1, _c2, _c3, _c4, _c5, _c6, _c7, _c8] = ::dgd::__runtime::taylor::kept::<
-                9,
-            >(_kept);
+            let [_c0, _c1, _c2, _c3, _c4, _c5, _c6, _c7, _c8, _c9, _c10, _c11, _c12, _c13,
+            ] = ::dgd::__runtime::taylor::kept::<14>(_kept);
             let _series = ::dgd::__runtime::taylor::rows::<2>(_series);
             let _s = ::dgd::__runtime::taylor::rows::<1>(_s);
             let mut _g = [[0.0; 1]; 2];
             let x = _y[0];
-            let _v1 = _CURVE_770D761AC2F20B4A.value(x);
-            let _v2 = _CURVE_CAED1217738FFF28.value(x);
-            let _v5 = 300.0 + x;
+            let _v2 = _CURVE_770D761AC2F20B4A.value(x);
+            let _v3 = _CURVE_CAED1217738FFF28.value(x);
+            let _v6 = 300.0 + x;
             let a = _p[0];
-            let _v11 = _CURVE_A8A6FA88D07DCDEA.value(x);
-            let _v13 = _CURVE_D5998179509F345E.value(x);
-            let _v15 = _v1 * _v11 + _v2 * _v13;
-            let _v16 = _CURVE_9C5652FC6E274944.value(_v5);
-            let _v18 = _CURVE_8983F17E158D0500.value(_v5);
-            let _v19 = a * _v16 + _v18;
-            let _v20 = _CURVE_07036843808D01F9.value(x);
-            let _v21 = _CURVE_B3DE9F43C998F1DE.value(_v5);
-            let _v22 = _CURVE_B6D308DC3751A8C1.value(x);
+            let _v8 = 2.0 * a;
+            let _v10 = _CURVE_BFC7E6A0667CD72C.value(_v6);
+            let _v13 = _CURVE_9100D6412B679B29.value(_v6);
+            let _v16 = _CURVE_A8A6FA88D07DCDEA.value(x);
+            let _v18 = _CURVE_D5998179509F345E.value(x);
+            let _v20 = _v2 * _v16 + _v3 * _v18;
+            let _v21 = _CURVE_618233D7341B0F65.value(_v6);
+            let _v23 = _CURVE_C994445EBDC79BBD.value(_v6);
+            let _v26 = _CURVE_E1224AD4F7ABE89C.value(_v6);
+            let _v27 = _v8 * _v21 + a * _v23 + _v26;
+            let _v30 = _CURVE_07036843808D01F9.value(x);
+            let _v31 = _CURVE_BAF1F99B17AF57F5.value(_v6);
+            let _v32 = _CURVE_EB3FFAB2D74CAB6B.value(_v6);
+            let _v33 = _CURVE_3D35D2C72D078A32.value(_v6);
+            let _v34 = _CURVE_B6D308DC3751A8C1.value(x);
+            let _v35 = _CURVE_17C2235D6DF8B963.value(_v6);
+            let _v36 = _CURVE_0792A1EE88FA0F97.value(_v6);
+            let _v37 = _CURVE_5E6DA538DC1F538E.value(_v6);
             ::dgd::__runtime::taylor::keep(_c0, 0, x);
-            ::dgd::__runtime::taylor::keep(_c1, 0, _v1);
-            ::dgd::__runtime::taylor::keep(_c2, 0, _v2);
-            ::dgd::__runtime::taylor::keep(_c3, 0, _v5);
-            ::dgd::__runtime::taylor::keep(_c4, 0, _v11);
-            ::dgd::__runtime::taylor::keep(_c5, 0, _v15);
-            ::dgd::__runtime::taylor::keep(_c6, 0, _v18);
-            ::dgd::__runtime::taylor::keep(_c7, 0, _v19);
-            ::dgd::__runtime::taylor::keep(_c8, 0, _v20);
-            let _f6 = a;
-            let _f13 = _v13;
-            let _f16 = _v16;
-            let _f21 = _v21;
-            let _f22 = _v22;
+            ::dgd::__runtime::taylor::keep(_c1, 0, _v2);
+            ::dgd::__runtime::taylor::keep(_c2, 0, _v3);
+            ::dgd::__runtime::taylor::keep(_c3, 0, _v6);
+            ::dgd::__runtime::taylor::keep(_c4, 0, _v16);
+            ::dgd::__runtime::taylor::keep(_c5, 0, _v20);
+            ::dgd::__runtime::taylor::keep(_c6, 0, _v21);
+            ::dgd::__runtime::taylor::keep(_c7, 0, _v23);
+            ::dgd::__runtime::taylor::keep(_c8, 0, _v26);
+            ::dgd::__runtime::taylor::keep(_c9, 0, _v27);
+            ::dgd::__runtime::taylor::keep(_c10, 0, _v30);
+            ::dgd::__runtime::taylor::keep(_c11, 0, _v31);
+            ::dgd::__runtime::taylor::keep(_c12, 0, _v32);
+            ::dgd::__runtime::taylor::keep(_c13, 0, _v33);
+            let _f0 = 2.0;
+            let _f7 = a;
+            let _f8 = _v8;
+            let _f18 = _v18;
+            let _f34 = _v34;
+            let _f35 = _v35;
+            let _f36 = _v36;
+            let _f37 = _v37;
             let mut _f: [f64; 2] = [
-                _v1 * _v2,
-                _CURVE_22F042C13381101A.value(_v5)
-                    + a * _CURVE_6086B047501BFBC6.value(_v5),
+                _v2 * _v3,
+                _CURVE_7D63E84F1287598D.value(_v6) + a * _v10 + _v8 * _v13,
             ];
             let _row = &mut _g[0];
             *_row = [0.0; 1];
-            ::dgd::__runtime::taylor::add_scaled(_row, _v15, &_s[0]);
+            ::dgd::__runtime::taylor::add_scaled(_row, _v20, &_s[0]);
             let _row = &mut _g[1];
             *_row = [0.0; 1];
-            ::dgd::__runtime::taylor::add_scaled(_row, _v19, &_s[0]);
-            _row[0] += _CURVE_6086B047501BFBC6.value(_v5);
+            ::dgd::__runtime::taylor::add_scaled(_row, _v27, &_s[0]);
+            _row[0] += _v10 + 2.0 * _v13;
             _series[0] = *::dgd::__runtime::codegen::fixed::<2>(_at.y);
             for _k in 1..=_order {
                 let _per = _h / _k as f64;
@@ -868,37 +1035,49 @@ pub mod tables {
                 if _k == _order {
                     break;
                 }
-                let _d0: f64 = _series[_k][0];
-                ::dgd::__runtime::taylor::keep(_c0, _k, _d0);
-                let _d1: f64 = _f13 * _d0;
-                ::dgd::__runtime::taylor::keep(_c1, _k, _d1);
-                let _d2: f64 = ::dgd::__runtime::taylor::chain(_c0, _c4, _k);
-                ::dgd::__runtime::taylor::keep(_c2, _k, _d2);
-                let _d3: f64 = ::dgd::__runtime::taylor::multiply(_c1, _c2, _k);
-                let _d5: f64 = _d0;
-                ::dgd::__runtime::taylor::keep(_c3, _k, _d5);
-                let _d7: f64 = ::dgd::__runtime::taylor::chain(_c3, _c6, _k);
-                let _d8: f64 = _f16 * _d5;
-                let _d10: f64 = _d7 + _f6 * _d8;
-                let _d11: f64 = ::dgd::__runtime::taylor::chain(_c0, _c8, _k);
-                ::dgd::__runtime::taylor::keep(_c4, _k, _d11);
-                let _d12: f64 = ::dgd::__runtime::taylor::multiply(_c1, _c4, _k);
-                let _d15: f64 = _f13 * _d2 + _d12;
-                ::dgd::__runtime::taylor::keep(_c5, _k, _d15);
-                let _d18: f64 = _f21 * _d5;
-                ::dgd::__runtime::taylor::keep(_c6, _k, _d18);
-                let _d19: f64 = _d18;
-                ::dgd::__runtime::taylor::keep(_c7, _k, _d19);
-                let _d20: f64 = _f22 * _d0;
-                ::dgd::__runtime::taylor::keep(_c8, _k, _d20);
-                _f = [_d3, _d10];
+                let _d1: f64 = _series[_k][0];
+                ::dgd::__runtime::taylor::keep(_c0, _k, _d1);
+                let _d2: f64 = _f18 * _d1;
+                ::dgd::__runtime::taylor::keep(_c1, _k, _d2);
+                let _d3: f64 = ::dgd::__runtime::taylor::chain(_c0, _c4, _k);
+                ::dgd::__runtime::taylor::keep(_c2, _k, _d3);
+                let _d4: f64 = ::dgd::__runtime::taylor::multiply(_c1, _c2, _k);
+                let _d6: f64 = _d1;
+                ::dgd::__runtime::taylor::keep(_c3, _k, _d6);
+                let _d9: f64 = ::dgd::__runtime::taylor::chain(_c3, _c8, _k);
+                let _d10: f64 = ::dgd::__runtime::taylor::chain(_c3, _c7, _k);
+                let _d13: f64 = ::dgd::__runtime::taylor::chain(_c3, _c6, _k);
+                let _d15: f64 = _d9 + _f7 * _d10 + _f8 * _d13;
+                let _d16: f64 = ::dgd::__runtime::taylor::chain(_c0, _c10, _k);
+                ::dgd::__runtime::taylor::keep(_c4, _k, _d16);
+                let _d17: f64 = ::dgd::__runtime::taylor::multiply(_c1, _c4, _k);
+                let _d20: f64 = _f18 * _d3 + _d17;
+                ::dgd::__runtime::taylor::keep(_c5, _k, _d20);
+                let _d21: f64 = ::dgd::__runtime::taylor::chain(_c3, _c13, _k);
+                ::dgd::__runtime::taylor::keep(_c6, _k, _d21);
+                let _d23: f64 = ::dgd::__runtime::taylor::chain(_c3, _c12, _k);
+                ::dgd::__runtime::taylor::keep(_c7, _k, _d23);
+                let _d26: f64 = ::dgd::__runtime::taylor::chain(_c3, _c11, _k);
+                ::dgd::__runtime::taylor::keep(_c8, _k, _d26);
+                let _d27: f64 = _f8 * _d21 + _f7 * _d23 + _d26;
+                ::dgd::__runtime::taylor::keep(_c9, _k, _d27);
+                let _d29: f64 = _d10 + _f0 * _d13;
+                let _d30: f64 = _f34 * _d1;
+                ::dgd::__runtime::taylor::keep(_c10, _k, _d30);
+                let _d31: f64 = _f35 * _d6;
+                ::dgd::__runtime::taylor::keep(_c11, _k, _d31);
+                let _d32: f64 = _f36 * _d6;
+                ::dgd::__runtime::taylor::keep(_c12, _k, _d32);
+                let _d33: f64 = _f37 * _d6;
+                ::dgd::__runtime::taylor::keep(_c13, _k, _d33);
+                _f = [_d4, _d15];
                 let _row = &mut _g[0];
                 *_row = [0.0; 1];
                 ::dgd::__runtime::taylor::add_product(_row, _c5, _s, 2, 0, _k);
                 let _row = &mut _g[1];
                 *_row = [0.0; 1];
-                ::dgd::__runtime::taylor::add_product(_row, _c7, _s, 2, 0, _k);
-                _row[0] += _d8;
+                ::dgd::__runtime::taylor::add_product(_row, _c9, _s, 2, 0, _k);
+                _row[0] += _d29;
             }
         }
     }
