@@ -1,7 +1,10 @@
 //! Parses the arguments of `dgd::model!`.
 
+use std::fmt::Write as _;
+
 use syn::ext::IdentExt;
 use syn::parse::{Parse, ParseStream};
+use syn::token::Bracket;
 use syn::{Ident, LitInt, LitStr, Token, bracketed};
 
 /// The arguments of `dgd::model!`.
@@ -42,7 +45,7 @@ impl Parse for Input {
             if name == "sensitivities" {
                 let list;
                 bracketed!(list in input);
-                let names = list.parse_terminated(dotted, Token![,])?;
+                let names = list.parse_terminated(element, Token![,])?;
                 parsed.sensitivities = Some(names.into_iter().collect());
             } else if input.peek(LitInt) {
                 let size: LitInt = input.parse()?;
@@ -53,6 +56,19 @@ impl Parse for Input {
         }
         Ok(parsed)
     }
+}
+
+/// A name of the model or an element of an array, `T[2]`.
+fn element(input: ParseStream<'_>) -> syn::Result<String> {
+    let mut name = dotted(input)?;
+    while input.peek(Bracket) {
+        let index;
+        bracketed!(index in input);
+        let sign = if index.parse::<Option<Token![-]>>()?.is_some() { "-" } else { "" };
+        let digits = index.parse::<LitInt>()?;
+        let _ = write!(name, "[{sign}{}]", digits.base10_digits());
+    }
+    Ok(name)
 }
 
 /// A name of the model, with dots for a part's: `pump.flow`.

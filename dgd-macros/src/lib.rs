@@ -20,7 +20,8 @@ use std::path::{Path, PathBuf};
 ///
 /// - `VARIANT = CHOICE` picks a variant,
 /// - `SIZE = NUMBER` sets the value of a `size`,
-/// - `sensitivities = [NAMES]` chooses the parameters and states' start values for which sensitivities are generated;
+/// - `sensitivities = [NAMES]` chooses the parameters and states' start values for which sensitivities are generated,
+///   elements of arrays too, as in `k[2]`;
 ///   without it, all parameters,
 /// - `as NAME` names the module; without it, the module has the model's name.
 ///

@@ -12,7 +12,10 @@ use dgd_runtime::{
 use crate::arrays::interpreted;
 use crate::support;
 
-dgd::model!("tests/parts/reacting_tanks.dgd", sensitivities = [a]);
+mod generated {
+    dgd::model!("tests/parts/reacting_tanks.dgd");
+    dgd::model!("models/pack_of_cells.dgd", sensitivities = [cell.R_0[2], cell.T[3], cell.T]);
+}
 
 /// Sums are taken in another order, which steps of the same size repeat.
 const ROUNDING: f64 = 1e-10;
@@ -243,6 +246,57 @@ output both = delay(T_2, 7 [s]) - T_1
     assert_runs_agree(&rows, &interpreted(&text), &times());
 }
 
+/// Before the start each was what its history says, as a list of starts, by the index, or by parameters.
+#[test]
+fn elements_have_histories() {
+    let rows = interpreted(
+        "model line
+         size N = 3
+         parameter k [1/s] = 0.05
+         parameter before = 0.3
+         constant w[1..N] = (1, 0.5, -1)
+         input q
+         state x[i in 1..N] = (0.2, 0.4, 0.6)  history before*i + w[4-i]*time/100 [s]
+         state y[i in 1..N] = 0.1*i  history before*w[i]
+         unknown z[1..N] = 0  history 0.7
+         for i in 1..N {
+             equation x[i]: der(x[i]) = k*(q - delay(x[i], 12 [s]*i))
+             equation y[i]: der(y[i]) = k*(q - delay(y[i], 20 [s]) - y[i]*delay(z[i], 7 [s]))
+             equation z[i]: z[i] = 0.1*x[i]
+         }
+         output x_1 = x[1]
+         output x_3 = x[3]
+         output y_1 = y[1]
+         output y_2 = y[2]
+         output y_3 = y[3]",
+    );
+    let mut text = "\
+model line
+parameter k [1/s] = 0.05
+parameter before = 0.3
+input q
+output x_1
+output x_3
+output y_1
+output y_2
+output y_3
+"
+    .to_owned();
+    for (i, w) in [1.0, 0.5, -1.0].into_iter().enumerate() {
+        let (other, i) = ([-1.0, 0.5, 1.0][i], i + 1);
+        let _ = write!(
+            text,
+            "state x_{i} = 0.2*{i}  fixed, history before*{i} + ({other})*time/100 [s]\n\
+             state y_{i} = 0.1*{i}  fixed, history before*({w})\n\
+             unknown z_{i} = 0  history 0.7\n\
+             equation x_{i}: der(x_{i}) = k*(q - delay(x_{i}, 12 [s]*{i}))\n\
+             equation y_{i}: der(y_{i}) = k*(q - delay(y_{i}, 20 [s]) - y_{i}*delay(z_{i}, 7 [s]))\n\
+             equation z_{i}: z_{i} = 0.1*x_{i}\n"
+        );
+    }
+    assert_runs_agree(&rows, &interpreted(&text), &times());
+}
+
 #[test]
 fn elements_begin_where_start_equations_say() {
     for guess in ["  guess", ""] {
@@ -328,6 +382,18 @@ fn elements_are_reset_where_a_solution_may_slide() {
 }
 
 #[test]
+fn generated_code_has_sensitivities_to_elements() {
+    let signature = generated::pack_of_cells::Model.signature();
+    let name = |direction: &Direction| match *direction {
+        Direction::Parameter(i) => signature.parameters[i].name.to_string(),
+        Direction::Start(i) => format!("{}(0)", signature.unknowns.name(i)),
+    };
+    let names: Vec<String> = signature.directions.iter().map(name).collect();
+    let elements = ["cell.R_0[2]", "cell.T[3](0)", "cell.T[1](0)", "cell.T[2](0)"];
+    assert_eq!(names[..4], elements, "each once");
+}
+
+#[test]
 fn parts_that_react_can_be_several() {
     let [several, single] = ["reacting_tanks", "reacting_tanks_one_by_one"]
         .map(|name| support::interpreted(&format!("tests/parts/{name}.dgd"), &[]));
@@ -338,7 +404,7 @@ fn parts_that_react_can_be_several() {
 fn generated_code_runs_as_the_interpreter_does() {
     let interpreted = support::interpreted("tests/parts/reacting_tanks.dgd", &[]);
     for method in ["rodas5p", "bdf"] {
-        let generated = run(&reacting_tanks::Model, &times(), method);
+        let generated = run(&generated::reacting_tanks::Model, &times(), method);
         assert_eq!(generated, run(&interpreted, &times(), method), "{method}");
     }
 }

@@ -704,6 +704,13 @@ fn a_fit_that_cannot_be_says_why() {
     fit(&["--data", "data.csv"]).refused(3, &["data.csv", "cannot be simulated", "t = 0."]);
     fit(&["--data", "data.csv", "--fix", "k"]).refused(2, &["nothing is free"]);
     fit(&["--data", "other.csv"]).refused(1, &["nothing is measured", "`y [1]`"]);
+    let settled = "start equation rest: der(x) = 2 [1/s]\n";
+    let settled =
+        model.replace("  fixed\n", "\n").replace("equation e:", &format!("{settled}equation e:"));
+    std::fs::write(folder.path().join("settled.dgd"), settled).expect("writable");
+    dgd_in(folder.path(), &["fit", "settled.dgd", "--data", "data.csv", "--free", "x"])
+        .refused(1, &["E509", "`x` follows from start equation `rest`, so it is not free"]);
+    std::fs::remove_file(folder.path().join("settled.dgd")).expect("it is there");
     fit(&["--data", "data.csv", "--fix", "q"]).refused(1, &["E201", "no parameter and no state"]);
     fit(&["--data", "data.csv", "--outputs", "q"]).refused(1, &["E201", "no output is called"]);
     fit(&["--data", "data.csv", "-o", "."])

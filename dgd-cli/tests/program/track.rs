@@ -301,3 +301,48 @@ fn a_fit_by_prediction_error_finds_the_valve_and_that_nothing_strays() {
     let model = std::fs::read_to_string(folder.path().join("fitted/t.dgd")).expect("a model");
     assert!(!model.contains("= 10  in"), "{model}");
 }
+
+/// Elements of an array are tracked as single states are.
+#[test]
+fn elements_are_tracked_like_single_states() {
+    let array = "model line\nsize N = 3\nparameter k[1..N] [1/s] = (0.05, 0.02, 0.03)  in 0.001 .. 1\n\
+                 input q\nstate T[1..N] = 0.5  noise 0.002 [1/s^(1/2)]\n\
+                 equation first: der(T[1]) = k[1]*(q - T[1])\n\
+                 for i in 2..N { equation next[i]: der(T[i]) = k[i]*(T[i-1] - T[i]) }\n\
+                 output y_1 = T[1]  noise 0.01\noutput y_3 = T[3]  noise 0.01\n";
+    let single = "model line\nparameter k[1..3] [1/s] = (0.05, 0.02, 0.03)  in 0.001 .. 1\ninput q\n\
+                  state T_1 = 0.5  noise 0.002 [1/s^(1/2)]\nstate T_2 = 0.5  noise 0.002 [1/s^(1/2)]\n\
+                  state T_3 = 0.5  noise 0.002 [1/s^(1/2)]\n\
+                  equation first: der(T_1) = k[1]*(q - T_1)\nequation n2: der(T_2) = k[2]*(T_1 - T_2)\n\
+                  equation n3: der(T_3) = k[3]*(T_2 - T_3)\n\
+                  output y_1 = T_1  noise 0.01\noutput y_3 = T_3  noise 0.01\n";
+    let row = |k: i32| format!("{},{},{},{}\n", 5 * k, 1 + k % 4, 0.5 + 0.03 * f64::from(k), 0.6);
+    let data: String =
+        "time [s],q,y_1,y_3\n".chars().map(String::from).chain((0..40).map(row)).collect();
+    let folder = folder_with(&[
+        ("array.dgd", array.as_bytes()),
+        ("single.dgd", single.as_bytes()),
+        ("d.csv", data.as_bytes()),
+    ]);
+    let rows = |model: &str, more: &[&str]| {
+        let all = [&["track", model, "--data", "d.csv"], more].concat();
+        let out = dgd_in(folder.path(), &all).done().out;
+        out.split_once('\n').map(|(_, rows)| rows.to_owned()).unwrap_or_default()
+    };
+    for estimator in ["ekf", "ukf"] {
+        let more = ["--estimator", estimator];
+        assert_eq!(rows("array.dgd", &more), rows("single.dgd", &more), "{estimator}");
+    }
+    let all = ["--start-std", "T=0.3", "--process-noise", "T[2]=0.1"];
+    let each = [
+        "--start-std",
+        "T_1=0.3",
+        "--start-std",
+        "T_2=0.3",
+        "--start-std",
+        "T_3=0.3",
+        "--process-noise",
+        "T_2=0.1",
+    ];
+    assert_eq!(rows("array.dgd", &all), rows("single.dgd", &each));
+}

@@ -258,6 +258,8 @@ pub struct Array {
     pub count: u32,
     /// Start value, swept over the elements.
     pub start: ExprId,
+    /// What they were before the start, swept over the elements; `None` means their start values.
+    pub history: Option<ExprId>,
 }
 
 /// Rows of consecutive elements with one expression: what moves from row to row are
@@ -398,9 +400,14 @@ impl Dae {
         single.into_iter().chain(self.arrays.iter().flat_map(of_array)).collect()
     }
 
-    /// What an unknown was before the start; of elements nothing is said but their start values.
-    pub(crate) fn history(&self, i: usize) -> Option<ExprId> {
-        self.unknowns.get(i).and_then(|unknown| unknown.history)
+    /// What an unknown was before the start, and which row of that: of a single one the first.
+    pub(crate) fn history(&self, i: usize) -> Option<(ExprId, u32)> {
+        if let Some(unknown) = self.unknowns.get(i) {
+            return unknown.history.map(|history| (history, 0));
+        }
+        let after = self.arrays.partition_point(|array| array.first <= i);
+        let array = &self.arrays[after.checked_sub(1)?];
+        Some((array.history?, u32::try_from(i - array.first).ok()?))
     }
 
     /// The family of an element, which is an unknown behind the single ones, and its row there.

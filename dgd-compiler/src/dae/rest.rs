@@ -18,7 +18,9 @@ pub(super) fn verify(
     let moving =
         single.chain(families).find(|(rhs, mass, ..)| reads_time(*rhs) || reads_time(*mass));
     let modes = dae.automata.iter().find(|automaton| automaton.kind == AutomatonKind::Modes);
-    let with_history = dae.unknowns.iter().find(|unknown| unknown.history.is_some());
+    let single = dae.unknowns.iter().map(|unknown| (&unknown.name, unknown.history));
+    let arrays = dae.arrays.iter().map(|array| (&array.name, array.history));
+    let with_history = single.chain(arrays).find(|(_, history)| history.is_some());
     let (message, place) = if let Some((.., equation, place)) = moving {
         (
             format!(
@@ -35,8 +37,7 @@ pub(super) fn verify(
     } else if let Some(automaton) = modes {
         let name = &automaton.name;
         (format!("`start steady` cannot tell in which mode of `{name}` the model is"), None)
-    } else if let Some(unknown) = with_history {
-        let name = &unknown.name;
+    } else if let Some((name, _)) = with_history {
         (
             format!("`{name}` has a `history`, but in a steady state it has always been constant"),
             None,

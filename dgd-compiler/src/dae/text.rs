@@ -140,6 +140,10 @@ fn families(dae: &Dae, text: &mut String) {
     for array in &dae.arrays {
         let value = show(text, array.start);
         let _ = writeln!(text, "  start {} = {value}", moving(array.element_name(0)));
+        if let Some(history) = array.history {
+            let value = show(text, history);
+            let _ = writeln!(text, "  history {} = {value}", moving(array.element_name(0)));
+        }
     }
 }
 

@@ -100,10 +100,14 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         let arrays = model.arrays.iter().map(|array| array.unknown.start);
         model.unknowns.iter().map(|u| u.start).chain(arrays)
     };
+    let histories = || {
+        let arrays = model.arrays.iter().map(|array| array.unknown.history);
+        model.unknowns.iter().map(|u| u.history).chain(arrays)
+    };
     let roots = equations()
         .flat_map(|e| [e.left, e.right])
         .chain(starts())
-        .chain(model.unknowns.iter().filter_map(|u| u.history))
+        .chain(histories().flatten())
         .chain(model.outputs.iter().map(|o| o.value))
         .chain(model.start_equations.iter().flat_map(|e| [e.left, e.right]))
         .chain(transitions().flat_map(|t| [t.left, t.right]))
@@ -161,7 +165,7 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         common,
         of_modes,
         starts: starts().map(|start| built[&start]).collect(),
-        histories: model.unknowns.iter().map(|u| u.history.map(|id| built[&id])).collect(),
+        histories: histories().map(|history| history.map(|id| built[&id])).collect(),
         outputs: model.outputs.iter().map(|o| built[&o.value]).collect(),
         start_equations,
         transitions,

@@ -155,8 +155,19 @@ impl<'a> Resolver<'a> {
         expr: &Expr,
         diagnostics: &mut Diagnostics,
     ) -> Result<(), Reported> {
-        let depends =
-            |s: &Symbol| matches!(s, Symbol::Unknown(_) | Symbol::Derivative(_) | Symbol::Input(_));
+        let depends = |symbol: &Symbol| {
+            matches!(
+                symbol,
+                Symbol::Unknown(_)
+                    | Symbol::Derivative(_)
+                    | Symbol::Element(_)
+                    | Symbol::ElementRate(_)
+                    | Symbol::Swept(_)
+                    | Symbol::SweptRate(_)
+                    | Symbol::Input(_)
+                    | Symbol::SweptInput(..)
+            )
+        };
         let symbols = self.lowering.graph.symbols(history);
         let Some(symbol) = symbols.into_iter().find(depends) else { return Ok(()) };
         let culprit = self.lowering.scope.quoted_name(symbol);

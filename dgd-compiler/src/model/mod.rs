@@ -452,6 +452,17 @@ impl Model {
         }
     }
 
+    /// How far a state or element of this name strays by itself, where that is declared.
+    pub fn process_noise(&self, state: &str) -> Option<ProcessNoise> {
+        let single = self.unknowns.iter().find(|unknown| unknown.declared.name == state);
+        let of_array = || {
+            let (array, _) = state.rsplit_once('[')?;
+            let array = self.arrays.iter().find(|row| row.unknown.declared.name == array)?;
+            Some(&array.unknown)
+        };
+        single.or_else(of_array)?.noise
+    }
+
     /// What the element at this position among those of all arrays is called.
     ///
     /// # Panics

@@ -117,16 +117,21 @@ impl Writer<'_> {
             let (kind, head) = (kind_of(unknown), head(&unknown.declared));
             let start = self.shown("    ", unknown.start);
             self.line("  ", &format!("{kind} {head} = {start}"));
-            if let Some(history) = unknown.history {
-                let history = self.shown("      ", history);
-                self.line("    ", &format!("history = {history}"));
-            }
+            self.history(unknown);
         }
         for array in &self.model.arrays {
             let kind = kind_of(&array.unknown);
             let range = range_of(array, &array.unknown.declared);
             let start = self.shown("    ", array.unknown.start);
             self.line("  ", &format!("{kind} {range} = {start}"));
+            self.history(&array.unknown);
+        }
+    }
+
+    fn history(&mut self, unknown: &Unknown) {
+        if let Some(history) = unknown.history {
+            let history = self.shown("      ", history);
+            self.line("    ", &format!("history = {history}"));
         }
     }
 

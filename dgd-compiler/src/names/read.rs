@@ -228,8 +228,10 @@ impl Reader<'_> {
                 self.axes(axes);
                 self.unit(unit.as_ref());
                 let indices = axes.iter().filter_map(|axis| axis.index.as_ref());
-                self.with_indices(indices, |this| this.exprs(start));
-                self.attributes(attributes);
+                self.with_indices(indices, |this| {
+                    this.exprs(start);
+                    this.attributes(attributes);
+                });
             }
             ItemKind::For { counters, items } => {
                 self.ends(counters);

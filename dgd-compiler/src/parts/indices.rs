@@ -52,11 +52,12 @@ pub(super) fn free_indices(items: &mut [Item], taken: &BTreeSet<String>) {
                 }
             }
         }
-        ItemKind::Array { axes, start, .. } => {
+        ItemKind::Array { axes, start, attributes, .. } => {
             for index in axes.iter_mut().filter_map(|axis| axis.index.as_mut()) {
                 let old = free(index);
-                if let Some(start) = start.as_mut() {
-                    rename_index(start, &old, &index.text);
+                let read = attributes.iter_mut().flat_map(visit::attribute_expressions_mut);
+                for expr in start.iter_mut().chain(read) {
+                    rename_index(expr, &old, &index.text);
                 }
             }
         }

@@ -13,8 +13,8 @@ use super::tied::names_in;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::{
-    ArrayKind, Axis, Choice, Counter, Expr, ExprKind, Item, ItemKind, Name, PartArgument, Reaction,
-    Reset, StartRule,
+    ArrayKind, Attribute, Axis, Choice, Counter, Expr, ExprKind, Item, ItemKind, Name,
+    PartArgument, Reaction, Reset, StartRule,
 };
 use crate::syntax::visit;
 
@@ -156,7 +156,7 @@ impl Spreading<'_> {
                     _ => return Vec::new(),
                 };
                 if matches!(value.kind, ExprKind::List(_)) || self.is_made_of_indices(&value) {
-                    let axes = self.axes(&[], Some(&value));
+                    let axes = self.axes(&[], [&value]);
                     let start = Some(value);
                     with(ItemKind::Array { declared, name, axes, unit, start, attributes })
                 } else {
@@ -195,11 +195,12 @@ impl Spreading<'_> {
             ItemKind::Unknown { declared, name, unit, start, attributes } => {
                 let declared = declared.of_elements();
                 let start = start.map(|start| self.expr(start));
-                let axes = self.axes(&[], start.as_ref());
+                let (attributes, read) = self.attributes(attributes);
+                let axes = self.axes(&[], start.iter().chain(&read));
                 with(ItemKind::Array { declared, name, axes, unit, start, attributes })
             }
             ItemKind::Input { name, unit, attributes } => {
-                let (declared, axes) = (ArrayKind::Input, self.axes(&[], None));
+                let (declared, axes) = (ArrayKind::Input, self.axes(&[], []));
                 with(ItemKind::Array { declared, name, axes, unit, start: None, attributes })
             }
             ItemKind::Array { declared, name, axes, unit, start, attributes }
@@ -216,7 +217,8 @@ impl Spreading<'_> {
                     );
                 }
                 let start = start.map(|start| self.expr(start));
-                let axes = self.axes(&axes, start.as_ref());
+                let (attributes, read) = self.attributes(attributes);
+                let axes = self.axes(&axes, start.iter().chain(&read));
                 with(ItemKind::Array { declared, name, axes, unit, start, attributes })
             }
             ItemKind::Function { ref name, .. } | ItemKind::Table { ref name, .. } => {
@@ -257,14 +259,26 @@ impl Spreading<'_> {
         names.iter().all(is_index)
     }
 
-    /// The part's indices in front of these.
-    fn axes(&self, own: &[Axis], value: Option<&Expr>) -> Vec<Axis> {
-        let is_read = value.is_some_and(|value| self.several.reads_index(value));
+    /// The part's indices in front of these, with names where a value reads them.
+    fn axes<'e>(&self, own: &[Axis], values: impl IntoIterator<Item = &'e Expr>) -> Vec<Axis> {
+        let is_read = values.into_iter().any(|value| self.several.reads_index(value));
         let outer = self.several.counters.iter().map(|Counter { index, range }| Axis {
             index: is_read.then(|| index.clone()),
             range: range.clone(),
         });
         outer.chain(own.iter().cloned()).collect()
+    }
+
+    /// Attributes with indices behind the names of what differs, and what they read.
+    fn attributes(&self, mut attributes: Vec<Attribute>) -> (Vec<Attribute>, Vec<Expr>) {
+        let mut read = Vec::new();
+        for attribute in &mut attributes {
+            for expr in visit::attribute_expressions_mut(attribute) {
+                self.index_names(expr);
+                read.push(expr.clone());
+            }
+        }
+        (attributes, read)
     }
 
     /// What can stand in a loop, its names with indices.

@@ -218,9 +218,13 @@ impl<'a> Derivation<'a> {
     /// φ of each delayed unknown, zero where the model gives none.
     fn histories(&mut self) -> Vec<ExprId> {
         let zero = self.graph.constant(0.0);
-        let history =
-            |delayed: &dae::DelayedUnknown| self.dae.history(dae::position(delayed.unknown));
-        self.dae.delayed_unknowns.iter().map(|d| history(d).unwrap_or(zero)).collect()
+        let dae = self.dae;
+        let of = |late: &dae::DelayedUnknown| {
+            let (history, row) = dae.history(dae::position(late.unknown))?;
+            Some(dae::row_of(&mut self.graph, history, row))
+        };
+        let all: Vec<Option<ExprId>> = dae.delayed_unknowns.iter().map(of).collect();
+        all.into_iter().map(|history| history.unwrap_or(zero)).collect()
     }
 
     /// r of the start equations.

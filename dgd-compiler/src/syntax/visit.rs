@@ -208,25 +208,29 @@ fn declared(name: &mut Name, unit: &mut Option<Unit>, visit: &mut dyn FnMut(Part
 
 fn attributes(all: &mut [Attribute], visit: &mut dyn FnMut(Part<'_>)) {
     for attribute in all {
-        let expressions: Vec<&mut Expr> = match &mut attribute.kind {
-            AttributeKind::Bounds(lower, upper) => lower.iter_mut().chain(upper).collect(),
-            AttributeKind::Nominal(size)
-            | AttributeKind::Noise(size)
-            | AttributeKind::History(size)
-            | AttributeKind::Smooth(size) => vec![size],
-            AttributeKind::Prior(_, mean, std) => vec![mean, std],
-            AttributeKind::Log
-            | AttributeKind::Fixed
-            | AttributeKind::Guess
-            | AttributeKind::Hold
-            | AttributeKind::Linear
-            | AttributeKind::Exact
-            | AttributeKind::Shape(_)
-            | AttributeKind::Beyond(_) => Vec::new(),
-        };
-        for expr in expressions {
+        for expr in attribute_expressions_mut(attribute) {
             visit(Part::Expr(Role::Declaration, expr));
         }
+    }
+}
+
+/// The expressions of an attribute.
+pub fn attribute_expressions_mut(attribute: &mut Attribute) -> Vec<&mut Expr> {
+    match &mut attribute.kind {
+        AttributeKind::Bounds(lower, upper) => lower.iter_mut().chain(upper).collect(),
+        AttributeKind::Nominal(size)
+        | AttributeKind::Noise(size)
+        | AttributeKind::History(size)
+        | AttributeKind::Smooth(size) => vec![size],
+        AttributeKind::Prior(_, mean, std) => vec![mean, std],
+        AttributeKind::Log
+        | AttributeKind::Fixed
+        | AttributeKind::Guess
+        | AttributeKind::Hold
+        | AttributeKind::Linear
+        | AttributeKind::Exact
+        | AttributeKind::Shape(_)
+        | AttributeKind::Beyond(_) => Vec::new(),
     }
 }
 

@@ -161,10 +161,9 @@ fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProbl
 /// How far each state strays by itself: what the model declares, else it is estimated.
 fn rates(task: &Task<'_>) -> Vec<Level> {
     let system = task.system.as_model();
-    let unknowns = &task.compiled.model.unknowns;
     let level = |i: usize| {
         let name = task.system.signature().unknowns.name(i);
-        match unknowns.iter().find(|unknown| unknown.declared.name == *name)?.noise? {
+        match task.compiled.model.process_noise(&name)? {
             ProcessNoise::Known(rate) => Some(Level::Known(rate)),
             ProcessNoise::Parameter(i) => Some(Level::Parameter(i as usize)),
         }
@@ -175,17 +174,17 @@ fn rates(task: &Task<'_>) -> Vec<Level> {
 
 /// Whether a direction is estimated. All states have one; start values of some are given.
 pub(super) fn is_free(compiled: &Compiled, request: &FitRequest, direction: &Direction) -> bool {
-    let named = |names: &[String], name: &str| names.iter().any(|named| named.trim() == name);
+    let dae = &compiled.dae;
     match direction {
         Direction::Parameter(_) => true,
         Direction::Start(i) => {
-            let unknown = &compiled.dae.unknowns[*i];
-            let (free, fixed) = (
-                named(&request.sought.free, &unknown.name),
-                named(&request.sought.fix, &unknown.name),
-            );
+            let named =
+                |names: &[String]| names.iter().any(|name| dae.positions(name.trim()).contains(i));
+            // Elements are estimated where they are asked for.
+            let is_fixed = dae.unknowns.get(*i).is_none_or(|unknown| unknown.fixed);
+            let (free, fixed) = (named(&request.sought.free), named(&request.sought.fix));
             // Where it is algebraic at the start, it follows the others.
-            unknown.differential && !fixed && (free || !unknown.fixed)
+            dae.is_differential(*i) && !fixed && (free || !is_fixed)
         }
     }
 }

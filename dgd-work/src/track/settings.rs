@@ -66,6 +66,15 @@ impl Asked {
         let states =
             dae.unknowns.iter().filter(|unknown| dae.graph.value(unknown.mass) != Some(0.0));
         let states = states.map(|unknown| (unknown.name.clone(), unknown.unit.clone()));
+        // All elements of an array, or one.
+        let states = states.chain(dae.arrays.iter().flat_map(|array| {
+            let elements = (0..array.count)
+                .filter(|k| dae.is_differential(array.first + *k as usize))
+                .map(|k| array.element_name(k));
+            let names: Vec<String> = elements.collect();
+            let whole = (!names.is_empty()).then(|| array.name.clone());
+            whole.into_iter().chain(names).map(|name| (name, array.unit.clone()))
+        }));
         let parameters = dae.parameters.iter();
         let parameters = parameters
             .map(|parameter| (parameter.declared.name.clone(), parameter.declared.unit.clone()));
@@ -123,8 +132,7 @@ pub(super) fn verify_deviations(request: &TrackRequest) -> Result<(), WorkError>
 
 /// How far the model says that a state strays by itself, SI.
 fn declared_rate(compiled: &Compiled, problem: &FilterProblem<'_>, state: &str) -> Option<f64> {
-    let unknowns = &compiled.model.unknowns;
-    match unknowns.iter().find(|unknown| unknown.declared.name == state)?.noise? {
+    match compiled.model.process_noise(state)? {
         ProcessNoise::Known(rate) => Some(rate),
         ProcessNoise::Parameter(i) => Some(problem.p[i as usize]),
     }
@@ -236,7 +244,11 @@ impl Settings {
         let usual_parameter = [Origin::Usual("30 %"), Origin::Usual("10 % in an hour")];
         let mut origins = Vec::new();
         let find = |given: &[Given], name: &str| {
-            given.iter().rev().find(|given| given.name == name).map(|given| given.value)
+            let is_it = |given: &&Given| {
+                let rest = name.strip_prefix(given.name.as_str());
+                rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+            };
+            given.iter().rev().find(is_it).map(|given| given.value)
         };
         let states = problem.states().into_iter().map(|i| signature.unknowns.name(i));
         let parameters = problem.parameters();

@@ -15,8 +15,8 @@ use crate::source::Span;
 pub(in crate::dae) struct Origins {
     /// Label, place and first index of each equation.
     equations: Vec<(String, Span, Option<i64>)>,
-    /// Start values of arrays.
-    starts: Vec<ExprId>,
+    /// Start values of arrays, and what they were before the start.
+    starts: Vec<(ExprId, Option<ExprId>)>,
 }
 
 impl Origins {
@@ -26,8 +26,9 @@ impl Origins {
             let lower = e.checked_sub(single).map(|f| model.families[f].lower);
             (equation.label.to_owned(), equation.span, lower)
         });
-        let starts = transferred.starts.get(model.unknowns.len()..).unwrap_or_default();
-        Origins { equations: equations.collect(), starts: starts.to_vec() }
+        let starts = transferred.starts.iter().copied().zip(transferred.histories.iter().copied());
+        let starts = starts.skip(model.unknowns.len()).collect();
+        Origins { equations: equations.collect(), starts }
     }
 }
 
@@ -129,7 +130,7 @@ pub(in crate::dae) fn place(
         whole.first += n_single as usize;
         dae.families.extend(disjoint(&mut dae.graph, &whole));
     }
-    for (array, start) in model.arrays.iter().zip(&origins.starts) {
+    for (array, (start, history)) in model.arrays.iter().zip(&origins.starts) {
         let declared = &array.unknown.declared;
         dae.arrays.push(Array {
             name: declared.name.clone(),
@@ -140,6 +141,7 @@ pub(in crate::dae) fn place(
             first: (n_single + array.first) as usize,
             count: array.count,
             start: swept_from(&mut dae.graph, *start, 0, array.count),
+            history: history.map(|id| swept_from(&mut dae.graph, id, 0, array.count)),
         });
     }
     for output in &model.output_arrays {

@@ -108,17 +108,21 @@ impl<'a> Resolver<'a> {
             self.lowering.forget_moving();
         }
         // Each element's own value, chosen by its distance from the first.
-        let mut each = Vec::new();
+        let (mut each, mut histories) = (Vec::new(), Vec::new());
         let mut whole = None;
         for k in 0..count {
             of_row(self, Some(k));
             let declaration = UnknownDeclaration { start: value_at(k), ..*declaration };
             let unknown = self.unknown(item, &declaration, diagnostics)?;
             each.push(unknown.start);
+            histories.extend(unknown.history);
             whole.get_or_insert(unknown);
         }
         let mut unknown = whole.unwrap_or_else(|| unreachable!("an array has elements"));
         unknown.start = chosen_by_counter(&mut self.lowering.graph, &each, 0);
+        if !histories.is_empty() {
+            unknown.history = Some(chosen_by_counter(&mut self.lowering.graph, &histories, 0));
+        }
         unknown.declared.name = name_of_row(name, shape, offset);
         Ok(unknown)
     }

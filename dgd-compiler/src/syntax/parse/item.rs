@@ -209,18 +209,14 @@ fn unknown(declared_as: UnknownKind, input: Tokens<'_>) -> Parsed<'_, ItemKind> 
         UnknownKind::Held => "a held value",
     };
     let allowed: &[&str] = match declared_as {
-        UnknownKind::State => &["fixed", "nominal", "guess"],
-        UnknownKind::Unknown | UnknownKind::Held => &["fixed", "nominal"],
+        UnknownKind::State => &["fixed", "nominal", "history", "noise", "guess"],
+        UnknownKind::Unknown => &["fixed", "nominal", "history"],
+        UnknownKind::Held => &["fixed", "nominal"],
     };
     if let Some(array) = array_of(declared_as.of_elements(), allowed, what, input) {
         return array;
     }
     let (rest, ((name, unit), start)) = (declared, optional_value).parse(input)?;
-    let allowed: &[&str] = match declared_as {
-        UnknownKind::State => &["fixed", "nominal", "history", "noise", "guess"],
-        UnknownKind::Unknown => &["fixed", "nominal", "history"],
-        UnknownKind::Held => &["fixed", "nominal"],
-    };
     let (rest, attributes) = attributes(allowed, what, rest)?;
     Ok((rest, ItemKind::Unknown { declared: declared_as, name, unit, start, attributes }))
 }
