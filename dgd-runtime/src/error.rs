@@ -374,7 +374,8 @@ impl fmt::Display for IntegrateError {
             }
             Self::EndlessEvents { t, automaton, transitions } => write!(
                 f,
-                "`{automaton}` goes on without end at t = {t} s, after {transitions} transitions"
+                "`{automaton}` goes on without end at t = {t} s, after {transitions} transitions: what comes to \
+                 rest like that, as a ball that bounces, rests in a mode of its own"
             ),
             Self::DelayBelowZero { t, delay, value } => write!(
                 f,
@@ -482,10 +483,11 @@ impl fmt::Display for BadRequest {
 impl fmt::Display for InitialError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoRest { t, reason } => {
+            Self::NoRest { reason, .. } => {
                 write!(
                     f,
-                    "the model starts at rest, and is not found at rest at t = {t} s: {reason}"
+                    "the model cannot start at rest: {reason}; where only some states rest, a \
+                     `start equation` for each of them takes the place of `start steady`"
                 )
             }
             Self::NoStart { t, reason } => {

@@ -12,7 +12,7 @@ use crate::expr::intrinsics::{INTRINSICS, IntrinsicId};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Argument, Expr, ExprKind, Factor, LocalLet, Name, Sign, Unit as WrittenUnit,
+    Argument, Expr, ExprKind, Factor, LocalLet, Name, Reducing, Sign, Unit as WrittenUnit,
 };
 use crate::units::{Dimension, Unit};
 
@@ -451,6 +451,17 @@ impl<'a> Lowering<'a> {
         if name == "delay" {
             return self.delay(list, span, arguments, diagnostics);
         }
+        let is_known = self.scope.names.contains_key(name) || IntrinsicId::find(name).is_some();
+        if !is_known && Reducing::ALL.iter().any(|(word, _)| *word == name) {
+            let array = match list {
+                [Expr { kind: ExprKind::Name(array), .. }] => array,
+                _ => "x",
+            };
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E203, function.span, format!("`{name}` goes over indices"))
+                    .help(format!("say over which: `{name}({array}[i] for i in 1..N)`")),
+            ));
+        }
         let mut typed = Vec::with_capacity(list.len());
         let mut failed = None;
         for argument in list {
@@ -683,7 +694,10 @@ impl<'a> Lowering<'a> {
         let Some(Expr { kind: ExprKind::Name(name), span: name_span }) = only else {
             return Err(diagnostics.error(
                 Diagnostic::new(Code::E209, span, "`der` takes the name of one state")
-                    .help("the derivative of an expression follows from those of its states"),
+                    .help(
+                        "the derivative of an expression follows from those of its states; a second derivative \
+                         is that of a state which equals the first, as in `equation v: der(x) = v`",
+                    ),
             ));
         };
         let entry = self.scope.names.get(name.as_str());

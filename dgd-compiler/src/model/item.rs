@@ -11,7 +11,9 @@ use super::{Equation, Output, Parameter, Unknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Symbol};
 use crate::source::Span;
-use crate::syntax::ast::{Attribute, AttributeKind, Expr, Item, Name, Unit as WrittenUnit};
+use crate::syntax::ast::{
+    Attribute, AttributeKind, Expr, ExprKind, Item, Name, Unit as WrittenUnit,
+};
 use crate::units::Unit;
 
 /// What the declaration of an unknown, or of an array of them, says.
@@ -190,6 +192,14 @@ impl<'a> Resolver<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Output, Reported> {
         let own_unit = unit.map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
+        if let Some(array) = value.and_then(|value| self.whole_array(value)) {
+            let message = format!("`{array}` is an array, and `{}` one output", name.text);
+            let span = value.map_or(name.span, |value| value.span);
+            return Err(diagnostics
+                .error(Diagnostic::new(Code::E232, span, message).help(format!(
+                "write `output {array}` for an output of each element, or read one, `{array}[…]`"
+            ))));
+        }
         let (value, unit) = match value {
             Some(expr) => {
                 let unit = own_unit.unwrap_or_else(Unit::one);
@@ -210,6 +220,13 @@ impl<'a> Resolver<'a> {
         let declared =
             Declared { name: name.text.clone(), span: name.span, unit, doc: item.doc.clone() };
         Ok(Output { declared, value, noise })
+    }
+
+    /// The array of unknowns that an expression names as a whole.
+    fn whole_array(&self, value: &'a Expr) -> Option<&'a str> {
+        let ExprKind::Name(name) = &value.kind else { return None };
+        let entry = self.lowering.scope.names.get(name.as_str())?;
+        matches!(entry.definition, Definition::Array { .. }).then_some(name.as_str())
     }
 
     /// The noise of each element of an array: a number.

@@ -178,8 +178,7 @@ impl fmt::Display for SteadyStateError {
                 let space = if with.is_empty() { "" } else { " " };
                 write!(
                     f,
-                    "{space}changes by {} {unit}/s with these inputs, by equation `{equation}`: change the \
-                     inputs, or linearise at a time of a run",
+                    "{space}changes by {} {unit}/s with these inputs, by equation `{equation}`",
                     short(*rate, 4)
                 )
             }

@@ -5,7 +5,7 @@ mod page;
 mod report;
 
 use dgd_compiler::pipeline::Directions;
-use dgd_runtime::linearize::{OperatingPoint, Rest, rest};
+use dgd_runtime::linearize::{OperatingPoint, Rest, SteadyStateError, rest};
 use dgd_runtime::{Inputs, Problem};
 
 use crate::error::WorkError;
@@ -48,7 +48,7 @@ pub fn linearize(
             let reached = told(session, [from, t], reach);
             Rest { at: reached.map_err(failed)?, conserved: Vec::new() }
         }
-        LinearizeAt::Steady => rest(&run.problem(), from, &run.options).map_err(failed)?,
+        LinearizeAt::Steady => rest(&run.problem(), from, &run.options).map_err(no_rest)?,
         LinearizeAt::Mean if request.data.is_none() => {
             return Err(WorkError::Usage(
                 "`--at mean` needs the inputs of a recording: give one with `--data FILE`"
@@ -60,7 +60,7 @@ pub fn linearize(
             run.inputs.cover(from, until).map_err(failed)?;
             let mean = Inputs::constant(&run.inputs.mean(from, until));
             let problem = Problem { inputs: &mean, ..run.problem() };
-            rest(&problem, from, &run.options).map_err(failed)?
+            rest(&problem, from, &run.options).map_err(no_rest)?
         }
     };
     session.listener.ends();
@@ -75,6 +75,16 @@ pub fn linearize(
 #[allow(clippy::needless_pass_by_value, reason = "errors are handed over so")]
 fn failed(error: impl ToString) -> WorkError {
     WorkError::Computation(error.to_string())
+}
+
+/// Why there is no steady state, and what to do instead.
+#[allow(clippy::needless_pass_by_value, reason = "errors are handed over so")]
+fn no_rest(error: SteadyStateError) -> WorkError {
+    let instead = match error {
+        SteadyStateError::Drifts { .. } => ": change the inputs, or linearise at a time of a run",
+        _ => "",
+    };
+    WorkError::Computation(format!("{error}{instead}"))
 }
 
 /// The run that ends at the point.

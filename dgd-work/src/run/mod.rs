@@ -146,11 +146,20 @@ impl Run {
         }
         // What keeps the run from starting is said by the run.
         let Ok(found) = rest(&self.problem(), self.times[0], &self.options) else { return };
-        for own in &found.conserved {
-            let (formula, value) = combination(self.signature(), own);
-            session.remark(&format!(
+        let kept: Vec<(String, String)> =
+            found.conserved.iter().map(|own| combination(self.signature(), own)).collect();
+        match kept.as_slice() {
+            [] => {}
+            [(formula, value)] => session.remark(&format!(
                 "note: the equations conserve `{formula}`, which keeps its declared value, {value}"
-            ));
+            )),
+            several => {
+                let all = several.iter().map(|(formula, value)| format!("`{formula}` = {value}"));
+                let all = all.collect::<Vec<_>>().join(", ");
+                session.remark(&format!(
+                    "note: the equations conserve what follows, which keeps its declared values: {all}"
+                ));
+            }
         }
     }
 

@@ -20,7 +20,7 @@ use crate::model::{Declared, Model, Output};
 use crate::source::Span;
 use crate::syntax::ast::{Attribute, AttributeKind, Expr, ExprKind};
 use crate::syntax::visit::operands;
-use crate::units::{Datum, Unit};
+use crate::units::{Datum, Dimension, Unit};
 
 /// What the `noise` of an output says.
 pub(in crate::model) enum Noise {
@@ -44,6 +44,13 @@ pub(in crate::model) struct Noisy<'a> {
     pub(in crate::model) name: &'a str,
     pub(in crate::model) value: Typed,
     pub(in crate::model) unit: Unit,
+}
+
+/// `5 [%]`, of an output that is not a plain number itself.
+fn part_of_value(expr: &Expr, unit: &Unit) -> Option<String> {
+    let ExprKind::Number { text, unit: Some(own), .. } = &expr.kind else { return None };
+    let is_part = own.read().is_ok_and(|own| own.dimension == Dimension::ONE);
+    (is_part && unit.dimension != Dimension::ONE).then(|| format!("{text} [{}]", own.text))
 }
 
 impl<'a> Resolver<'a> {
@@ -77,6 +84,14 @@ impl<'a> Resolver<'a> {
                 }
                 _ => {}
             }
+        }
+        if let Some(part) = part_of_value(expr, &output.unit) {
+            let Noisy { name, unit, .. } = output;
+            let message = format!("`{part}` is no deviation in `{}`", unit.symbol);
+            return Err(diagnostics
+                .error(Diagnostic::new(Code::E302, expr.span, message).help(format!(
+                    "a part of the value is a product: `noise {part}*abs({name})`"
+                ))));
         }
         let deviation = self.deviation(output, expr, &output.unit, diagnostics)?;
         Ok(match self.lowering.number(deviation) {

@@ -10,6 +10,7 @@ use nom::multi::separated_list1;
 use super::expression::{close, expression, optional_unit};
 use super::item::{attributes, no_value_of_input};
 use super::lexical::{Token, TokenKind, tokens_within};
+use super::part;
 use super::tokens::{OPERATOR, Parsed, Stop, Tokens, name, token, too_deep, word};
 use super::{Reader, item_length, take_docs};
 use crate::diagnostics::{Code, Diagnostic};
@@ -43,6 +44,11 @@ pub(crate) fn element<'a>(
         (rest, index) = one_index(rest)?;
         let kind = ExprKind::Element(Box::new(element), Box::new(index));
         element = Expr { span: input.span_to(&rest), kind };
+    }
+    if let Some((moved, _)) = part::index_at_the_end(input) {
+        let message = "the index of a part stands at the end";
+        let diagnostic = Diagnostic::new(Code::E105, input.span_to(&rest), message);
+        return input.wrong(diagnostic.help(format!("write `{moved}`")));
     }
     Ok((rest, element))
 }
@@ -185,8 +191,24 @@ fn declared_axis(input: Tokens<'_>) -> Parsed<'_, Axis> {
         } else {
             (inside, None)
         };
+        if !rest.left_has(TokenKind::Range) {
+            let message = "an array has a range between its brackets";
+            return rest.wrong(
+                Diagnostic::new(Code::E105, brackets, message)
+                    .help(format!("write `[1..{}]`", rest.written())),
+            );
+        }
         let (rest, range) = range(rest)?;
         let range = Range { span: brackets, ..range };
+        if rest.first() == Some(TokenKind::Comma) {
+            let message = "each index has brackets of its own";
+            let help = format!(
+                "write `[{}][{}]`",
+                inside.written_to(&rest),
+                rest.behind_first().written()
+            );
+            return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(help));
+        }
         if rest.is_empty() { Ok((rest, Axis { index, range })) } else { rest.expected(OPERATOR) }
     })
 }
@@ -282,16 +304,8 @@ impl<'a> Reader<'a, '_> {
             _ if is_binding => Some(0),
             Some((_, named_at)) => *named_at,
             None => {
-                let index = &counters.first()?.index;
-                let message = format!("`{keyword}` cannot stand in a loop");
-                self.error(
-                    Diagnostic::new(Code::E131, self.span(*first), message)
-                        .label(index.span, "the loop's index")
-                        .help(
-                            "a loop holds equations, start equations, `let`s, what inputs of parts are, \
-                             `saturate`, `when` and `every`; arrays are declared in front of it",
-                        ),
-                );
+                let diagnostic = self.no_item_of_loop(line, counters)?;
+                self.error(diagnostic);
                 return None;
             }
         };
@@ -315,6 +329,35 @@ impl<'a> Reader<'a, '_> {
             }
         };
         Some(Item { span, doc: self.doc_lines(&docs), kind: kind? })
+    }
+
+    /// Why no item of a loop begins here.
+    fn no_item_of_loop(&self, line: &'a [Token], counters: &[Counter]) -> Option<Diagnostic> {
+        let (first, index) = (line.first()?, &counters.first()?.index);
+        let (keyword, input) = (first.text(self.text), self.input(line));
+        let moved = part::index_at_the_end(input);
+        let message = match &moved {
+            Some(_) => "the index of a part stands at the end".to_owned(),
+            None => format!("`{keyword}` cannot stand in a loop"),
+        };
+        let help = match (moved, keyword) {
+            (Some((element, behind)), _) => format!("write `{element}{behind}`"),
+            (None, "for") => {
+                "one loop goes over several indices: `for i in 1..N, j in 1..M { … }`".to_owned()
+            }
+            (None, "output") => {
+                "in front of the loop, `output NAME` of an array is an output for each element; \
+                 what is computed for each is an array of `unknown`s that the loop determines"
+                    .to_owned()
+            }
+            (None, _) => {
+                "a loop holds equations, start equations, `let`s, what inputs of parts are, `saturate`, \
+                 `when` and `every`; arrays are declared in front of it"
+                    .to_owned()
+            }
+        };
+        let diagnostic = Diagnostic::new(Code::E131, self.span(*first), message);
+        Some(diagnostic.label(index.span, "the loop's index").help(help))
     }
 
     /// Where the loop's indices stand in an item, behind the name at `named_at`; that they do not is

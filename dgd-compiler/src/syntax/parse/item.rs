@@ -78,6 +78,14 @@ pub(crate) fn item(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 fn no_item(input: Tokens<'_>) -> Diagnostic {
     let text = input.first_text();
     let wrong = |message| Diagnostic::new(Code::E116, input.span(), message);
+    if let Some((element, behind)) = part::index_at_the_end(input) {
+        return wrong("the index of a part stands at the end".to_owned())
+            .help(format!("write `{element}{behind}`"));
+    }
+    if input.second() == Some(TokenKind::Colon) && input.left_has(TokenKind::Equal) {
+        let fix = Fix::safe(vec![Edit::before(input.span(), "equation ".to_owned())]);
+        return wrong("an equation begins with `equation`".to_owned()).fix(fix);
+    }
     match (input.first(), input.second()) {
         (Some(TokenKind::Name), _) => {
             let diagnostic = wrong(format!("no item begins with `{text}`"));
@@ -90,6 +98,9 @@ fn no_item(input: Tokens<'_>) -> Diagnostic {
                     diagnostic.help(format!("items begin with one of: {}", all.join(", ")))
                 }
             }
+        }
+        (Some(TokenKind::Slash), Some(TokenKind::Star)) => {
+            wrong("no item begins with `/*`".to_owned()).help("a comment begins with `#`")
         }
         (
             Some(
@@ -295,6 +306,13 @@ pub(super) fn signature(input: Tokens<'_>) -> Parsed<'_, (Name, Vec<Argument>)> 
 }
 
 fn output(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
+    if let Some((element, _)) = part::index_at_the_end(input) {
+        let message = "the index of a part stands at the end";
+        let diagnostic = Diagnostic::new(Code::E105, input.span(), message);
+        return input.wrong(diagnostic.help(format!(
+            "`output NAME = {element}` is an output of one, and without an index an output of each"
+        )));
+    }
     let (rest, ((name, unit), value)) = (declared, optional_value).parse(input)?;
     let (rest, attributes) = attributes(&["noise"], "an output", rest)?;
     Ok((rest, ItemKind::Output { name, unit, value, attributes }))
@@ -470,9 +488,34 @@ fn attribute<'a>(allowed: &[&str], what: &str, input: Tokens<'a>) -> Parsed<'a, 
 
 /// `a .. b`, either end open.
 fn bounds(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
+    if let Some(pair) = in_brackets(input) {
+        return input.wrong(
+            Diagnostic::new(Code::E105, input.span(), "bounds stand without brackets")
+                .fix(Fix::safe(vec![Edit::replace(input.span(), pair)])),
+        );
+    }
+    let (rest, lower) = bound(input)?;
+    if rest.first() != Some(TokenKind::Range)
+        && rest.first() != Some(TokenKind::Comma)
+        && !rest.is_empty()
+    {
+        let message = format!("bounds have `..` between them, not `{}`", rest.first_text());
+        return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(format!(
+            "write `in {} .. {}`",
+            input.written_to(&rest),
+            rest.behind_first().written()
+        )));
+    }
     let range = token(TokenKind::Range, "`..` between the bounds");
-    let (rest, (lower, _, upper)) = (bound, range, bound).parse(input)?;
+    let (rest, (_, upper)) = (range, bound).parse(rest)?;
     Ok((rest, AttributeKind::Bounds(lower, upper)))
+}
+
+/// `0.1 .. 0.9` of `[0.1, 0.9]`.
+fn in_brackets(input: Tokens<'_>) -> Option<String> {
+    let inside = input.first_text().strip_prefix('[')?.strip_suffix(']')?;
+    let (lower, upper) = inside.split_once(',')?;
+    Some(format!("{} .. {}", lower.trim(), upper.trim()))
 }
 
 /// A bound, where it is not left open.

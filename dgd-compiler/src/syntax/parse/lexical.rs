@@ -126,6 +126,10 @@ pub(crate) fn tokens_within(brackets: Span, text: &str) -> (Vec<Token>, Vec<Diag
     (tokens, mistakes)
 }
 
+/// What to say of `x''`.
+const SECOND_DERIVATIVE: &str = "a second derivative is the first one of a state which equals the first, as in \
+     `equation v: der(x) = v`";
+
 /// Cuts a text that ends at `end` of its source.
 fn cut(source: SourceId, text: &str, end: usize, report: &mut dyn FnMut(Diagnostic)) -> Vec<Token> {
     let mut tokens: Vec<Token> = Vec::new();
@@ -150,7 +154,9 @@ fn cut(source: SourceId, text: &str, end: usize, report: &mut dyn FnMut(Diagnost
         let token = Token { kind: kind_or_invalid, start, end: token_end };
         if let Err(mistake) = kind {
             let mut diagnostic = Diagnostic::new(mistake.code, token.span(source), mistake.message);
-            diagnostic.help = mistake.help.map(str::to_owned);
+            let is_second = last == Some(TokenKind::Prime) && rest.starts_with('\'');
+            let help = if is_second { Some(SECOND_DERIVATIVE) } else { mistake.help };
+            diagnostic.help = help.map(str::to_owned);
             report(diagnostic);
         }
         tokens.push(token);
@@ -428,7 +434,10 @@ fn character_help(piece: &str) -> Option<&'static str> {
         '≤' => "write `<=`",
         '≥' => "write `>=`",
         '²' | '³' => "write `^2` or `^3`",
-        '°' | '%' | '‰' => "units stand between brackets behind a number or a declared name",
+        '%' | '‰' => {
+            "units stand between brackets, `5 [%]`; a part of a value is a product, `5 [%]*abs(x)`"
+        }
+        '°' => "units stand between brackets behind a number or a declared name",
         'µ' => "between brackets this is a prefix of units; in a name use the Greek letter μ",
         '\u{2126}' => "in a name use the Greek letter Ω",
         ']' => "no `[` is open here",

@@ -9,7 +9,7 @@ use super::item::last_value;
 use super::lexical::{Token, TokenKind};
 use super::tokens::{OPERATOR, Parsed, Tokens, dotted, name, token, word};
 use super::{Reader, item_length, take_docs};
-use crate::diagnostics::{Code, Diagnostic};
+use crate::diagnostics::{Code, Diagnostic, Edit, Fix};
 use crate::source::Span;
 use crate::syntax::ast::{
     Choice, Condition, Crossing, Item, ItemKind, Name, Reaction, Reset, StartMode, Transition,
@@ -245,9 +245,26 @@ fn conditions(mut input: Tokens<'_>) -> Parsed<'_, Vec<Condition>> {
 /// `EXPRESSION falls below EXPRESSION`
 fn condition(input: Tokens<'_>) -> Parsed<'_, Condition> {
     let (rest, left) = sum(input)?;
-    let (crossing, side) = match rest.first_text() {
-        "rises" => (Crossing::Rises, "above"),
-        "falls" => (Crossing::Falls, "below"),
+    let (crossing, side) = match (rest.first_text(), rest.first()) {
+        ("rises", _) => (Crossing::Rises, "above"),
+        ("falls", _) => (Crossing::Falls, "below"),
+        (
+            sign,
+            Some(
+                TokenKind::Less
+                | TokenKind::LessEqual
+                | TokenKind::Greater
+                | TokenKind::GreaterEqual,
+            ),
+        ) => {
+            let words = if sign.starts_with('<') { "falls below" } else { "rises above" };
+            let message = format!("what is watched passes a value, and `{sign}` only compares");
+            let (left, right) = (input.written_to(&rest), rest.behind_first().written());
+            return rest.wrong(
+                Diagnostic::new(Code::E105, rest.span(), message)
+                    .help(format!("write `{left} {words} {right}`")),
+            );
+        }
         _ => return rest.expected("`rises above`, `falls below` or an operator"),
     };
     let expected = if side == "above" { "`above`" } else { "`below`" };
@@ -258,6 +275,11 @@ fn condition(input: Tokens<'_>) -> Parsed<'_, Condition> {
 
 /// `reset x = e`
 fn reset(input: Tokens<'_>) -> Parsed<'_, Reset> {
+    if input.first_text() != "reset" && input.second() == Some(TokenKind::Equal) {
+        let message = "a new value begins with `reset`";
+        let fix = Fix::safe(vec![Edit::before(input.span(), "reset ".to_owned())]);
+        return input.wrong(Diagnostic::new(Code::E105, input.span(), message).fix(fix));
+    }
     let keyword = word("reset", "`reset NAME = …`");
     let equal = token(TokenKind::Equal, "`=`");
     let (rest, (_, name, indices, _, value)) =

@@ -13,6 +13,20 @@ pub(super) fn is_binding(input: Tokens<'_>) -> bool {
     input.first() == Some(TokenKind::Name) && input.second() == Some(TokenKind::Dot)
 }
 
+/// `PART.NAME[i]` where `PART[i].NAME` is written, and what is written behind it.
+pub(super) fn index_at_the_end(input: Tokens<'_>) -> Option<(String, String)> {
+    let (rest, part) = name(input).ok()?;
+    let (behind, indices) = array::indices(rest).ok()?;
+    if indices.is_empty() || behind.first() != Some(TokenKind::Dot) {
+        return None;
+    }
+    let brackets = rest.written_to(&behind);
+    let (rest, inner) = dotted(behind.behind_first()).ok()?;
+    let more = rest.written();
+    let more = if more.is_empty() { String::new() } else { format!(" {more}") };
+    Some((format!("{}.{}{brackets}", part.text, inner.text), more))
+}
+
 /// `PART.INPUT = e` or `PART.INPUT[1] = e`
 pub(super) fn binding(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let equal = token(TokenKind::Equal, "`=` and what the input is");

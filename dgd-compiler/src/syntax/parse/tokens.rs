@@ -10,6 +10,7 @@ use super::lexical::{RESERVED, Token, TokenKind};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::{SourceId, Span};
 use crate::syntax::ast::Name;
+use crate::units::parse_unit;
 
 /// How deep expressions and blocks may nest.
 ///
@@ -93,6 +94,27 @@ impl<'a> Tokens<'a> {
             && behind.starts_with(|c: char| c.is_ascii_digit())
     }
 
+    /// Whether the first token stands behind a number, and is called like a unit.
+    fn is_unit_of_number(&self) -> bool {
+        let before = self.text[..self.span().start as usize].trim_end_matches(' ');
+        let word = before.rsplit(|c: char| !(c.is_alphanumeric() || matches!(c, '.' | '_'))).next();
+        word.is_some_and(|word| word.parse::<f64>().is_ok())
+            && parse_unit(self.first_text()).is_ok()
+    }
+
+    /// From the first token to the end, as written.
+    pub(crate) fn written(&self) -> &'a str {
+        let Some(last) = self.left.last() else { return "" };
+        let (from, to) = (self.span().start as usize, last.span(self.source).end as usize);
+        &self.text[from..to]
+    }
+
+    /// From the first token of `self` to the last one before `rest`, as written.
+    pub(crate) fn written_to(&self, rest: &Tokens<'a>) -> &'a str {
+        let Span { start, end, .. } = self.span_to(rest);
+        &self.text[start as usize..end as usize]
+    }
+
     /// Whether a comma stands between the parentheses that open here, and not within others.
     pub(crate) fn is_list(&self) -> bool {
         let mut open = 0_usize;
@@ -106,6 +128,11 @@ impl<'a> Tokens<'a> {
             }
         }
         false
+    }
+
+    /// Whether one of the tokens is of a kind.
+    pub(crate) fn left_has(&self, kind: TokenKind) -> bool {
+        self.left.iter().any(|token| token.kind == kind)
     }
 
     /// How many tokens are left.
@@ -249,6 +276,15 @@ impl Stop<'_> {
                 diagnostic.help("a power is written `a^b`")
             }
             Some(TokenKind::Slash) if at.text[..span.start as usize].ends_with('/') => {
+                diagnostic.help("a comment begins with `#`")
+            }
+            Some(TokenKind::Name) if at.is_unit_of_number() => {
+                diagnostic.help(format!("a unit stands between brackets: `[{text}]`"))
+            }
+            Some(TokenKind::Equal) if at.text[..span.start as usize].ends_with('=') => {
+                diagnostic.help("equality is written `=`")
+            }
+            Some(TokenKind::Star) if at.text[..span.start as usize].ends_with('/') => {
                 diagnostic.help("a comment begins with `#`")
             }
             Some(TokenKind::Name | TokenKind::Number | TokenKind::Open)
