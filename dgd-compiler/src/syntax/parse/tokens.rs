@@ -275,7 +275,9 @@ impl Stop<'_> {
             Some(TokenKind::Star) if at.text[..span.start as usize].ends_with('*') => {
                 diagnostic.help("a power is written `a^b`")
             }
-            Some(TokenKind::Slash) if at.text[..span.start as usize].ends_with('/') => {
+            Some(TokenKind::Slash | TokenKind::Star)
+                if at.text[..span.start as usize].ends_with('/') =>
+            {
                 diagnostic.help("a comment begins with `#`")
             }
             Some(TokenKind::Name) if at.is_unit_of_number() => {
@@ -283,9 +285,6 @@ impl Stop<'_> {
             }
             Some(TokenKind::Equal) if at.text[..span.start as usize].ends_with('=') => {
                 diagnostic.help("equality is written `=`")
-            }
-            Some(TokenKind::Star) if at.text[..span.start as usize].ends_with('/') => {
-                diagnostic.help("a comment begins with `#`")
             }
             Some(TokenKind::Name | TokenKind::Number | TokenKind::Open)
                 if expected == OPERATOR && !RESERVED.contains(&text) =>
