@@ -693,6 +693,8 @@ agreement! {
     filling_pump: "models/filling_pump.dgd";
     friction: "models/friction.dgd";
     heated_plate: "models/heated_plate.dgd";
+    heated_rooms: "models/heated_rooms.dgd";
+    heating_main: "models/heating_main.dgd";
     hires: "models/test_set/hires.dgd";
     lines_of_the_well: "models/lines_of_the_well.dgd";
     medical_akzo_nobel: "models/medical_akzo_nobel.dgd";

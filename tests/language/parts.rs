@@ -89,9 +89,15 @@ fn the_circulation_of_parts_is_the_model_written_out() {
 
 #[test]
 fn every_part_runs_alone() {
-    for part in
-        ["battery_cell", "tank", "return_line", "pi_controller", "riser", "pressurised_line"]
-    {
+    for part in [
+        "battery_cell",
+        "heated_room",
+        "tank",
+        "return_line",
+        "pi_controller",
+        "riser",
+        "pressurised_line",
+    ] {
         let path = format!("models/parts/{part}.dgd");
         let system = interpreted(&path, &[]);
         let a = evaluated(&system, 1, &|name| declared(&system, name));

@@ -231,3 +231,71 @@ fn is_its_cells_one_by_one(model: &str) {
         close("T_max", run.at("T_max", k) - CELSIUS, hottest[k]);
     }
 }
+
+/// A room that is heated or not nears one of two temperatures, until its thermostat acts.
+#[test]
+fn rooms_go_up_and_down_between_their_thermostats_limits() {
+    let (outside, r, p) = (-5.0, 20.0, 2.0);
+    let (low, high) = (19.0, 21.0);
+    let room = |n: f64, t: f64| {
+        let tau = r * 600.0 * (1.0 + 0.5 * (n - 1.0) / 20.0);
+        let (mut since, mut from, mut on) = (0.0, 19.0 + 2.0 * (n - 0.5) / 20.0, true);
+        loop {
+            let (far, next) = if on { (outside + r * p, high) } else { (outside, low) };
+            let at = since + tau * ((from - far) / (next - far)).ln();
+            if at > t {
+                return (far + (from - far) * (-(t - since) / tau).exp(), on);
+            }
+            (since, from, on) = (at, next, !on);
+        }
+    };
+    let times = [1000.0, 7200.0, 86_400.0];
+    let run = run("heated_rooms.dgd", &[], &[(1e5, &[outside + CELSIUS])], &times);
+    for (k, t) in times.into_iter().enumerate() {
+        let all: Vec<(f64, bool)> = (1..=20).map(|n| room(f64::from(n), t)).collect();
+        let on = all.iter().filter(|(_, on)| *on).count();
+        assert!((1..20).contains(&on), "some are heated");
+        close("power", run.at("power", k), 1e3 * p * on as f64);
+        for (n, (temperature, _)) in all.iter().enumerate() {
+            close("T", run.at(&format!("room.T[{}]", n + 1), k) - CELSIUS, *temperature);
+        }
+        let lowest = all.iter().map(|(temperature, _)| *temperature).fold(f64::MAX, f64::min);
+        close("lowest", run.at("T_lowest", k) - CELSIUS, lowest);
+    }
+}
+
+/// What a house gets left the plant a while ago, and has lost heat to the ground and to the houses before.
+#[test]
+fn water_arrives_late_and_colder() {
+    let (tau, power) = ([120.0, 60.0, 240.0, 90.0, 180.0], [50.0, 80.0, 40.0, 60.0, 100.0]);
+    let ground = 8.0;
+    let plant = |t: f64| if t < 300.0 { 75.0 } else { 90.0 };
+    fn arriving(
+        i: usize,
+        t: f64,
+        of: &dyn Fn(usize, f64, f64) -> f64,
+        plant: &dyn Fn(f64) -> f64,
+        tau: &[f64],
+    ) -> f64 {
+        match i {
+            _ if t < 0.0 => 80.0,
+            0 => plant(t),
+            i => of(i, t, arriving(i - 1, t - tau[i - 1], of, plant, tau)),
+        }
+    }
+    let section = |i: usize, _: f64, before: f64| {
+        let kept = (-0.08 / HOUR * tau[i - 1]).exp();
+        ground + (before - ground) * kept - power[i - 1] / (10.0 * 4.19)
+    };
+    let times = [100.0, 350.0, 500.0, 800.0, 1200.0];
+    let cold = [75.0 + CELSIUS, ground + CELSIUS];
+    let hot = [90.0 + CELSIUS, ground + CELSIUS];
+    let run = run("heating_main.dgd", &[], &[(300.0, &cold), (2000.0, &hot)], &times);
+    for (k, t) in times.into_iter().enumerate() {
+        for i in 0..=5 {
+            let wanted = arriving(i, t, &section, &plant, &tau);
+            close("T", run.at(&format!("T[{i}]"), k) - CELSIUS, wanted);
+        }
+        close("T_end", run.at("T_end", k) - CELSIUS, arriving(5, t, &section, &plant, &tau));
+    }
+}

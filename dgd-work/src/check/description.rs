@@ -431,17 +431,23 @@ fn summary(path: &str, model: &Model, dae: &Dae) -> String {
         let choices: Vec<&str> = variant.choices.iter().map(String::as_str).collect();
         let _ = write!(text, "; variant {} = {}", variant.name, choices.join(" | "));
     }
-    for automaton in &model.automata {
-        match automaton.origin {
-            Origin::Modes => {}
-            Origin::When => {
-                let _ = write!(text, "; when {}", automaton.name);
-                continue;
+    // Those of a loop are told by the first of them.
+    let of_one_item = |a: &Automaton, b: &Automaton| {
+        a.origin != Origin::Modes && a.transitions[0].span == b.transitions[0].span
+    };
+    for alike in model.automata.chunk_by(of_one_item) {
+        let automaton = &alike[0];
+        let word = match automaton.origin {
+            Origin::Modes => None,
+            Origin::When => Some("when"),
+            Origin::Every => Some("every"),
+        };
+        if let Some(word) = word {
+            let _ = write!(text, "; {word} {}", automaton.name);
+            if alike.len() > 1 {
+                let _ = write!(text, " and {} more like it", alike.len() - 1);
             }
-            Origin::Every => {
-                let _ = write!(text, "; every {}", automaton.name);
-                continue;
-            }
+            continue;
         }
         let modes: Vec<&str> = automaton.modes.iter().map(|mode| mode.name.as_str()).collect();
         let _ = write!(text, "; modes {} = {}", automaton.name, modes.join(" | "));
