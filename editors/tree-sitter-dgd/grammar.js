@@ -34,6 +34,7 @@ module.exports = grammar({
         $.every,
         $.saturate,
         $.start_steady,
+        $.start_equation,
         $.clause,
       ),
 
@@ -51,13 +52,15 @@ module.exports = grammar({
         seq(
           choice("constant", "parameter", "input", "state", "unknown", "held", "size", "let", "output"),
           field("name", $.dotted),
-          optional($.range_or_index),
+          repeat($.range_or_index),
           optional($.unit),
-          optional(seq("=", $._expression)),
+          optional(seq("=", $._value)),
           optional($._attributes),
         ),
       ),
     unit_declaration: ($) => seq("unit", field("name", $.name), "=", $.number),
+    _value: ($) => choice($._expression, $.list),
+    list: ($) => seq("(", $._value, repeat1(seq(",", $._value)), ")"),
     range_or_index: ($) =>
       seq(
         token.immediate(prec(1, "[")),
@@ -73,6 +76,7 @@ module.exports = grammar({
           seq("in", optional($._expression), "..", optional($._expression)),
           "log",
           "fixed",
+          "guess",
           "hold",
           "linear",
           "exact",
@@ -84,7 +88,15 @@ module.exports = grammar({
           seq("noise", $._expression),
           seq("history", $._expression),
           seq("smooth", $._expression),
-          seq("prior", "normal", "(", $._expression, ",", $._expression, ")"),
+          seq(
+            "prior",
+            choice("normal", "lognormal", "uniform", "laplace", "gamma"),
+            "(",
+            $._expression,
+            ",",
+            $._expression,
+            ")",
+          ),
         ),
       ),
 
@@ -108,7 +120,7 @@ module.exports = grammar({
           comma($.argument),
           ")",
           optional($.unit),
-          choice(seq("=", comma($.point)), seq("at", $.point, "=", $.point), seq("from", $.string)),
+          choice(seq("=", comma($.point)), seq("at", $.point, "=", choice($.point, $.dotted)), seq("from", $.string)),
           optional($._attributes),
         ),
       ),
@@ -120,12 +132,25 @@ module.exports = grammar({
         seq(
           "equation",
           field("label", $.dotted),
-          optional($.range_or_index),
+          repeat($.range_or_index),
           ":",
           $._expression,
           "=",
           $._expression,
           optional($._attributes),
+        ),
+      ),
+    start_equation: ($) =>
+      prec.right(
+        seq(
+          "start",
+          "equation",
+          field("label", $.dotted),
+          repeat($.range_or_index),
+          ":",
+          $._expression,
+          "=",
+          $._expression,
         ),
       ),
 
@@ -150,25 +175,28 @@ module.exports = grammar({
         2,
         seq($._expression, choice(seq("rises", "above"), seq("falls", "below")), $._expression),
       ),
-    resets: ($) => seq("{", repeat1(seq("reset", $.dotted, "=", $._expression)), "}"),
-    loop: ($) =>
-      seq("for", $.name, "in", $._expression, "..", $._expression, "{", repeat($._item), "}"),
+    resets: ($) => seq("{", repeat1(seq("reset", $._target, "=", $._expression)), "}"),
+    _target: ($) => choice($.dotted, $.element),
+    loop: ($) => seq("for", $._counters, "{", repeat($._item), "}"),
+    _counters: ($) => seq($.counter, repeat(seq(",", $.counter))),
+    counter: ($) => seq($.name, "in", $._expression, "..", $._expression),
 
     part: ($) =>
       prec.right(
         seq(
           "part",
           field("name", $.name),
+          repeat($.range_or_index),
           ":",
           field("model", $.name),
           optional(seq("(", comma($.setting), ")")),
         ),
       ),
-    setting: ($) => seq($.dotted, "=", $._expression),
-    binding: ($) => seq($.dotted, "=", $._expression),
+    setting: ($) => seq($.dotted, "=", $._value),
+    binding: ($) => seq($._target, "=", $._expression),
     start_steady: (_) => seq("start", "steady"),
 
-    saturate: ($) => seq("saturate", $.dotted, choice(">=", "<="), $._expression),
+    saturate: ($) => seq("saturate", $._target, choice(">=", "<="), $._expression),
 
     clause: ($) =>
       choice(
@@ -199,8 +227,18 @@ module.exports = grammar({
       ),
     number: ($) => prec.right(seq($.literal, optional($.unit))),
     literal: () => /\d+(\.\d+)?([eE][+-]?\d+)?/,
-    element: ($) => prec(10, seq($.dotted, $.range_or_index)),
-    call: ($) => prec(10, seq(field("function", $.dotted), "(", comma($._expression), ")")),
+    element: ($) => prec.right(10, seq($.dotted, repeat1($.range_or_index))),
+    call: ($) =>
+      prec(
+        10,
+        seq(
+          field("function", $.dotted),
+          "(",
+          comma($._expression),
+          optional(seq("for", $._counters)),
+          ")",
+        ),
+      ),
     group: ($) => seq("(", $._expression, ")"),
     unary: ($) => choice(prec(6, seq("-", $._expression)), prec(3, seq("not", $._expression))),
     binary: ($) =>

@@ -77,6 +77,36 @@ pub enum Symbol {
     Discrete(u32),
 }
 
+impl Symbol {
+    /// A number for each symbol, in the order of symbols. It is made once where one is searched for among many.
+    pub fn key(self) -> u128 {
+        let of = |kind: u128, a: u32, b: u32| kind << 64 | u128::from(a) << 32 | u128::from(b);
+        match self {
+            Symbol::Time => 0,
+            Symbol::Constant(i) => of(1, i, 0),
+            Symbol::Parameter(i) => of(2, i, 0),
+            Symbol::Input(i) => of(3, i, 0),
+            Symbol::InputSlope(i) => of(4, i, 0),
+            Symbol::Unknown(i) => of(5, i, 0),
+            Symbol::Derivative(i) => of(6, i, 0),
+            Symbol::Sensitivity(i) => of(7, i, 0),
+            Symbol::Late(i) => of(8, i, 0),
+            Symbol::DelayedUnknown(i) => of(9, i, 0),
+            Symbol::Past(past, i) => of(10, past as u32, i),
+            Symbol::Element(i) => of(11, i, 0),
+            Symbol::Swept(i) => of(12, i, 0),
+            Symbol::SweptParameter(i, count) => of(13, i, count),
+            Symbol::SweptInput(i, count) => of(14, i, count),
+            Symbol::SweptInputSlope(i, count) => of(15, i, count),
+            Symbol::ElementRate(i) => of(16, i, 0),
+            Symbol::SweptRate(i) => of(17, i, 0),
+            Symbol::SweptSensitivity(i) => of(18, i, 0),
+            Symbol::Counter => of(19, 0, 0),
+            Symbol::Discrete(i) => of(20, i, 0),
+        }
+    }
+}
+
 /// What a program knows of x(t − τ), by the position k of the delayed unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Past {
@@ -248,6 +278,11 @@ impl Graph {
 
     /// The symbols in an expression, ascending.
     pub fn symbols(&self, root: ExprId) -> Vec<Symbol> {
+        match self.node(root) {
+            Node::Symbol(symbol) => return vec![symbol],
+            Node::Constant(_) => return Vec::new(),
+            _ => {}
+        }
         let mut symbols: Vec<Symbol> = self
             .reachable([root])
             .into_iter()

@@ -95,6 +95,9 @@ impl<'a> Lowering<'a> {
 
     /// The value of an expression of constants; `None` if it reads anything else.
     pub(super) fn number(&self, id: ExprId) -> Option<f64> {
+        if let Node::Constant(bits) = self.graph.node(id) {
+            return Some(f64::from_bits(bits));
+        }
         let known = |symbol: &Symbol| matches!(symbol, Symbol::Constant(i) if self.constants.contains_key(i));
         self.graph.symbols(id).iter().all(known).then(|| {
             self.graph.evaluate(id, &|symbol| match symbol {

@@ -452,13 +452,11 @@ pub(super) fn declared(items: &mut [Item]) -> Vec<(Namespace, String)> {
 /// Names that can be read, with their places.
 fn values(items: &[Item]) -> BTreeMap<String, Span> {
     let mut all = BTreeMap::new();
-    for item in &mut items.to_vec() {
-        visit::parts_mut(item, &mut |part| {
-            if let Part::Declares(Namespace::Value, name) = part {
-                all.entry(name.text.clone()).or_insert(name.span);
-            }
-        });
-    }
+    visit::items(items, &mut |item| {
+        if let Some(name) = item.kind.value_name() {
+            all.entry(name.text.clone()).or_insert(name.span);
+        }
+    });
     all
 }
 

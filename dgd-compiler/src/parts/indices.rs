@@ -29,7 +29,11 @@ fn counter(axis: &Axis, span: Span, taken: &BTreeSet<String>) -> Counter {
 /// Gives other names to the indices of a part's model that are called like something of the whole, of
 /// which it knows nothing.
 pub(super) fn free_indices(items: &mut [Item], taken: &BTreeSet<String>) {
-    let mut names: BTreeSet<String> = taken | &indices_in(items);
+    let own = indices_in(items);
+    if own.is_disjoint(taken) {
+        return;
+    }
+    let mut names: BTreeSet<String> = taken | &own;
     let mut free = |index: &mut Name| {
         let old = index.text.clone();
         if taken.contains(&old) {
@@ -86,7 +90,7 @@ fn free_sums(expr: &mut Expr, free: &mut dyn FnMut(&mut Name) -> String) {
 }
 
 /// Names of indices in a model.
-pub(super) fn indices_in(items: &[Item]) -> BTreeSet<String> {
+pub(super) fn indices_in(items: &mut [Item]) -> BTreeSet<String> {
     let mut all = BTreeSet::new();
     visit::items(items, &mut |item| match &item.kind {
         ItemKind::For { counters, .. } => {
@@ -99,7 +103,7 @@ pub(super) fn indices_in(items: &[Item]) -> BTreeSet<String> {
         _ => {}
     });
     for item in items {
-        visit::parts_mut(&mut item.clone(), &mut |part| {
+        visit::parts_mut(item, &mut |part| {
             if let visit::Part::Expr(_, expr) = part {
                 indices_of_sums(expr, &mut all);
             }

@@ -55,7 +55,7 @@ pub(super) fn instance(
         }
     }
     outputs_as_values(&mut items, &values);
-    let several = Several::new(part, axes, &items, taken);
+    let several = Several::new(part, axes, &mut items, taken);
     let mut differing = BTreeSet::new();
     let mut own = Diagnostics::default();
     for (i, argument) in arguments.iter().enumerate() {

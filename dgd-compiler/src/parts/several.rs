@@ -31,9 +31,12 @@ impl Several {
     pub(super) fn new(
         part: &Name,
         axes: &[Axis],
-        items: &[Item],
+        items: &mut [Item],
         taken: &BTreeSet<String>,
     ) -> Several {
+        if axes.is_empty() {
+            return Several { counters: Vec::new(), written: Vec::new() };
+        }
         let mut taken = taken.clone();
         // One that is called like something of the whole is a mistake, as in a loop.
         for index in axes.iter().filter_map(|axis| axis.index.as_ref()) {

@@ -675,20 +675,19 @@ impl<'a> Derivation<'a> {
             Symbol::SweptInput(i, _) => Some(2 * i as usize + 2),
             _ => None,
         };
-        let symbols = self.graph.symbols(expression);
-        let rows_of = |first: u32| {
+        let rows_of = |graph: &Graph, first: u32| {
             let count = |symbol: &Symbol| match *symbol {
                 Symbol::SweptInput(i, count) if i == first => Some(count),
                 _ => None,
             };
-            symbols.iter().find_map(count).unwrap_or(0)
+            graph.symbols(expression).iter().find_map(count).unwrap_or(0)
         };
         let mut sum = self.graph.constant(0.0);
         for (position, slope) in self.gradient(expression, &moving) {
             let input = position.checked_sub(1).and_then(|k| u32::try_from(k / 2).ok());
             let udot = input.map(|input| match position % 2 {
                 1 => Symbol::InputSlope(input),
-                _ => Symbol::SweptInputSlope(input, rows_of(input)),
+                _ => Symbol::SweptInputSlope(input, rows_of(&self.graph, input)),
             });
             let term = match udot {
                 None => slope,

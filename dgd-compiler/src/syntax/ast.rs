@@ -415,6 +415,22 @@ pub enum ItemKind {
 }
 
 impl ItemKind {
+    /// What an item declares that expressions can read or call.
+    pub fn value_name(&self) -> Option<&Name> {
+        match self {
+            ItemKind::Constant { name, .. }
+            | ItemKind::Parameter { name, .. }
+            | ItemKind::Input { name, .. }
+            | ItemKind::Unknown { name, .. }
+            | ItemKind::Size { name, .. }
+            | ItemKind::Array { name, .. }
+            | ItemKind::Let { name, .. }
+            | ItemKind::Function { name, .. }
+            | ItemKind::Table { name, .. } => Some(name),
+            _ => None,
+        }
+    }
+
     /// Of an item in a loop, the name that the loop's indices stand behind.
     pub fn name_with_indices(&self) -> Option<&Name> {
         match self {

@@ -9,7 +9,7 @@
  "kind" "form" "null" "replace" "add" "on" "by" "to"] @keyword
 ["if" "then" "else"] @conditional
 ["and" "or" "not" "rises" "above" "falls" "below"] @keyword.operator
-["log" "fixed" "hold" "linear" "exact" "nominal" "noise" "history" "prior" "normal" "in" "at" "from"
+["log" "fixed" "guess" "hold" "linear" "exact" "nominal" "noise" "history" "prior" "normal" "lognormal" "uniform" "laplace" "gamma" "in" "at" "from"
  "pchip" "natural" "cubic" "beyond" "refuse" "extend" "smooth"] @attribute
 ["+" "-" "*" "/" "^" "=" "<" "<=" ">" ">=" "->" ".."] @operator
 
@@ -17,6 +17,7 @@
 (function name: (dotted) @function)
 (table name: (dotted) @function)
 (equation label: (dotted) @label)
+(start_equation label: (dotted) @label)
 (model name: (name) @namespace)
 (part name: (name) @namespace)
 (argument (name) @parameter)

@@ -92,8 +92,8 @@ fn of_element(arrays: &[(u32, f64)], i: u32) -> f64 {
 
 /// A point: values of symbols, and their sizes.
 pub(super) struct Point {
-    /// Ascending.
-    symbols: Vec<Symbol>,
+    /// Of its symbols, ascending.
+    keys: Vec<u128>,
     values: Vec<f64>,
     sizes: Vec<f64>,
 }
@@ -129,11 +129,13 @@ impl Point {
             values.push(value);
             sizes.push(size);
         }
-        Self { symbols: symbols.to_vec(), values, sizes }
+        let keys: Vec<u128> = symbols.iter().map(|symbol| symbol.key()).collect();
+        debug_assert!(keys.is_sorted(), "keys are in the order of symbols");
+        Self { keys, values, sizes }
     }
 
     fn at(&self, symbol: Symbol) -> usize {
-        let found = self.symbols.binary_search(&symbol);
+        let found = self.keys.binary_search(&symbol.key());
         found.unwrap_or_else(|_| unreachable!("{symbol:?} has a value"))
     }
 
