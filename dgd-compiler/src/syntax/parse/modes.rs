@@ -234,8 +234,8 @@ fn conditions(mut input: Tokens<'_>) -> Parsed<'_, Vec<Condition>> {
         if rest.starts_with_word("and") {
             let message = "what is watched is joined by `or` only";
             return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(
-                "two conditions hold at once when the smaller of two differences rises above 0: \
-                 `when min(x - a, y - b) rises above 0`",
+                "two conditions hold at once when the smaller of two differences, each over its unit, rises \
+                 above 0: `when min((x - a)/1 [m], (y - b)/1 [s]) rises above 0`",
             ));
         }
         input = word("or", OPERATOR)(rest)?.0;

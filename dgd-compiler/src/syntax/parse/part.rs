@@ -6,6 +6,7 @@ use super::array;
 use super::expression::{close, expression};
 use super::lexical::TokenKind;
 use super::tokens::{Parsed, Tokens, dotted, name, token};
+use crate::diagnostics::{Code, Diagnostic};
 use crate::syntax::ast::{ItemKind, PartArgument};
 
 /// Whether an input of a part is bound here: no keyword is followed by a point.
@@ -39,7 +40,17 @@ pub(super) fn binding(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 /// may be left out.
 pub(super) fn part(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let colon = token(TokenKind::Colon, "`:` and the part's model");
-    let (rest, (name, axes, _, model)) = (name, array::axes, colon, name).parse(input)?;
+    let (rest, (part, axes)) = (name, array::axes).parse(input)?;
+    if rest.first() == Some(TokenKind::Equal) {
+        let message = "a part and its model have `:` between them";
+        return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(format!(
+            "write `part {}: {}`",
+            input.written_to(&rest),
+            rest.behind_first().written()
+        )));
+    }
+    let (rest, (_, model)) = (colon, name).parse(rest)?;
+    let name = part;
     let mut arguments = Vec::new();
     if rest.first() != Some(TokenKind::Open) {
         return Ok((rest, ItemKind::Part { name, axes, model, arguments }));

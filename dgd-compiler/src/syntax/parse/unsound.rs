@@ -92,10 +92,23 @@ impl Reader<'_, '_> {
                 names.push(self.dotted_at(&statement[i..]));
             }
         }
+        names.extend(self.run_together(statement));
         let members: Vec<String> =
             names.iter().filter_map(|name| Some(name.rsplit_once('.')?.1.to_owned())).collect();
         names.extend(members);
         names
+    }
+
+    /// What a function or table may be called whose first argument runs into its name: `flightz)` was
+    /// `flight(z)`.
+    fn run_together(&self, statement: &[Token]) -> Vec<String> {
+        let [keyword, name, behind, ..] = statement else { return Vec::new() };
+        let has_arguments = matches!(keyword.text(self.text), "function" | "table");
+        if !has_arguments || name.kind != TokenKind::Name || behind.kind == TokenKind::Open {
+            return Vec::new();
+        }
+        let name = name.text(self.text);
+        name.char_indices().skip(1).map(|(end, _)| name[..end].to_owned()).collect()
     }
 
     /// What stands before an item's unit, value or arguments.
