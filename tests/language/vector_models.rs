@@ -267,35 +267,35 @@ fn rooms_go_up_and_down_between_their_thermostats_limits() {
 /// What a house gets left the plant a while ago, and has lost heat to the ground and to the houses before.
 #[test]
 fn water_arrives_late_and_colder() {
-    let (tau, power) = ([120.0, 60.0, 240.0, 90.0, 180.0], [50.0, 80.0, 40.0, 60.0, 100.0]);
-    let ground = 8.0;
-    let plant = |t: f64| if t < 300.0 { 75.0 } else { 90.0 };
-    fn arriving(
-        i: usize,
-        t: f64,
-        of: &dyn Fn(usize, f64, f64) -> f64,
-        plant: &dyn Fn(f64) -> f64,
-        tau: &[f64],
-    ) -> f64 {
-        match i {
-            _ if t < 0.0 => 80.0,
-            0 => plant(t),
-            i => of(i, t, arriving(i - 1, t - tau[i - 1], of, plant, tau)),
+    const GROUND: f64 = 8.0;
+    const LATE: [f64; 5] = [120.0, 60.0, 240.0, 90.0, 180.0];
+    const POWER: [f64; 5] = [50.0, 80.0, 40.0, 60.0, 100.0];
+    /// At the i-th house, °C.
+    fn arriving(i: usize, t: f64) -> f64 {
+        let Some(before) = i.checked_sub(1) else {
+            return if t < 0.0 {
+                80.0
+            } else if t < 300.0 {
+                75.0
+            } else {
+                90.0
+            };
+        };
+        if t < 0.0 {
+            return 80.0;
         }
+        let kept = (-0.08 / HOUR * LATE[before]).exp();
+        let cooled = GROUND + (arriving(before, t - LATE[before]) - GROUND) * kept;
+        cooled - POWER[before] / (10.0 * 4.19)
     }
-    let section = |i: usize, _: f64, before: f64| {
-        let kept = (-0.08 / HOUR * tau[i - 1]).exp();
-        ground + (before - ground) * kept - power[i - 1] / (10.0 * 4.19)
-    };
     let times = [100.0, 350.0, 500.0, 800.0, 1200.0];
-    let cold = [75.0 + CELSIUS, ground + CELSIUS];
-    let hot = [90.0 + CELSIUS, ground + CELSIUS];
+    let of_plant = |celsius: f64| [celsius + CELSIUS, GROUND + CELSIUS];
+    let (cold, hot) = (of_plant(75.0), of_plant(90.0));
     let run = run("heating_main.dgd", &[], &[(300.0, &cold), (2000.0, &hot)], &times);
     for (k, t) in times.into_iter().enumerate() {
         for i in 0..=5 {
-            let wanted = arriving(i, t, &section, &plant, &tau);
-            close("T", run.at(&format!("T[{i}]"), k) - CELSIUS, wanted);
+            close("T", run.at(&format!("T[{i}]"), k) - CELSIUS, arriving(i, t));
         }
-        close("T_end", run.at("T_end", k) - CELSIUS, arriving(5, t, &section, &plant, &tau));
+        close("T_end", run.at("T_end", k) - CELSIUS, arriving(5, t));
     }
 }
