@@ -8,6 +8,7 @@ mod inline;
 mod support;
 
 mod docs;
+mod first_guesses;
 mod invariance;
 mod model_pages;
 mod mutations;
