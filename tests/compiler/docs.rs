@@ -166,29 +166,17 @@ impl Block<'_> {
 
 /// The name of an item, and which others it must differ from.
 fn declared_by(item: &Item) -> Option<(&'static str, &str)> {
+    if let Some(name) = item.kind.value_name() {
+        return Some(("name", &name.text));
+    }
     let (set, name) = match &item.kind {
-        ItemKind::Constant { name, .. }
-        | ItemKind::Parameter { name, .. }
-        | ItemKind::Input { name, .. }
-        | ItemKind::Unknown { name, .. }
-        | ItemKind::Size { name, .. }
-        | ItemKind::Array { name, .. }
-        | ItemKind::Let { name, .. }
-        | ItemKind::Function { name, .. }
-        | ItemKind::Table { name, .. } => ("name", name),
         ItemKind::Output { name, .. } => ("output", name),
         ItemKind::Equation { label, .. } => ("equation", label),
         ItemKind::Variant { name, .. } => ("variant", name),
         ItemKind::Modes { name, .. } => ("modes", name),
         ItemKind::Part { name, .. } => ("part", name),
         ItemKind::Unit { name, .. } => ("unit", name),
-        ItemKind::Import { .. }
-        | ItemKind::For { .. }
-        | ItemKind::Binding { .. }
-        | ItemKind::When(_)
-        | ItemKind::Every { .. }
-        | ItemKind::Start(_)
-        | ItemKind::Saturate { .. } => return None,
+        _ => return None,
     };
     Some((set, &name.text))
 }

@@ -500,11 +500,12 @@ fn bounds(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
         && !rest.is_empty()
     {
         let message = format!("bounds have `..` between them, not `{}`", rest.first_text());
-        return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(format!(
-            "write `in {} .. {}`",
-            input.written_to(&rest),
-            rest.behind_first().written()
-        )));
+        let is_word = rest.first() == Some(TokenKind::Name);
+        let upper = if is_word { rest.behind_first() } else { rest }.written();
+        return rest.wrong(
+            Diagnostic::new(Code::E105, rest.span(), message)
+                .help(format!("write `in {} .. {upper}`", input.written_to(&rest))),
+        );
     }
     let range = token(TokenKind::Range, "`..` between the bounds");
     let (rest, (_, upper)) = (range, bound).parse(rest)?;
