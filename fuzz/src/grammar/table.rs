@@ -352,6 +352,7 @@ pub const TABLE: &[Row] = &[
             "function {name}(a0) = {{\n  let {local} = {first}\n  let {next} [1] = {second}\n  0 + {body}\n}}"
         )
     }),
+    row(Between, 1, "table", table),
     row(Between, 1, "import", library),
     // Unknowns.
     row(Unknown, 4, "unknown = e", |w, d| unknown(w, d, |y, e| format!("{y} = {e}"))),
@@ -990,6 +991,23 @@ fn several_parts(w: &mut Writer, d: u32) -> String {
         "import \"{file}.dgd\"\npart {name}[n in 1..3]: {file}{arguments}\n{name}.q = sin({inflow})\n\
          {chained}\noutput {name}.h"
     )
+}
+
+/// A curve through points, called like a function.
+fn table(w: &mut Writer, _: u32) -> String {
+    let name = w.name("f");
+    let mut at = -1.5;
+    let points: Vec<String> = (0..4)
+        .map(|_| {
+            let point = format!("({at:.2}, {:.2})", w.random.between(-1.0, 1.0));
+            at += w.random.between(0.4, 1.2);
+            point
+        })
+        .collect();
+    let shape = w.random.pick(&["linear", "pchip", "natural"]).to_owned();
+    let beyond = w.random.pick(&["hold", "extend"]).to_owned();
+    w.functions.push(Function { name: name.clone(), arguments: vec![&SCALES[0]] });
+    format!("table {name}(a0) = {} {shape}, beyond {beyond}", points.join(", "))
 }
 
 /// A library with a constant and a function.
