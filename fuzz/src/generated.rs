@@ -27,7 +27,7 @@ pub fn program(seeds: std::ops::Range<u64>, without: &[String]) -> (String, usiz
     let text = format!(
         "//! Made by `dgd-fuzz rust`.\n\
          #![allow(clippy::all, clippy::pedantic, missing_docs, unused_parens)]\n\n\
-         fn check(seed: u64, system: &impl dgd_runtime::System) -> bool {{\n    \
+         fn check(seed: u64, system: &impl dgd_runtime::Solved) -> bool {{\n    \
              let without: Vec<String> = vec![{}];\n    \
              let case = dgd_fuzz::grammar::case(seed, &without);\n    \
              let result = dgd_fuzz::oracle::generated_agrees(&case, system);\n    \
