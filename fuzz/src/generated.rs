@@ -4,9 +4,20 @@ use std::fmt::Write;
 
 use dgd_compiler::codegen::generate;
 use dgd_compiler::pipeline::Directions;
+use dgd_runtime::Solved;
 
 use crate::grammar;
+use crate::oracle::generated_agrees;
 use crate::prepared::compiled;
+
+/// Whether a generated model is not the one of its seed, and says so: what such a program calls for each.
+pub fn disagrees(seed: u64, without: &[String], system: &impl Solved) -> bool {
+    let result = generated_agrees(&grammar::case(seed, without), system);
+    if let Err(reason) = &result {
+        println!("seed {seed}: {reason}");
+    }
+    result.is_err()
+}
 
 /// The text of a program that compares the models of these seeds, and their number: models that do not compile are
 /// found by other oracles.
@@ -20,20 +31,15 @@ pub fn program(seeds: std::ops::Range<u64>, without: &[String]) -> (String, usiz
         // Formatted, so that rustc's messages are readable.
         let text = syn::parse_file(&tokens).map_or(tokens, |file| prettyplease::unparse(&file));
         modules.push_str(&text);
-        let _ = writeln!(calls, "    failed |= check({seed}, &m{seed}::Model);");
+        let check = "dgd_fuzz::generated::disagrees";
+        let _ = writeln!(calls, "    failed |= {check}({seed}, &without, &m{seed}::Model);");
         count += 1;
     }
     let without: Vec<String> = without.iter().map(|name| format!("{name:?}.to_owned()")).collect();
     let text = format!(
         "//! Made by `dgd-fuzz rust`.\n\
          #![allow(clippy::all, clippy::pedantic, missing_docs, unused_parens)]\n\n\
-         fn check(seed: u64, system: &impl dgd_runtime::Solved) -> bool {{\n    \
-             let without: Vec<String> = vec![{}];\n    \
-             let case = dgd_fuzz::grammar::case(seed, &without);\n    \
-             let result = dgd_fuzz::oracle::generated_agrees(&case, system);\n    \
-             if let Err(reason) = &result {{ println!(\"seed {{seed}}: {{reason}}\"); }}\n    \
-             result.is_err()\n}}\n\n\
-         fn main() {{\n    let mut failed = false;\n{calls}    \
+         fn main() {{\n    let without: Vec<String> = vec![{}];\n    let mut failed = false;\n{calls}    \
              std::process::exit(i32::from(failed));\n}}\n\n{modules}",
         without.join(", ")
     );

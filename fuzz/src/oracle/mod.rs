@@ -7,7 +7,7 @@ mod rewritten;
 mod runs;
 mod written;
 
-pub use engines::generated_agrees;
+pub(crate) use engines::generated_agrees;
 
 use std::cell::RefCell;
 use std::panic::{self, AssertUnwindSafe};
