@@ -157,7 +157,7 @@ pub(crate) fn bits(system: &impl Solved, at: &At) -> Vec<Vec<u64>> {
 /// # Errors
 ///
 /// The point and the function that disagree.
-pub fn generated_agrees(case: &Case, generated: &impl Solved) -> Result<(), String> {
+pub(crate) fn generated_agrees(case: &Case, generated: &impl Solved) -> Result<(), String> {
     let prepared = Prepared::new(case).map_err(|finding| finding.detail)?;
     if generated.signature() != prepared.system.signature() {
         return Err("the signatures differ".to_owned());
