@@ -78,6 +78,19 @@ pub enum Symbol {
 }
 
 impl Symbol {
+    /// Whether it is an unknown or an element of an array, or the derivative of one.
+    pub fn is_of_unknown(self) -> bool {
+        matches!(
+            self,
+            Symbol::Unknown(_)
+                | Symbol::Derivative(_)
+                | Symbol::Element(_)
+                | Symbol::ElementRate(_)
+                | Symbol::Swept(_)
+                | Symbol::SweptRate(_)
+        )
+    }
+
     /// A number for each symbol, in the order of symbols. It is made once where one is searched for among many.
     pub fn key(self) -> u128 {
         let of = |kind: u128, a: u32, b: u32| kind << 64 | u128::from(a) << 32 | u128::from(b);

@@ -63,8 +63,12 @@ impl<'a> Resolver<'a> {
                 AttributeKind::Log => parameter.log = true,
                 AttributeKind::Fixed => parameter.fixed = true,
                 AttributeKind::Nominal(nominal) => {
-                    parameter.nominal =
-                        Some(self.positive(nominal, &unit, "nominal size", diagnostics)?);
+                    parameter.nominal = Some(self.lowering.positive(
+                        nominal,
+                        &unit,
+                        "nominal size",
+                        diagnostics,
+                    )?);
                 }
                 AttributeKind::Prior(law, first, second) => {
                     let prior = self.prior(*law, [first, second], &unit, diagnostics)?;
@@ -88,16 +92,6 @@ impl<'a> Resolver<'a> {
             within_support(&mut parameter, expr.span, span, diagnostics)?;
         }
         Ok(parameter)
-    }
-
-    pub(super) fn positive(
-        &mut self,
-        expr: &'a Expr,
-        unit: &Unit,
-        what: &str,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<f64, Reported> {
-        self.lowering.positive(expr, unit, what, diagnostics)
     }
 
     pub(super) fn unknown(
@@ -124,7 +118,8 @@ impl<'a> Resolver<'a> {
         for attribute in attributes {
             match &attribute.kind {
                 AttributeKind::Nominal(expr) => {
-                    nominal = Some(self.positive(expr, &unit, "nominal size", diagnostics)?);
+                    nominal =
+                        Some(self.lowering.positive(expr, &unit, "nominal size", diagnostics)?);
                 }
                 AttributeKind::Fixed => fixed = true,
                 AttributeKind::Guess => guess = true,
@@ -157,19 +152,8 @@ impl<'a> Resolver<'a> {
         expr: &Expr,
         diagnostics: &mut Diagnostics,
     ) -> Result<(), Reported> {
-        let depends = |symbol: &Symbol| {
-            matches!(
-                symbol,
-                Symbol::Unknown(_)
-                    | Symbol::Derivative(_)
-                    | Symbol::Element(_)
-                    | Symbol::ElementRate(_)
-                    | Symbol::Swept(_)
-                    | Symbol::SweptRate(_)
-                    | Symbol::Input(_)
-                    | Symbol::SweptInput(..)
-            )
-        };
+        let is_input = |s: &Symbol| matches!(s, Symbol::Input(_) | Symbol::SweptInput(..));
+        let depends = |symbol: &Symbol| symbol.is_of_unknown() || is_input(symbol);
         let symbols = self.lowering.graph.symbols(history);
         let Some(symbol) = symbols.into_iter().find(depends) else { return Ok(()) };
         let culprit = self.lowering.scope.quoted_name(symbol);
@@ -239,7 +223,7 @@ impl<'a> Resolver<'a> {
         let mut noise = None;
         for attribute in attributes {
             if let AttributeKind::Noise(expr) = &attribute.kind {
-                noise = Some(self.positive(expr, unit, "noise", diagnostics)?);
+                noise = Some(self.lowering.positive(expr, unit, "noise", diagnostics)?);
             }
         }
         Ok(noise)

@@ -467,7 +467,7 @@ impl Model {
     ///
     /// # Panics
     ///
-    /// If there is no such element.
+    /// If the model has no element at this position.
     pub fn element_name(&self, position: u32) -> String {
         let array = self.array_of(position);
         let index = array.lower + i64::from(position - array.first);
@@ -478,7 +478,7 @@ impl Model {
     ///
     /// # Panics
     ///
-    /// If there is no such element.
+    /// If the model has no element at this position.
     pub fn array_of(&self, position: u32) -> &Array {
         let after = self.arrays.partition_point(|array| array.first <= position);
         &self.arrays[after - 1]

@@ -355,16 +355,7 @@ impl<'a> Resolver<'a> {
         let bound_span = bound.span;
         let bound = self.in_unit(bound, &unit, Reading::Value, diagnostics)?.id;
         let symbols = self.lowering.graph.symbols(bound);
-        let varies = |symbol: &&Symbol| {
-            matches!(
-                symbol,
-                Symbol::Unknown(_)
-                    | Symbol::Derivative(_)
-                    | Symbol::Element(_)
-                    | Symbol::ElementRate(_)
-            )
-        };
-        if let Some(symbol) = symbols.iter().find(varies) {
+        if let Some(symbol) = symbols.iter().find(|symbol| symbol.is_of_unknown()) {
             let varying = self.lowering.scope.quoted_name(*symbol).unwrap_or_default();
             let message = format!("a bound cannot depend on {varying}");
             return Err(diagnostics.error(

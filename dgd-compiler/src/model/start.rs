@@ -20,12 +20,8 @@ impl Resolver<'_> {
         let graph = &self.lowering.graph;
         let depends = |s: &Symbol| match s {
             Symbol::Unknown(_) | Symbol::Element(_) => !self.is_outer_state(*s, name),
-            Symbol::Derivative(_)
-            | Symbol::Time
-            | Symbol::Swept(_)
-            | Symbol::ElementRate(_)
-            | Symbol::SweptRate(_) => true,
-            _ => false,
+            Symbol::Time => true,
+            other => other.is_of_unknown(),
         };
         let culprit = graph.symbols(start).into_iter().find(depends);
         if culprit.is_some() || self.reads_past(start) {

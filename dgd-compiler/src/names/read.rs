@@ -4,9 +4,8 @@ use super::files::Files;
 use super::{Names, Scope, SymbolId, SymbolKind, Use};
 use crate::source::{SourceId, Sources, Span};
 use crate::syntax::ast::{
-    Argument, Ast, Attribute, AttributeKind, Axis, ClauseKind, Condition, Counter, EffectHeader,
-    Expr, ExprKind, Item, ItemKind, LocalLet, Name, PartArgument, Reset, StartRule, Target,
-    Transition, Unit,
+    Argument, Ast, Attribute, Axis, ClauseKind, Condition, Counter, EffectHeader, Expr, ExprKind,
+    Item, ItemKind, LocalLet, Name, PartArgument, Reset, StartRule, Target, Transition, Unit,
 };
 use crate::syntax::visit;
 
@@ -323,24 +322,7 @@ impl Reader<'_> {
     }
 
     fn attributes(&mut self, all: &[Attribute]) {
-        for attribute in all {
-            match &attribute.kind {
-                AttributeKind::Bounds(lower, upper) => self.exprs(lower.iter().chain(upper)),
-                AttributeKind::Prior(_, mean, std) => self.exprs([mean, std]),
-                AttributeKind::Nominal(value)
-                | AttributeKind::Noise(value)
-                | AttributeKind::History(value)
-                | AttributeKind::Smooth(value) => self.expr(value),
-                AttributeKind::Log
-                | AttributeKind::Fixed
-                | AttributeKind::Guess
-                | AttributeKind::Hold
-                | AttributeKind::Linear
-                | AttributeKind::Exact
-                | AttributeKind::Shape(_)
-                | AttributeKind::Beyond(_) => {}
-            }
-        }
+        self.exprs(all.iter().flat_map(visit::attribute_expressions));
     }
 
     fn function(&mut self, arguments: &[Argument], lets: &[LocalLet], body: &Expr) {

@@ -215,6 +215,26 @@ fn attributes(all: &mut [Attribute], visit: &mut dyn FnMut(Part<'_>)) {
 }
 
 /// The expressions of an attribute.
+pub fn attribute_expressions(attribute: &Attribute) -> Vec<&Expr> {
+    match &attribute.kind {
+        AttributeKind::Bounds(lower, upper) => lower.iter().chain(upper).collect(),
+        AttributeKind::Nominal(size)
+        | AttributeKind::Noise(size)
+        | AttributeKind::History(size)
+        | AttributeKind::Smooth(size) => vec![size],
+        AttributeKind::Prior(_, mean, std) => vec![mean, std],
+        AttributeKind::Log
+        | AttributeKind::Fixed
+        | AttributeKind::Guess
+        | AttributeKind::Hold
+        | AttributeKind::Linear
+        | AttributeKind::Exact
+        | AttributeKind::Shape(_)
+        | AttributeKind::Beyond(_) => Vec::new(),
+    }
+}
+
+/// The expressions of an attribute, to be changed.
 pub fn attribute_expressions_mut(attribute: &mut Attribute) -> Vec<&mut Expr> {
     match &mut attribute.kind {
         AttributeKind::Bounds(lower, upper) => lower.iter_mut().chain(upper).collect(),

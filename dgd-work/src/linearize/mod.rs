@@ -77,7 +77,7 @@ fn failed(error: impl ToString) -> WorkError {
     WorkError::Computation(error.to_string())
 }
 
-/// Why there is no steady state, and what to do instead.
+/// Explains why no steady state was found and, where that helps, what to try instead.
 #[allow(clippy::needless_pass_by_value, reason = "errors are handed over so")]
 fn no_rest(error: SteadyStateError) -> WorkError {
     let instead = match error {

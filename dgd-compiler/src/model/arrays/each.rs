@@ -1,14 +1,18 @@
-//! What stands in a loop once for each index: start equations, saturations, `when` and `every`.
+//! What stands in a loop once for each index: equations in which an index moves by more than one, start equations,
+//! saturations, `when` and `every`.
 
 use std::fmt::Write as _;
 
 use super::shape::Shape;
-use super::sweep::{MOST_WRITTEN_OUT, open};
+use super::sweep::open;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::ExprId;
 use crate::model::resolve::Resolver;
 use crate::model::{Automaton, Crossing};
 use crate::syntax::ast::{Counter, Item, ItemKind, StartRule};
+
+/// A loop is written out for at most so many indices.
+const MOST_WRITTEN_OUT: u32 = 20_000;
 
 impl<'a> Resolver<'a> {
     pub(super) fn each(
@@ -20,16 +24,19 @@ impl<'a> Resolver<'a> {
     ) -> Result<(), Reported> {
         let count = shape.count().unwrap_or(u32::MAX);
         if count > MOST_WRITTEN_OUT {
-            let message = format!("this stands for {count} indices, each by itself");
-            return Err(diagnostics.error(
-                Diagnostic::new(Code::E230, item.span, message)
-                    .help(format!("it can stand for up to {MOST_WRITTEN_OUT}")),
-            ));
+            return Err(diagnostics.error(too_many(item, count)));
         }
         let mut automata: Vec<(u32, Automaton)> = Vec::new();
         for offset in 0..count {
             self.lowering.indices = open(counters, shape, offset, false);
             match &item.kind {
+                ItemKind::Equation { .. } => {
+                    let Some(mut equation) = self.one(item, diagnostics)? else {
+                        unreachable!("no index moves");
+                    };
+                    equation.label.push_str(&shape.brackets(offset));
+                    self.model.equations.push(equation);
+                }
                 ItemKind::Start(StartRule::Equation { label, left, right }) => {
                     let mut equation =
                         self.equation(item, label, [left, right], &[], diagnostics)?;
@@ -76,6 +83,26 @@ impl<'a> Resolver<'a> {
         }
         Ok(())
     }
+}
+
+/// Refuses to write a loop out for so many indices.
+fn too_many(item: &Item, count: u32) -> Diagnostic {
+    let (message, help) = match item.kind {
+        ItemKind::Equation { .. } => (
+            format!(
+                "an index moves by more than one here, and there are {count} equations to write out"
+            ),
+            format!(
+                "where all indices move by one, as in `x[i-1]`, the equation is one for all; \
+                 others are written out for up to {MOST_WRITTEN_OUT}"
+            ),
+        ),
+        _ => (
+            format!("this stands for {count} indices, each by itself"),
+            format!("it can stand for up to {MOST_WRITTEN_OUT}"),
+        ),
+    };
+    Diagnostic::new(Code::E230, item.span, message).help(help)
 }
 
 /// Whether two events of a loop are one: of a clock there is one, and of each thing that is watched.

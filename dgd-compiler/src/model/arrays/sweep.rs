@@ -2,14 +2,11 @@
 
 use super::shape::{Shape, brackets};
 use super::whole::{Extent, LoopIndex};
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
+use crate::diagnostics::{Diagnostics, Reported};
 use crate::model::expression::Typed;
 use crate::model::resolve::Resolver;
 use crate::model::{Equation, Family};
 use crate::syntax::ast::{Counter, Item, ItemKind};
-
-/// A loop is written out for at most so many indices.
-pub(super) const MOST_WRITTEN_OUT: u32 = 20_000;
 
 impl<'a> Resolver<'a> {
     /// The equations of a loop.
@@ -57,11 +54,11 @@ impl<'a> Resolver<'a> {
                 return self.families(counters, item, shape, diagnostics);
             }
         }
-        self.written_out(counters, item, shape, diagnostics)
+        self.each(counters, item, shape, diagnostics)
     }
 
     /// The equation at the open indices; none where an index moves by more than one.
-    fn one(
+    pub(super) fn one(
         &mut self,
         item: &'a Item,
         diagnostics: &mut Diagnostics,
@@ -98,37 +95,6 @@ impl<'a> Resolver<'a> {
             equation.label.push_str(&brackets(&outer));
             let index = index.text.clone();
             self.model.families.push(Family { equation, index, lower, count });
-        }
-        Ok(())
-    }
-
-    /// An equation for each index.
-    fn written_out(
-        &mut self,
-        counters: &'a [Counter],
-        item: &'a Item,
-        shape: &Shape,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<(), Reported> {
-        let count = shape.count().unwrap_or(u32::MAX);
-        if count > MOST_WRITTEN_OUT {
-            let message = format!(
-                "an index moves by more than one here, and there are {count} equations to write out"
-            );
-            return Err(diagnostics.error(Diagnostic::new(Code::E230, item.span, message).help(
-                format!(
-                    "where all indices move by one, as in `x[i-1]`, the equation is one for all; \
-                     others are written out for up to {MOST_WRITTEN_OUT}"
-                ),
-            )));
-        }
-        for offset in 0..count {
-            self.lowering.indices = open(counters, shape, offset, false);
-            let Some(mut equation) = self.one(item, diagnostics)? else {
-                unreachable!("no index moves");
-            };
-            equation.label.push_str(&shape.brackets(offset));
-            self.model.equations.push(equation);
         }
         Ok(())
     }

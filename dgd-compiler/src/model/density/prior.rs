@@ -21,13 +21,13 @@ impl<'a> Resolver<'a> {
         Ok(match law {
             PriorLaw::Normal => {
                 let mean = self.lowering.known(first, unit, Reading::Value, diagnostics)?;
-                let std = self.positive(second, unit, &what(1), diagnostics)?;
+                let std = self.lowering.positive(second, unit, &what(1), diagnostics)?;
                 PriorDensity::Normal { mean, std }
             }
             PriorLaw::LogNormal => {
                 verify_nothing_is_zero(law, unit, first.span, diagnostics)?;
-                let median = self.positive(first, unit, &what(0), diagnostics);
-                let sigma = self.positive(second, &Unit::one(), &what(1), diagnostics)?;
+                let median = self.lowering.positive(first, unit, &what(0), diagnostics);
+                let sigma = self.lowering.positive(second, &Unit::one(), &what(1), diagnostics)?;
                 PriorDensity::LogNormal { median: median?, sigma }
             }
             PriorLaw::Uniform => {
@@ -46,13 +46,13 @@ impl<'a> Resolver<'a> {
             }
             PriorLaw::Laplace => {
                 let median = self.lowering.known(first, unit, Reading::Value, diagnostics)?;
-                let scale = self.positive(second, unit, &what(1), diagnostics)?;
+                let scale = self.lowering.positive(second, unit, &what(1), diagnostics)?;
                 PriorDensity::Laplace { median, scale }
             }
             PriorLaw::Gamma => {
                 verify_nothing_is_zero(law, unit, second.span, diagnostics)?;
-                let shape = self.positive(first, &Unit::one(), &what(0), diagnostics);
-                let scale = self.positive(second, unit, &what(1), diagnostics)?;
+                let shape = self.lowering.positive(first, &Unit::one(), &what(0), diagnostics);
+                let scale = self.lowering.positive(second, unit, &what(1), diagnostics)?;
                 let shape = shape?;
                 if shape < 1.0 {
                     let message = "below a shape of 1 this density is largest at zero, without end";

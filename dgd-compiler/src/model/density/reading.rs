@@ -87,7 +87,7 @@ impl<'a> Resolver<'a> {
         }
         if let Some(part) = part_of_value(expr, &output.unit) {
             let Noisy { name, unit, .. } = output;
-            let message = format!("`{part}` is no deviation in `{}`", unit.symbol);
+            let message = format!("`{part}` is not a standard deviation in `{}`", unit.symbol);
             return Err(diagnostics
                 .error(Diagnostic::new(Code::E302, expr.span, message).help(format!(
                     "a part of the value is a product: `noise {part}*abs({name})`"
@@ -127,7 +127,7 @@ impl<'a> Resolver<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Noise, Reported> {
         let what = "number of degrees of freedom";
-        let freedom = self.positive(freedom, &Unit::one(), what, diagnostics);
+        let freedom = self.lowering.positive(freedom, &Unit::one(), what, diagnostics);
         let deviation = self.deviation(output, sigma, &output.unit, diagnostics)?;
         Ok(Noise::Formula(Formula {
             distribution: Distribution::Student { freedom: freedom? },
