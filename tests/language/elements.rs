@@ -3,6 +3,7 @@
 
 use std::fmt::Write as _;
 
+use dgd_compiler::pipeline::Directions;
 use dgd_execute::Interpreted;
 use dgd_runtime::{
     Column, Direction, Inputs, Interpolation, Options, Problem, Solved, System, find_method,
@@ -407,4 +408,15 @@ fn generated_code_runs_as_the_interpreter_does() {
         let generated = run(&generated::reacting_tanks::Model, &times(), method);
         assert_eq!(generated, run(&interpreted, &times(), method), "{method}");
     }
+}
+
+#[test]
+fn an_array_of_parameters_is_named_as_a_whole_or_by_element() {
+    let directions = |names: &[&str]| {
+        let names = Directions::Named(names.iter().map(|name| support::name(name)).collect());
+        let path = std::path::Path::new("models/pack_of_cells.dgd");
+        support::compiled_with(path, &[], &names).program.signature.directions.len()
+    };
+    assert_eq!((directions(&["cell.R_0"]), directions(&["cell.R_0[2]"])), (6, 1));
+    assert_eq!(directions(&["cell.R_0[2]", "cell.R_0"]), 6, "each once");
 }

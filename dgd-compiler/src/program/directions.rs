@@ -135,11 +135,19 @@ fn free_parameters(dae: &Dae, free: &[Direction]) -> impl Iterator<Item = Direct
 
 /// Parameters and start values of states, found by name.
 fn named(dae: &Dae, names: &[Name], diagnostics: &mut Diagnostics) -> Vec<Direction> {
-    let parameter = |name: &str| dae.parameters.iter().position(|p| p.declared.name == name);
+    // A parameter, or all elements of an array.
+    let parameters = |name: &str| -> Vec<Direction> {
+        let is_it = |own: &str| {
+            let rest = own.strip_prefix(name);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+        };
+        let all = dae.parameters.iter().enumerate();
+        let all = all.filter(|(_, parameter)| is_it(&parameter.declared.name));
+        all.map(|(i, _)| Direction::Parameter(i)).collect()
+    };
     let mut chosen: Vec<Direction> = Vec::with_capacity(names.len());
     for Name { text, span } in names {
-        let mut found: Vec<Direction> =
-            parameter(text).into_iter().map(Direction::Parameter).collect();
+        let mut found = parameters(text);
         if found.is_empty() {
             let states = dae.positions(text).into_iter().filter(|i| dae.is_differential(*i));
             found.extend(states.map(Direction::Start));
