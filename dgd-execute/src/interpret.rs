@@ -6,7 +6,9 @@ use std::cell::RefMut;
 use std::sync::Arc;
 
 use dgd_compiler::expr::intrinsics::Definition;
-use dgd_compiler::program::{Argument, Function, FunctionKind, Operation, Program, Series, Taylor};
+use dgd_compiler::program::{
+    Argument, Function, FunctionKind, Operation, Place, Program, Series, Taylor,
+};
 use dgd_runtime::linalg::AutoLu;
 use dgd_runtime::{Failure, Options, Point, Problem, Solution, Wanted};
 
@@ -40,7 +42,7 @@ impl Interpreted {
 impl Interpreter {
     pub(crate) fn new(program: Program) -> Self {
         let length = |function: &Function| {
-            let of_loops = function.loops.iter().map(|part| part.body.len()).max();
+            let of_loops = function.loops.iter().map(|part| part.operations().count()).max();
             function.body.len() + of_loops.unwrap_or(0)
         };
         let longest = program.functions.iter().map(length).max().unwrap_or(0);
@@ -75,7 +77,7 @@ impl Interpreter {
         let len = series.body.len();
         let mut registers = self.registers.borrow_mut();
         let read = Read { at, udot: expansion.udot, s: &[] };
-        evaluate(&series.body, 0, 0, &read, &mut registers);
+        evaluate(&series.body, 0, Passage::default(), &read, &mut registers);
         expansion.y[..at.y.len()].copy_from_slice(at.y);
         let mut now = self.coefficients.borrow_mut();
         expand(&self.program, series, &registers[..len], &mut now, &mut expansion);
@@ -118,7 +120,7 @@ impl Perform for Interpreter {
         let function = self.program.function(kind);
         let mut registers = self.registers.borrow_mut();
         let read = Read { at, udot, s };
-        evaluate(&function.body, 0, 0, &read, &mut registers);
+        evaluate(&function.body, 0, Passage::default(), &read, &mut registers);
         let places = function.results.iter().zip(&function.places).zip(&function.lengths);
         for (((values, places), length), result) in places.zip(results.iter_mut()) {
             assert_eq!(*length, result.len(), "length of a result of {kind:?}");
@@ -136,10 +138,18 @@ impl Perform for Interpreter {
             }
         }
         for part in &function.loops {
-            for k in 0..part.count as usize {
-                evaluate(&part.body, function.body.len(), k, &read, &mut registers);
-                for store in &part.stores {
-                    results[store.result][store.first + k] = registers[store.value.index()];
+            let head = function.body.len();
+            let body = head + part.head.len();
+            for round in 0..part.rounds as usize {
+                let begin = Passage { round, k: 0 };
+                evaluate(&part.head, head, begin, &read, &mut registers);
+                for k in 0..part.count as usize {
+                    let passage = Passage { round, k };
+                    evaluate(&part.body, body, passage, &read, &mut registers);
+                    for store in &part.stores {
+                        let place = moved(store.first, store.by_round, round) + k;
+                        results[store.result][place] = registers[store.value.index()];
+                    }
                 }
             }
         }
@@ -166,8 +176,28 @@ impl Read<'_> {
     }
 }
 
-/// Executes operations whose values begin at `begin`, in the k-th iteration of their loop.
-fn evaluate(body: &[Operation], begin: usize, k: usize, read: &Read<'_>, registers: &mut [f64]) {
+/// A passage of a loop, the k-th of its round.
+#[derive(Clone, Copy, Default)]
+struct Passage {
+    round: usize,
+    k: usize,
+}
+
+/// A place of a loop in one of its rounds.
+fn moved(first: usize, by_round: isize, round: usize) -> usize {
+    first.wrapping_add_signed(by_round * round.cast_signed())
+}
+
+/// Executes operations whose values begin at `begin`, in a passage of their loop.
+fn evaluate(
+    body: &[Operation],
+    begin: usize,
+    passage: Passage,
+    read: &Read<'_>,
+    registers: &mut [f64],
+) {
+    let Passage { round, k } = passage;
+    let place = |Place { first, by_round }| moved(first as usize, by_round as isize, round);
     let truth = |condition: bool| f64::from(u8::from(condition));
     for (i, operation) in body.iter().enumerate() {
         let (done, rest) = registers.split_at_mut(begin + i);
@@ -175,8 +205,10 @@ fn evaluate(body: &[Operation], begin: usize, k: usize, read: &Read<'_>, registe
             Operation::Constant(value) => value,
             Operation::Time => read.at.t,
             Operation::Load(argument, index) => read.array(argument)[index as usize],
-            Operation::LoadSwept(argument, first) => read.array(argument)[first as usize + k],
+            Operation::LoadSwept(argument, at) => read.array(argument)[place(at) + k],
+            Operation::LoadRound(argument, at) => read.array(argument)[place(at)],
             Operation::Counter => k as f64,
+            Operation::Round => round as f64,
             Operation::Negate(a) => -done[a.index()],
             Operation::Add(a, b) => done[a.index()] + done[b.index()],
             Operation::Subtract(a, b) => done[a.index()] - done[b.index()],

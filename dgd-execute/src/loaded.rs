@@ -30,11 +30,10 @@ const INTERPRETING_OPERATION: usize = 2;
 /// would, so that both together take at most twice as long as the better choice.
 #[cfg(feature = "native")]
 fn calls_before(function: &Function) -> u32 {
-    let of_loops = |passages: fn(&Loop) -> usize| {
-        function.loops.iter().map(|part| part.body.len() * passages(part)).sum::<usize>()
-    };
-    let written = function.body.len() + of_loops(|_| 1);
-    let performed = function.body.len() + of_loops(|part| part.count as usize);
+    let of_loops =
+        |operations: fn(&Loop) -> usize| function.loops.iter().map(operations).sum::<usize>();
+    let written = function.body.len() + of_loops(|part| part.operations().count());
+    let performed = function.body.len() + of_loops(Loop::performed);
     let compiling = COMPILING + COMPILING_OPERATION * written;
     (compiling / (INTERPRETING_OPERATION * performed.max(1))) as u32
 }

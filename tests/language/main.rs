@@ -10,6 +10,7 @@ mod elements;
 mod from_rust;
 mod line;
 mod parts;
+mod rounds;
 mod tables;
 mod vector_models;
 mod vectors;

@@ -3,11 +3,9 @@
 
 use std::fmt::Write as _;
 
-use dgd_compiler::codegen;
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{ModelOptions, Setting};
 use dgd_compiler::pipeline::{Directions, compile};
-use dgd_compiler::program::Program;
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse_setting;
 use dgd_runtime::{Point, System};
@@ -227,47 +225,4 @@ fn elements_are_set_from_outside() {
     ] {
         assert_eq!(set(&[setting]).expect_err(setting), what);
     }
-}
-
-/// How many operations the functions of a program are.
-fn operations(program: &Program) -> usize {
-    let length = |function: &dgd_compiler::program::Function| {
-        function.body.len() + function.loops.iter().map(|part| part.body.len()).sum::<usize>()
-    };
-    program.functions.iter().map(length).sum()
-}
-
-/// A plate and a chain whose lengths are given, without what is written out or summed.
-fn sized(n: usize, m: usize) -> Program {
-    let text = format!(
-        "model sized
-         size N = {n}
-         size M = {m}
-         constant g[i in 1..M] = i
-         parameter k[1..M] [1/s] = 0.1
-         input u[1..M]
-         state x[1..M] = 1
-         state T[1..N][1..M] = 1
-         for i in 1..M {{ equation x[i]: der(x[i]) = u[i]*k[i]*g[M+1-i] - k[i]*x[i] }}
-         for i in 1..N, j in 1..M {{ equation T[i][j]: der(T[i][j]) = k[j]*(x[j] - T[i][j])*g[j] }}
-         output x
-        "
-    );
-    let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
-    let main = Source { name: "sized.dgd".to_owned(), text };
-    let none = &mut |_: &str| Err("no file".to_owned());
-    let (options, directions) = (ModelOptions::default(), Directions::None);
-    let compiled = compile(main, &options, &directions, none, &mut sources, &mut diagnostics);
-    let program = compiled.expect("a sound model").program;
-    let rust = codegen::generate(&program, "sized", &sources).to_string();
-    assert!(rust.contains("_k"), "loops stay loops");
-    program
-}
-
-#[test]
-fn functions_do_not_grow_with_the_last_index() {
-    assert_eq!(operations(&sized(3, 10)), operations(&sized(3, 3000)));
-    // Of outer indices each value has a row of its own.
-    let more = [3, 5, 7].map(|n| operations(&sized(n, 10)));
-    assert_eq!(more[2] - more[1], more[1] - more[0]);
 }

@@ -7,12 +7,12 @@ use quote::{format_ident, quote};
 
 use super::number;
 use crate::expr::curve::CurveId;
-use crate::program::{Operation, Program};
+use crate::program::{Loop, Operation, Program};
 
 /// The constants of all curves that the functions of a program read.
 pub(super) fn statics(program: &Program) -> TokenStream {
     let of_functions = program.functions.iter().flat_map(|function| {
-        let of_loops = function.loops.iter().flat_map(|part| &part.body);
+        let of_loops = function.loops.iter().flat_map(Loop::operations);
         function.body.iter().chain(of_loops)
     });
     let of_series = program

@@ -11,7 +11,8 @@ use super::{curves, identifier, index, loops, number};
 use crate::expr::graph::Comparison;
 use crate::expr::intrinsics::Definition;
 use crate::program::{
-    Argument, Function, FunctionKind, Operation, Program, ResultKind, Row, Series, ValueId,
+    Argument, Function, FunctionKind, Loop, Operation, Place, Program, ResultKind, Row, Series,
+    ValueId,
 };
 use crate::source::Sources;
 
@@ -119,7 +120,7 @@ fn row_doc(program: &Program, row: usize, own: Row, sources: &Sources) -> String
 }
 
 fn bind_arrays(program: &Program, function: &Function) -> Vec<TokenStream> {
-    let of_loops = function.loops.iter().flat_map(|l| &l.body);
+    let of_loops = function.loops.iter().flat_map(Loop::operations);
     bind_arrays_of(program, function.body.iter().chain(of_loops))
 }
 
@@ -130,7 +131,9 @@ pub(super) fn bind_arrays_of<'a>(
 ) -> Vec<TokenStream> {
     let arrays: BTreeSet<Argument> = operations
         .filter_map(|operation| match operation {
-            Operation::Load(argument, _) | Operation::LoadSwept(argument, _) => Some(*argument),
+            Operation::Load(argument, _)
+            | Operation::LoadSwept(argument, _)
+            | Operation::LoadRound(argument, _) => Some(*argument),
             _ => None,
         })
         .collect();
@@ -225,8 +228,7 @@ impl<'a> Body<'a> {
         }
         // What a loop reads is computed once, before it.
         for part in &function.loops {
-            let read = part.body.iter().flat_map(|operation| operation.operands());
-            for value in read.chain(part.stores.iter().map(|store| store.value)) {
+            for value in part.reads() {
                 if let Some(uses) = uses.get_mut(value.index()) {
                     *uses += 2;
                 }
@@ -269,7 +271,9 @@ impl<'a> Body<'a> {
                 Operation::Constant(_)
                 | Operation::Time
                 | Operation::LoadSwept(..)
-                | Operation::Counter => None,
+                | Operation::LoadRound(..)
+                | Operation::Counter
+                | Operation::Round => None,
                 Operation::Load(argument, index) => self.load_name(*argument, *index as usize),
                 _ => match self.names.get(&value) {
                     Some(name) => Some(identifier(name)),
@@ -353,11 +357,15 @@ pub(super) fn piece_of(operation: Operation, pieces: &BTreeMap<ValueId, Piece>) 
             let (array, index) = (array(argument), super::index(index as usize));
             atom(quote!(#array[#index]))
         }
-        Operation::LoadSwept(argument, first) => {
-            let (array, at) = (array(argument), loops::place(first as usize));
+        Operation::LoadSwept(argument, Place { first, by_round })
+        | Operation::LoadRound(argument, Place { first, by_round }) => {
+            let by_passage = matches!(operation, Operation::LoadSwept(..));
+            let at = loops::place(first as usize, by_round as isize, by_passage);
+            let array = array(argument);
             atom(quote!(#array[#at]))
         }
         Operation::Counter => atom(quote!((_k as f64))),
+        Operation::Round => atom(quote!((_r as f64))),
         Operation::Negate(a) => {
             let a = pieces[&a].at_least(Tightness::Atom);
             Piece { tokens: quote!(-#a), tightness: Tightness::Unary, depth }

@@ -38,50 +38,82 @@ pub(super) fn writes(
         }
     }
     for part in &function.loops {
-        let statements = statements(part, function.body.len(), pieces);
-        let count = index(part.count as usize);
-        let stores = part.stores.iter().map(|Store { result, first, value }| {
-            let (name, at) = (&results[*result], place(*first));
+        let (head, body) = statements(part, function.body.len(), pieces);
+        let stores = part.stores.iter().map(|Store { result, first, by_round, value }| {
+            let (name, at) = (&results[*result], place(*first, *by_round, part.count > 1));
             let value = &pieces[value].tokens;
             if is_rhs {
-                let doc = family_doc(program, *first, sources);
+                let doc = doc_of_row(program, *first, sources);
                 quote!(#[doc = #doc] let _row: f64 = #value; #name[#at] = _row;)
             } else {
                 quote!(#name[#at] = #value;)
             }
         });
-        out.extend(quote!(for _k in 0..#count { #(#statements)* #(#stores)* }));
+        let passages = quote!(#(#body)* #(#stores)*);
+        let passages = match part.count {
+            1 => passages,
+            count => {
+                let count = index(count as usize);
+                quote!(for _k in 0..#count { #passages })
+            }
+        };
+        out.extend(match part.rounds {
+            1 => passages,
+            rounds => {
+                let rounds = index(rounds as usize);
+                quote!(for _r in 0..#rounds { #(#head)* #passages })
+            }
+        });
     }
     out
 }
 
-/// The place that is this one in the first passage and the next in the next.
-pub(super) fn place(first: usize) -> TokenStream {
-    if first == 0 {
-        return quote!(_k);
-    }
-    let first = index(first);
-    quote!(#first + _k)
+/// A place of a loop, which moves with the rounds, and with the passages where it says so.
+pub(super) fn place(first: usize, by_round: isize, by_passage: bool) -> TokenStream {
+    let by = index(by_round.unsigned_abs());
+    let first = (first > 0).then(|| {
+        let first = index(first);
+        quote!(#first)
+    });
+    let of_round =
+        (by_round > 0).then(|| if by_round == 1 { quote!(_r) } else { quote!(#by * _r) });
+    let of_passage = by_passage.then(|| quote!(_k));
+    let sum = [first, of_round, of_passage].into_iter().flatten();
+    let place = sum.reduce(|sum, term| quote!(#sum + #term)).unwrap_or_else(|| quote!(0));
+    if by_round < 0 { quote!(#place - #by * _r) } else { place }
 }
 
-/// The operations of a loop: what is used once is written where it is used.
+/// The operations of a loop's rounds, and those of its passages: what is used once is written where it is used, but
+/// what belongs to a round is computed before its passages.
 fn statements(
     part: &Loop,
     begin: usize,
     pieces: &mut BTreeMap<ValueId, Piece>,
-) -> Vec<TokenStream> {
-    let mut uses = vec![0_u32; part.body.len()];
-    let read = part.body.iter().flat_map(|operation| operation.operands());
-    for value in read.chain(part.stores.iter().map(|store| store.value)) {
+) -> (Vec<TokenStream>, Vec<TokenStream>) {
+    let head = part.head.len();
+    let mut uses = vec![0_u32; head + part.body.len()];
+    for value in part.reads() {
         if let Some(own) = value.index().checked_sub(begin) {
             uses[own] += 1;
         }
     }
+    if part.count > 1 {
+        let of_passages = part.body.iter().flat_map(|operation| operation.operands());
+        for value in of_passages.chain(part.stores.iter().map(|store| store.value)) {
+            if let Some(own) = value.index().checked_sub(begin).filter(|own| *own < head) {
+                uses[own] += 2;
+            }
+        }
+    }
     let mut statements = Vec::new();
-    for (i, operation) in part.body.iter().enumerate() {
+    let mut of_rounds = Vec::new();
+    for (i, operation) in part.operations().enumerate() {
+        if i == head {
+            of_rounds = std::mem::take(&mut statements);
+        }
         let value = ValueId((begin + i) as u32);
         let mut piece = piece_of(*operation, pieces);
-        let is_leaf = matches!(operation, Operation::Counter);
+        let is_leaf = matches!(operation, Operation::Counter | Operation::Round);
         if !is_leaf && (uses[i] > 1 || piece.depth > DEEPEST_PIECE) {
             let (name, tokens) = (format_ident!("_v{}", value.0), piece.tokens);
             statements.push(quote!(let #name = #tokens;));
@@ -89,7 +121,10 @@ fn statements(
         }
         pieces.insert(value, piece);
     }
-    statements
+    if part.body.is_empty() {
+        return (statements, Vec::new());
+    }
+    (of_rounds, statements)
 }
 
 /// What stands above the rows of elements.

@@ -1,11 +1,13 @@
 //! Functions put into execution order: what is the same for all rows first, then a loop for the
-//! families of each length.
+//! families of each length, and one for those that are rounds of another.
 
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 use dgd_signature::PastLayout;
 
 use super::lower::operation;
+use super::rounds::{InRounds, Rounds, Strand};
 use super::{Function, FunctionKind, Loop, Operation, Store, ValueId};
 use crate::dae::Dae;
 use crate::expr::hash::{HashMap, HashSet};
@@ -19,26 +21,67 @@ pub(super) struct Number {
     pub(super) place: usize,
     /// Number of rows; none where it is a single number.
     pub(super) rows: Option<u32>,
+    /// Which family it is of, or which array behind the families; none where it is of neither.
+    pub(super) family: Option<usize>,
 }
 
-/// Puts expressions into execution order: operands first, in the order they were built.
+/// A number, and the position of the result that it belongs to.
+pub(super) type Given = (usize, Number);
+
+/// The expressions that functions are made from.
+#[derive(Clone, Copy)]
+pub(super) struct Expressions<'a> {
+    pub(super) graph: &'a Graph,
+    pub(super) dae: &'a Dae,
+    pub(super) past: PastLayout,
+}
+
+impl Expressions<'_> {
+    pub(super) fn node(&self, id: ExprId) -> Node {
+        self.graph.node(id)
+    }
+
+    /// The operation of a symbol.
+    pub(super) fn load(&self, node: Node) -> Operation {
+        self.operation(node, |_| unreachable!("a symbol has no operands"))
+    }
+
+    fn operation(&self, node: Node, value: impl FnMut(ExprId) -> ValueId) -> Operation {
+        operation(node, self.dae, self.past, value)
+    }
+}
+
+/// Puts expressions into execution order: operands first, in the order they were built. Rows of each of `kinds` belong
+/// together.
 pub(super) fn schedule(
-    graph: &Graph,
+    expressions: Expressions<'_>,
     named: &BTreeMap<ExprId, String>,
-    dae: &Dae,
-    past: PastLayout,
+    kinds: &[Vec<usize>],
     kind: FunctionKind,
     results: &[Vec<Number>],
 ) -> Function {
-    let order = graph.reachable(results.iter().flatten().map(|number| number.value));
-    let moving = moving(graph, &order);
+    let graph = expressions.graph;
+    let all = graph.reachable(results.iter().flatten().map(|number| number.value));
+    let moving = moving(graph, &all);
+    let numbers =
+        || results.iter().enumerate().flat_map(|(r, all)| all.iter().map(move |n| (r, *n)));
+
+    let rounds = Rounds::find(&expressions, &moving, kinds, numbers());
+    let is_single =
+        |(_, number): &Given| number.family.is_none_or(|f| !rounds.families.contains(&f));
+    let order = if rounds.families.is_empty() {
+        all
+    } else {
+        let values = numbers().filter(is_single).map(|(_, number)| number.value);
+        graph.reachable(values.chain(rounds.common()))
+    };
 
     let mut values: HashMap<ExprId, ValueId> =
         HashMap::with_capacity_and_hasher(order.len(), <_>::default());
     let mut body = Vec::with_capacity(order.len());
     let mut names = Vec::new();
     for id in order.iter().filter(|id| !moving.contains(id)) {
-        let operation = operation(graph.node(*id), dae, past, |operand| values[&operand]);
+        let operation = expressions.operation(graph.node(*id), |operand| values[&operand]);
         let value = append(&mut body, 0, operation);
         values.insert(*id, value);
         if let Some(name) = named.get(id) {
@@ -46,22 +89,22 @@ pub(super) fn schedule(
         }
     }
 
-    let mut by_count: BTreeMap<u32, Vec<(usize, Number)>> = BTreeMap::new();
-    for (result, numbers) in results.iter().enumerate() {
-        for number in numbers {
-            if let Some(rows) = number.rows {
-                by_count.entry(rows).or_default().push((result, *number));
-            }
+    let mut by_count: BTreeMap<u32, Vec<Given>> = BTreeMap::new();
+    for given in numbers().filter(is_single) {
+        if let Some(rows) = given.1.rows {
+            by_count.entry(rows).or_default().push(given);
         }
     }
-    let loops_of = Loops { graph, dae, past, moving, common: &values, begin: body.len() };
-    let loops =
-        by_count.into_iter().map(|(count, numbers)| loops_of.looped(count, &numbers)).collect();
+    let loops_of = Loops { expressions, moving: &moving, common: &values, begin: body.len() };
+    let looped = by_count.into_iter().map(|(count, numbers)| loops_of.looped(count, &numbers));
+    let in_rounds = rounds.loops.iter().map(|rounds| loops_of.in_rounds(rounds));
+    let loops = looped.chain(in_rounds).collect();
 
-    let single = |numbers: &[Number]| -> Vec<Number> {
-        numbers.iter().filter(|number| number.rows.is_none()).copied().collect()
-    };
-    let singles: Vec<Vec<Number>> = results.iter().map(|numbers| single(numbers)).collect();
+    let mut singles: Vec<Vec<Number>> = vec![Vec::new(); results.len()];
+    for (result, number) in numbers().filter(is_single).filter(|(_, number)| number.rows.is_none())
+    {
+        singles[result].push(number);
+    }
     let places = |numbers: &Vec<Number>| {
         let is_dense = numbers.iter().enumerate().all(|(i, number)| number.place == i);
         (!is_dense).then(|| numbers.iter().map(|number| number.place).collect())
@@ -109,11 +152,9 @@ fn moving(graph: &Graph, order: &[ExprId]) -> HashSet<ExprId> {
 
 /// What loops are made from.
 struct Loops<'a> {
-    graph: &'a Graph,
-    dae: &'a Dae,
-    past: PastLayout,
+    expressions: Expressions<'a>,
     /// Expressions that differ from row to row.
-    moving: HashSet<ExprId>,
+    moving: &'a HashSet<ExprId>,
     /// Values that are the same for all rows.
     common: &'a HashMap<ExprId, ValueId>,
     /// Number of the first value of a loop.
@@ -122,9 +163,9 @@ struct Loops<'a> {
 
 impl Loops<'_> {
     /// The loop over all families of one length; each number belongs to the result of this position.
-    fn looped(&self, count: u32, numbers: &[(usize, Number)]) -> Loop {
-        let Loops { graph, dae, past, ref moving, common, begin } = *self;
-        let order = graph.reachable(numbers.iter().map(|(_, number)| number.value));
+    fn looped(&self, count: u32, numbers: &[Given]) -> Loop {
+        let Loops { expressions, moving, common, begin } = *self;
+        let order = expressions.graph.reachable(numbers.iter().map(|(_, number)| number.value));
         let mut body = Vec::new();
         let mut own: HashMap<ExprId, ValueId> = HashMap::default();
         for id in order.into_iter().filter(|id| moving.contains(id)) {
@@ -133,16 +174,79 @@ impl Loops<'_> {
                     unreachable!("operands come first, and what does not move is in the body")
                 })
             };
-            let operation = operation(graph.node(id), dae, past, value);
+            let operation = expressions.operation(expressions.node(id), value);
             let value = append(&mut body, begin, operation);
             own.insert(id, value);
         }
         let stores = numbers.iter().map(|(result, number)| Store {
             result: *result,
             first: number.place,
+            by_round: 0,
             value: own.get(&number.value).copied().unwrap_or_else(|| common[&number.value]),
         });
-        Loop { count, stores: stores.collect(), body }
+        Loop { rounds: 1, head: Vec::new(), count, stores: stores.collect(), body }
+    }
+
+    /// The loop of rows that are rounds.
+    fn in_rounds(&self, rounds: &InRounds) -> Loop {
+        let Loops { expressions, common, begin, .. } = *self;
+        let mut own: HashMap<Strand, ValueId> = HashMap::default();
+        let mut operations = Vec::with_capacity(rounds.head.len() + rounds.body.len());
+        let value_of = |own: &HashMap<Strand, ValueId>, strand: &Strand| {
+            own.get(strand).or_else(|| common.get(&strand[0])).copied().unwrap_or_else(|| {
+                unreachable!("operands come first, and what is the same for all is in the body")
+            })
+        };
+        let operation = |own: &HashMap<Strand, ValueId>, strand: &Strand| {
+            let node = expressions.node(strand[0]);
+            if let Node::Symbol(_) = node {
+                return expressions.load_in_rounds(strand);
+            }
+            let mut operands = expressions.operands(strand);
+            let mut next = || {
+                let operand = operands.next();
+                value_of(own, &operand.unwrap_or_else(|| unreachable!("rounds are of one form")))
+            };
+            expressions.operation(node, |_| next())
+        };
+
+        let listed = |strand: &Strand| expressions.listed(strand, rounds.count);
+        let of_passages = rounds.body.iter().any(|strand| listed(strand).is_some());
+        let has_numbers = of_passages || rounds.head.iter().any(|strand| listed(strand).is_some());
+        let round = has_numbers.then(|| append(&mut operations, begin, Operation::Round));
+        let passed = of_passages.then_some(round).flatten().map(|round| {
+            let count = Operation::Constant(f64::from(rounds.count));
+            let count = append(&mut operations, begin, count);
+            append(&mut operations, begin, Operation::Multiply(round, count))
+        });
+        for strand in &rounds.head {
+            let operation = match listed(strand).zip(round) {
+                Some((curve, round)) => Operation::Curve(curve, round),
+                None => operation(&own, strand),
+            };
+            own.insert(Rc::clone(strand), append(&mut operations, begin, operation));
+        }
+        let head = operations.len();
+        let position = passed.map(|passed| {
+            let counter = append(&mut operations, begin, Operation::Counter);
+            append(&mut operations, begin, Operation::Add(passed, counter))
+        });
+        for strand in &rounds.body {
+            let operation = match listed(strand).zip(position) {
+                Some((curve, position)) => Operation::Curve(curve, position),
+                None => operation(&own, strand),
+            };
+            own.insert(Rc::clone(strand), append(&mut operations, begin, operation));
+        }
+        let stores = rounds.numbers.iter().map(|((result, number), next, values)| Store {
+            result: *result,
+            first: number.place,
+            by_round: next.cast_signed() - number.place.cast_signed(),
+            value: value_of(&own, values),
+        });
+        let stores = stores.collect();
+        let body = operations.split_off(head);
+        Loop { rounds: rounds.rounds, head: operations, count: rounds.count, body, stores }
     }
 }
 

@@ -6,10 +6,10 @@ use dgd_signature::arrays::Run;
 use dgd_signature::{Direction, PastLayout, Pattern};
 
 use super::functions::{Argument, FUNCTIONS, ResultKind};
-use super::loops::{Number, schedule};
+use super::loops::{Expressions, Number, schedule};
 use super::past::{begin, opened};
 use super::taylor::{Derivatives, NonZero, taylor};
-use super::{Operation, Program, ValueId, describe};
+use super::{Operation, Place, Program, ValueId, describe, rounds};
 use crate::dae::{self, Dae};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::{HashMap, HashSet};
@@ -33,13 +33,15 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
         n_s: directions.len(),
     };
     let mut derivation = Derivation::new(dae, directions, past);
+    let kinds = rounds::of_one_kind(dae);
     let functions = FUNCTIONS
         .iter()
         .map(|spec| {
             let results: Vec<Vec<Number>> =
                 spec.results.iter().map(|result| derivation.numbers(*result)).collect();
             let Derivation { graph, names, .. } = &derivation;
-            schedule(graph, names, dae, past, spec.kind, &results)
+            let expressions = Expressions { graph, dae, past };
+            schedule(expressions, names, &kinds, spec.kind, &results)
         })
         .collect();
     let taylor = taylor(&mut derivation);
@@ -165,38 +167,62 @@ impl<'a> Derivation<'a> {
     fn numbers(&mut self, result: ResultKind) -> Vec<Number> {
         let values = self.result(result);
         let values = self.by_reciprocals(&values);
-        let single = |(place, value)| Number { value, place, rows: None };
-        if let Some(Pattern { runs, .. }) = self.patterns.get(&result) {
+        let single = |(place, value)| Number { value, place, rows: None, family: None };
+        if let Some(Pattern { runs, rows, .. }) = self.patterns.get(&result) {
+            // Rows of f, direction by direction.
+            let family = |row: usize| match result {
+                ResultKind::Jacobian
+                | ResultKind::ParameterJacobian
+                | ResultKind::InputJacobian
+                | ResultKind::Dgdy => self.family_of(row % self.n()),
+                _ => None,
+            };
             let n_single = values.len() - runs.len();
+            let singles = values[..n_single].iter().copied().enumerate().zip(rows.iter());
             let mut numbers: Vec<Number> =
-                values[..n_single].iter().copied().enumerate().map(single).collect();
+                singles.map(|(one, row)| Number { family: family(*row), ..single(one) }).collect();
             let mut place = n_single;
             for (value, run) in values[n_single..].iter().zip(runs.iter()) {
                 let rows = u32::try_from(run.count).unwrap_or(u32::MAX);
-                numbers.push(Number { value: *value, place, rows: Some(rows) });
+                let family = family(run.row);
+                numbers.push(Number { value: *value, place, rows: Some(rows), family });
                 place += run.count;
             }
             return numbers;
         }
-        let (rows, stride) = match result {
+        let n_families = self.dae.families.len();
+        let n_single = self.dae.unknowns.len();
+        // Which of the rows behind the single ones are families, or arrays, which are counted behind these.
+        let (rows, stride, behind) = match result {
             ResultKind::F
             | ResultKind::Dfdt
             | ResultKind::TimeDerivative
             | ResultKind::G
             | ResultKind::Dgdt
-            | ResultKind::Mass => (self.rows_of_f(), self.n()),
-            ResultKind::W | ResultKind::Dwdt | ResultKind::Dw => (self.rows_of_w(), self.n_w()),
+            | ResultKind::Mass => (self.rows_of_f(), self.n(), Some(0)),
+            ResultKind::W | ResultKind::Dwdt | ResultKind::Dw => {
+                (self.rows_of_w(), self.n_w(), None)
+            }
             ResultKind::Y0 | ResultKind::S0 => {
                 let arrays = self.dae.arrays.iter().map(|array| (array.first, array.count));
-                (rows(self.dae.unknowns.len(), arrays), self.n())
+                (rows(n_single, arrays), self.n(), Some(n_families))
             }
             _ => return values.into_iter().enumerate().map(single).collect(),
         };
         let in_row = |(i, value): (usize, ExprId)| {
-            let (place, count) = rows[i % rows.len()];
-            Number { value, place: i / rows.len() * stride + place, rows: count }
+            let row = i % rows.len();
+            let (place, count) = rows[row];
+            let family = behind.zip(row.checked_sub(n_single)).map(|(first, k)| first + k);
+            Number { value, place: i / rows.len() * stride + place, rows: count, family }
         };
         values.into_iter().enumerate().map(in_row).collect()
+    }
+
+    /// The family that has a row.
+    fn family_of(&self, row: usize) -> Option<usize> {
+        let families = &self.dae.families;
+        let position = families.partition_point(|family| family.first <= row).checked_sub(1)?;
+        (row < families[position].first + families[position].count as usize).then_some(position)
     }
 
     fn w(&self) -> Vec<ExprId> {
@@ -768,14 +794,15 @@ fn direction(directions: &[Direction]) -> impl Fn(Symbol) -> Option<usize> + '_ 
     }
 }
 
-/// The operation of a node on values.
+/// The operation of a node on values, which are asked for in the order of its operands.
 pub(super) fn operation(
     node: Node,
     dae: &Dae,
     layout: PastLayout,
-    value: impl Fn(ExprId) -> ValueId,
+    mut value: impl FnMut(ExprId) -> ValueId,
 ) -> Operation {
     let position = |i: usize| u32::try_from(i).unwrap_or(u32::MAX);
+    let swept = |argument, first| Operation::LoadSwept(argument, Place { first, by_round: 0 });
     match node {
         Node::Constant(bits) => Operation::Constant(f64::from_bits(bits)),
         Node::Symbol(symbol) => match symbol {
@@ -793,11 +820,11 @@ pub(super) fn operation(
             Symbol::Past(past, k) => {
                 Operation::Load(Argument::U, position(begin(layout, past)) + k)
             }
-            Symbol::Swept(i) => Operation::LoadSwept(Argument::Y, i),
-            Symbol::SweptSensitivity(i) => Operation::LoadSwept(Argument::S, i),
-            Symbol::SweptParameter(i, _) => Operation::LoadSwept(Argument::P, i),
-            Symbol::SweptInput(i, _) => Operation::LoadSwept(Argument::U, i),
-            Symbol::SweptInputSlope(i, _) => Operation::LoadSwept(Argument::Udot, i),
+            Symbol::Swept(i) => swept(Argument::Y, i),
+            Symbol::SweptSensitivity(i) => swept(Argument::S, i),
+            Symbol::SweptParameter(i, _) => swept(Argument::P, i),
+            Symbol::SweptInput(i, _) => swept(Argument::U, i),
+            Symbol::SweptInputSlope(i, _) => swept(Argument::Udot, i),
             Symbol::Counter => Operation::Counter,
             Symbol::Constant(_)
             | Symbol::Derivative(_)

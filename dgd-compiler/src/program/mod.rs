@@ -6,6 +6,7 @@ mod functions;
 mod loops;
 mod lower;
 mod past;
+mod rounds;
 mod taylor;
 mod text;
 
@@ -106,15 +107,49 @@ pub struct Function {
     pub loops: Vec<Loop>,
 }
 
-/// Operations for each k from 0 to `count` − 1.
+/// Operations for each r from 0 to `rounds` − 1, and in each of these for each k from 0 to `count` − 1.
+///
+/// Elements that follow each other are passages of one round. A loop over several indices goes on in rounds, and so does one whose
+/// elements do not follow each other.
 #[derive(Debug, Clone)]
 pub struct Loop {
-    /// Number of passages.
+    /// Number of rounds.
+    pub rounds: u32,
+    /// Operations of a round, in order; values go on counting after those of the function's body.
+    pub head: Vec<Operation>,
+    /// Number of passages in each round.
     pub count: u32,
-    /// Operations in order; values go on counting after those of the function's body.
+    /// Operations of a passage, in order; values go on counting after those of the head.
     pub body: Vec<Operation>,
     /// What goes where.
     pub stores: Vec<Store>,
+}
+
+impl Loop {
+    /// All its operations, those of the head first.
+    pub fn operations(&self) -> impl Iterator<Item = &Operation> {
+        self.head.iter().chain(&self.body)
+    }
+
+    /// The values that it reads, its own and the function's.
+    pub fn reads(&self) -> impl Iterator<Item = ValueId> {
+        let operands = self.operations().flat_map(|operation| operation.operands());
+        operands.chain(self.stores.iter().map(|store| store.value))
+    }
+
+    /// Number of operations that are performed.
+    pub fn performed(&self) -> usize {
+        self.rounds as usize * (self.head.len() + self.count as usize * self.body.len())
+    }
+}
+
+/// A place that moves with the rounds of a loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// Where it is in the first round.
+    pub first: u32,
+    /// How far it moves from a round to the next.
+    pub by_round: i32,
 }
 
 /// A number of a result in each passage of a loop.
@@ -122,8 +157,10 @@ pub struct Loop {
 pub struct Store {
     /// Which result of the function.
     pub result: usize,
-    /// Its place in the first passage; in the next it is the next.
+    /// Its place in the first passage of the first round; in the next passage it is the next.
     pub first: usize,
+    /// How far that moves from a round to the next.
+    pub by_round: isize,
     /// The number.
     pub value: ValueId,
 }
@@ -148,11 +185,15 @@ pub enum Operation {
     Time,
     /// One number of an argument.
     Load(Argument, u32),
-    /// In a loop, the number of an argument that is this one in the first passage and the next in
+    /// In a loop, the number of an argument that is this one in the first passage of a round and the next in
     /// the next.
-    LoadSwept(Argument, u32),
+    LoadSwept(Argument, Place),
+    /// In a loop, the number of an argument that is this one in all passages of a round.
+    LoadRound(Argument, Place),
     /// In a loop, k.
     Counter,
+    /// In a loop, r.
+    Round,
     /// −a
     Negate(ValueId),
     /// a + b
@@ -189,7 +230,9 @@ impl Operation {
             | Operation::Time
             | Operation::Load(..)
             | Operation::LoadSwept(..)
-            | Operation::Counter => [None; 3],
+            | Operation::LoadRound(..)
+            | Operation::Counter
+            | Operation::Round => [None; 3],
             Operation::Negate(a)
             | Operation::Call1(_, a)
             | Operation::Curve(_, a)

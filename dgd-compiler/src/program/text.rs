@@ -6,7 +6,7 @@ use dgd_signature::arrays::{Array, Family, OutputArray, Run};
 use dgd_signature::{Direction, Discrete, Signature, Transition, Trigger, Unknowns};
 
 use super::{
-    Argument, Entry, Factor, Function, Loop, NoTaylor, Operation, Program, RUNS, Recurrence,
+    Argument, Entry, Factor, Function, Loop, NoTaylor, Operation, Place, Program, RUNS, Recurrence,
     ResultKind, Series, Store, Taylor, ValueId,
 };
 use crate::expr::display::number;
@@ -248,16 +248,41 @@ impl fmt::Display for Function {
             let values: Vec<String> = values.collect();
             writeln!(f, "  {result:?} = [{}]", values.join(", "))?;
         }
-        for Loop { count, body, stores } in &self.loops {
-            writeln!(f, "  for k in 0..{}", count - 1)?;
-            for (i, operation) in body.iter().enumerate() {
-                writeln!(f, "    %{} = {operation}", self.body.len() + i)?;
+        for Loop { rounds, head, count, body, stores } in &self.loops {
+            let mut value = self.body.len()..;
+            let mut write_all = |f: &mut fmt::Formatter<'_>, operations: &[Operation]| {
+                let mut all = operations.iter().zip(&mut value);
+                all.try_for_each(|(operation, k)| writeln!(f, "    %{k} = {operation}"))
+            };
+            if *rounds > 1 {
+                writeln!(f, "  for r in 0..{}", rounds - 1)?;
+                write_all(f, head)?;
             }
-            for Store { result, first, value } in stores {
-                writeln!(f, "    {:?}[{first}+k] = {value}", spec.results[*result])?;
+            if *count > 1 {
+                writeln!(f, "  for k in 0..{}", count - 1)?;
+            }
+            write_all(f, body)?;
+            for Store { result, first, by_round, value } in stores {
+                let (result, by) = (spec.results[*result], Rounds(*by_round as i64));
+                let k = if *count > 1 { "+k" } else { "" };
+                writeln!(f, "    {result:?}[{first}{by}{k}] = {value}")?;
             }
         }
         Ok(())
+    }
+}
+
+/// How far a place has moved in round r.
+struct Rounds(i64);
+
+impl fmt::Display for Rounds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            0 => Ok(()),
+            1 => write!(f, "+r"),
+            -1 => write!(f, "-r"),
+            by => write!(f, "{by:+}*r"),
+        }
     }
 }
 
@@ -272,8 +297,14 @@ impl fmt::Display for Operation {
         match *self {
             Operation::Constant(value) => write!(f, "{}", number(value)),
             Operation::Time => write!(f, "t"),
-            Operation::LoadSwept(argument, i) => write!(f, "{}[{i}+k]", argument.symbol()),
+            Operation::LoadSwept(argument, Place { first, by_round }) => {
+                write!(f, "{}[{first}{}+k]", argument.symbol(), Rounds(by_round.into()))
+            }
+            Operation::LoadRound(argument, Place { first, by_round }) => {
+                write!(f, "{}[{first}{}]", argument.symbol(), Rounds(by_round.into()))
+            }
             Operation::Counter => write!(f, "k"),
+            Operation::Round => write!(f, "r"),
             Operation::Load(argument, i) => write!(f, "{}[{i}]", argument.symbol()),
             Operation::Negate(a) => write!(f, "-{a}"),
             Operation::Add(a, b) => write!(f, "{a} + {b}"),

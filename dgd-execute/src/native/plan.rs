@@ -58,11 +58,10 @@ impl<'a> Plan<'a> {
         for part in &function.loops {
             let of_loop = kinds_of_loop(part, &kinds, &mut reads)?;
             for store in &part.stores {
-                let last = store.first.checked_add(part.count as usize);
-                let fits = function.lengths.get(store.result).zip(last);
-                if fits.is_none_or(|(length, last)| last > *length)
-                    || number(&of_loop, store.value).is_err()
-                {
+                let (first, by_round) = (store.first as i128, store.by_round as i128);
+                let end = end_of(part, first, by_round, part.count)?;
+                let length = function.lengths.get(store.result).ok_or(Refused::Malformed)?;
+                if end > *length || number(&of_loop, store.value).is_err() {
                     return Err(Refused::Malformed);
                 }
             }
@@ -98,10 +97,21 @@ pub(super) fn is_immediate(operation: Operation) -> bool {
 struct Reads([usize; ARGUMENTS.len()]);
 
 impl Reads {
-    fn note(&mut self, argument: Argument, first: u32, count: u32) {
+    /// Notes that so many values are read.
+    fn note(&mut self, argument: Argument, end: usize) {
         let reads = &mut self.0[position(argument)];
-        *reads = (*reads).max(first as usize + count as usize);
+        *reads = (*reads).max(end);
     }
+}
+
+/// One past the last of the places that a loop visits, `count` in each round; none may lie before the first of all.
+fn end_of(part: &Loop, first: i128, by_round: i128, count: u32) -> Result<usize, Refused> {
+    let last = first + by_round * (i128::from(part.rounds) - 1);
+    let end = first.max(last) + i128::from(count);
+    if part.rounds == 0 || first.min(last) < 0 {
+        return Err(Refused::Malformed);
+    }
+    usize::try_from(end).map_err(|_| Refused::TooLarge)
 }
 
 /// Position in [`ARGUMENTS`].
@@ -117,14 +127,16 @@ pub(super) fn position(argument: Argument) -> usize {
 }
 
 fn kinds_of_loop(part: &Loop, before: &[Kind], reads: &mut Reads) -> Result<Vec<Kind>, Refused> {
-    kinds(&part.body, before, Some(part.count), reads)
+    let of_head = kinds(&part.head, before, Some((part, 1)), reads)?;
+    kinds(&part.body, &of_head, Some((part, part.count)), reads)
 }
 
-/// The kinds of the values, including those `before`; checks that operands have the kinds that operations expect.
+/// The kinds of the values, including those `before`; checks that operands have the kinds that operations expect. In a
+/// loop, the operations have so many passages in each round.
 fn kinds(
     body: &[Operation],
     before: &[Kind],
-    passages: Option<u32>,
+    part: Option<(&Loop, u32)>,
     reads: &mut Reads,
 ) -> Result<Vec<Kind>, Refused> {
     let mut kinds = before.to_vec();
@@ -133,15 +145,19 @@ fn kinds(
         let kind = match *operation {
             Operation::Constant(_) | Operation::Time => Kind::Number,
             Operation::Load(argument, index) => {
-                reads.note(argument, index, 1);
+                reads.note(argument, index as usize + 1);
                 Kind::Number
             }
-            Operation::LoadSwept(argument, first) => {
-                reads.note(argument, first, passages.ok_or(Refused::Malformed)?);
+            Operation::LoadSwept(argument, place) | Operation::LoadRound(argument, place) => {
+                let (part, passages) = part.ok_or(Refused::Malformed)?;
+                let moves = matches!(operation, Operation::LoadSwept(..));
+                let count = if moves { passages } else { 1 };
+                let end = end_of(part, place.first.into(), place.by_round.into(), count)?;
+                reads.note(argument, end);
                 Kind::Number
             }
-            Operation::Counter => {
-                passages.ok_or(Refused::Malformed)?;
+            Operation::Counter | Operation::Round => {
+                part.ok_or(Refused::Malformed)?;
                 Kind::Number
             }
             Operation::Call1(function, a) => {
@@ -249,7 +265,8 @@ fn pieces(function: &Function) -> Vec<Piece> {
     // Loops are added to the last piece while there is room.
     let mut size = pieces.last().map_or(0, |piece| piece.body.len());
     for (k, part) in function.loops.iter().enumerate() {
-        size += part.body.len();
+        let own = part.operations().count();
+        size += own;
         match pieces.last_mut() {
             Some(piece) if size <= MOST_OPERATIONS => {
                 piece.loops =
@@ -257,7 +274,7 @@ fn pieces(function: &Function) -> Vec<Piece> {
             }
             _ => {
                 pieces.push(Piece { body: n..n, loops: k..k + 1 });
-                size = part.body.len();
+                size = own;
             }
         }
     }
@@ -270,10 +287,7 @@ fn kept(function: &Function, pieces: &[Piece]) -> Vec<bool> {
     let mut kept = vec![false; n];
     for piece in pieces {
         let of_loops = function.loops[piece.loops.clone()].iter();
-        let in_loops = of_loops.flat_map(|part| {
-            let read = part.body.iter().flat_map(|operation| operation.operands());
-            read.chain(part.stores.iter().map(|store| store.value))
-        });
+        let in_loops = of_loops.flat_map(Loop::reads);
         let in_body = function.body[piece.body.clone()].iter().flat_map(|o| o.operands());
         for value in in_body.chain(in_loops) {
             let earlier = value.index() < n && !piece.body.contains(&value.index());

@@ -10,7 +10,7 @@ use dgd_compiler::diagnostics::{Diagnostics, render};
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Directions, compile};
 use dgd_compiler::program::{
-    Argument, FUNCTIONS, Function, FunctionKind, Loop, Operation, Program, Store, ValueId,
+    Argument, FUNCTIONS, Function, FunctionKind, Loop, Operation, Place, Program, Store, ValueId,
 };
 use dgd_compiler::source::{Source, Sources};
 use dgd_runtime::Point;
@@ -105,6 +105,17 @@ input u linear
 state x = 0.1 + a
 state v = -b
 state p[i in 1..N] = a*i
+size M = 4
+parameter c[i in 1..M] = 0.3*i
+state T[1..M][1..N] = 1
+for i in 1..M {
+  equation left[i]: 1 [s]*der(T[i][1]) = c[i]*sqrt(c[i]) - T[i][1]*u
+  equation right[i]: 1 [s]*der(T[i][N]) = T[i][N-1] - a*T[M+1-i][N]
+}
+for j in 2..N-1 { equation top[j]: 1 [s]*der(T[1][j]) = j*x - T[1][j] }
+for i in 2..M, j in 2..N-1 {
+  equation inner[i][j]: 1 [s]*der(T[i][j]) = exp(-c[i]*b)*(T[i-1][j] - T[i][j]) + p[j]*T[i][j-1]/c[i-1] - j*T[M+1-i][j+1]
+}
 equation one: 1 [s]*der(x) = a*v - b*x*x + u + p[3]
 equation two: 1 [s]*der(v) = sin(b*x) - v*sqrt(1 + x^2)
 equation first: 1 [s]*der(p[1]) = u - p[1]*abs(p[1])
@@ -179,8 +190,11 @@ fn compare(program: &Program, noise: &mut Noise) {
 fn random_expressions_and_loops_give_the_bits_of_the_interpreter() {
     for seed in 0..40 {
         let mut noise = Noise::new(seed);
-        let text = model(&mut noise, 6);
-        compare(&program(&text), &mut noise);
+        let program = program(&model(&mut noise, 6));
+        let loops = &program.function(FunctionKind::Rhs).loops;
+        let in_rounds = loops.iter().filter(|part| part.rounds > 1);
+        assert!(in_rounds.map(|part| part.count).any(|count| count > 1), "rows are rounds");
+        compare(&program, &mut noise);
     }
 }
 
@@ -280,7 +294,7 @@ fn function(body: Vec<Operation>, loops: Vec<Loop>) -> Function {
 
 #[test]
 fn what_is_no_program_is_refused() {
-    use Operation::{Add, Compare, Constant, Counter, Load, LoadSwept, Not, Select};
+    use Operation::{Add, Compare, Constant, Counter, Load, LoadRound, LoadSwept, Not, Select};
     use dgd_compiler::expr::graph::Comparison::Less;
     let v = ValueId;
     let one = Constant(1.0);
@@ -294,7 +308,8 @@ fn what_is_no_program_is_refused() {
         vec![one, Compare(Less, v(0), v(0))],
         // Parts of loops outside a loop.
         vec![Counter],
-        vec![LoadSwept(Argument::Y, 0)],
+        vec![LoadSwept(Argument::Y, Place { first: 0, by_round: 0 })],
+        vec![LoadRound(Argument::Y, Place { first: 0, by_round: 0 })],
     ];
     for body in bodies {
         let refused = Plan::new(&function(body.clone(), Vec::new())).err();
@@ -303,9 +318,24 @@ fn what_is_no_program_is_refused() {
     let far = vec![Load(Argument::Y, u32::MAX)];
     assert_eq!(Plan::new(&function(far, Vec::new())).err(), Some(Refused::TooLarge));
     // A loop that writes beyond its result.
-    let store = Store { result: 0, first: 0, value: v(1) };
-    let part = Loop { count: 2, body: vec![LoadSwept(Argument::Y, 0)], stores: vec![store] };
-    assert_eq!(Plan::new(&function(vec![one], vec![part])).err(), Some(Refused::Malformed));
+    let store = Store { result: 0, first: 0, by_round: 0, value: v(1) };
+    let at = |by_round| Place { first: 0, by_round };
+    let part = |rounds, count, place, store| Loop {
+        rounds,
+        head: Vec::new(),
+        count,
+        body: vec![LoadSwept(Argument::Y, place)],
+        stores: vec![store],
+    };
+    let refused = |part| Plan::new(&function(vec![one], vec![part])).err();
+    assert_eq!(refused(part(1, 2, at(0), store)), Some(Refused::Malformed));
+    // Rounds that read or write before the first number, or write beyond the last.
+    assert_eq!(refused(part(2, 1, at(1), store)), None);
+    assert_eq!(refused(part(2, 1, at(-1), store)), Some(Refused::Malformed));
+    for by_round in [-1, 1] {
+        let store = Store { by_round, ..store };
+        assert_eq!(refused(part(2, 1, at(1), store)), Some(Refused::Malformed));
+    }
 }
 
 #[test]

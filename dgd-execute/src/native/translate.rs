@@ -9,14 +9,14 @@ use std::ops::Range;
 
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
 use cranelift_codegen::ir::{
-    AbiParam, BlockArg, Function as Code, InstBuilder, MemFlagsData, SigRef, Signature, Type,
-    Value, types,
+    AbiParam, Block, BlockArg, Function as Code, InstBuilder, MemFlagsData, SigRef, Signature,
+    Type, Value, types,
 };
 use cranelift_codegen::isa::TargetIsa;
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use dgd_compiler::expr::graph::Comparison;
 use dgd_compiler::expr::intrinsics::{Definition, Instruction, IntrinsicId};
-use dgd_compiler::program::{Argument, Loop, Operation, ValueId};
+use dgd_compiler::program::{Argument, Loop, Operation, Place, ValueId};
 
 use super::code::{Frame, call_curve, call_one, call_two};
 use super::plan::{Kind, Piece, Plan, distance, is_immediate, position};
@@ -63,6 +63,8 @@ pub(super) fn translate(
         frame,
         calls,
         addresses: HashMap::new(),
+        round: None,
+        moved: HashMap::new(),
         values: HashMap::new(),
     };
     translation.body(piece.body.clone());
@@ -82,11 +84,18 @@ enum Array {
     Scratch,
 }
 
-/// An iteration of a loop.
+/// A passage of a loop.
 #[derive(Debug, Clone, Copy)]
 struct Passage {
     /// Byte offset of this iteration's number in an array from that of the first.
     offset: Value,
+}
+
+/// How a place moves in a loop.
+#[derive(Debug, Clone, Copy, Default)]
+struct At {
+    by_round: i64,
+    passage: Option<Passage>,
 }
 
 struct Translation<'a, 'b> {
@@ -98,6 +107,9 @@ struct Translation<'a, 'b> {
     calls: [SigRef; 2],
     /// Addresses of arrays, loaded in blocks that dominate every later one.
     addresses: HashMap<Array, Value>,
+    /// Which round of a loop it is, and addresses that have moved by so many numbers in each round.
+    round: Option<Value>,
+    moved: HashMap<(Array, i64), Value>,
     /// Values of the body, likewise, and in a loop those of the iteration.
     values: HashMap<ValueId, Value>,
 }
@@ -115,11 +127,11 @@ impl Translation<'_, '_> {
             }
             for (result, place) in &plan.stores[index] {
                 let value = self.operand(id);
-                self.store(value, Array::Result(*result), *place, None);
+                self.store(value, Array::Result(*result), *place, At::default());
             }
             if plan.kept[index] {
                 let value = self.operand(id);
-                self.store(value, Array::Scratch, index, None);
+                self.store(value, Array::Scratch, index, At::default());
             }
         }
     }
@@ -131,14 +143,16 @@ impl Translation<'_, '_> {
         }
         // Values that all iterations read are computed before the first.
         let first = self.plan.function.body.len();
-        let read = part.body.iter().flat_map(|operation| operation.operands());
-        for value in read.chain(part.stores.iter().map(|store| store.value)) {
+        for value in part.reads() {
             if value.index() < first {
                 self.operand(value);
             }
         }
-        for operation in &part.body {
-            if let Operation::Load(argument, _) | Operation::LoadSwept(argument, _) = operation {
+        for operation in part.operations() {
+            if let Operation::Load(argument, _)
+            | Operation::LoadSwept(argument, _)
+            | Operation::LoadRound(argument, _) = operation
+            {
                 self.address(Array::Argument(*argument));
             }
         }
@@ -146,28 +160,88 @@ impl Translation<'_, '_> {
             self.address(Array::Result(store.result));
         }
 
+        if part.rounds == 1 {
+            self.passages(part);
+        } else {
+            let (round, after) = (self.builder.create_block(), self.builder.create_block());
+            let r = self.enter(round);
+            self.begin_round(part, r);
+            self.passages(part);
+            self.again_unless(r, 1, i64::from(part.rounds), round, after);
+            self.round = None;
+            self.moved.clear();
+        }
+        for k in 0..part.operations().count() {
+            self.values.remove(&ValueId((first + k) as u32));
+        }
+    }
+
+    /// Emits what a round begins with: the addresses of what moves with the rounds, and the head.
+    fn begin_round(&mut self, part: &Loop, r: Value) {
+        self.round = Some(r);
+        let loads = part.operations().filter_map(|operation| match operation {
+            Operation::LoadSwept(argument, place) | Operation::LoadRound(argument, place) => {
+                Some((Array::Argument(*argument), i64::from(place.by_round)))
+            }
+            _ => None,
+        });
+        let stores = part.stores.iter();
+        let stores = stores.map(|store| (Array::Result(store.result), store.by_round as i64));
+        for (array, by_round) in loads.chain(stores) {
+            if by_round != 0 && !self.moved.contains_key(&(array, by_round)) {
+                let base = self.address(array);
+                let offset = self.builder.ins().imul_imm_s(r, by_round * STRIDE);
+                let address = self.builder.ins().iadd(base, offset);
+                self.moved.insert((array, by_round), address);
+            }
+        }
+        let first = self.plan.function.body.len();
+        for (k, operation) in part.head.iter().enumerate() {
+            let value = self.perform(*operation, None);
+            self.values.insert(ValueId((first + k) as u32), value);
+        }
+    }
+
+    /// Emits the passages of a round.
+    fn passages(&mut self, part: &Loop) {
+        if part.count == 1 {
+            self.passage(part, None);
+            return;
+        }
         let (passage, after) = (self.builder.create_block(), self.builder.create_block());
-        let offset = self.builder.append_block_param(passage, ADDRESS);
-        let zero = self.builder.ins().iconst(ADDRESS, 0);
-        self.builder.ins().jump(passage, &[BlockArg::Value(zero)]);
-        self.builder.switch_to_block(passage);
-        let now = Passage { offset };
+        let offset = self.enter(passage);
+        self.passage(part, Some(Passage { offset }));
+        self.again_unless(offset, STRIDE, i64::from(part.count) * STRIDE, passage, after);
+    }
+
+    fn passage(&mut self, part: &Loop, now: Option<Passage>) {
+        let first = self.plan.function.body.len() + part.head.len();
         for (k, operation) in part.body.iter().enumerate() {
-            let value = self.perform(*operation, Some(now));
+            let value = self.perform(*operation, now);
             self.values.insert(ValueId((first + k) as u32), value);
         }
         for store in &part.stores {
             let value = self.operand(store.value);
-            self.store(value, Array::Result(store.result), store.first, Some(now));
+            let at = At { by_round: store.by_round as i64, passage: now };
+            self.store(value, Array::Result(store.result), store.first, at);
         }
-        let next = self.builder.ins().iadd_imm_s(offset, STRIDE);
-        let end = i64::from(part.count) * STRIDE;
+    }
+
+    /// Begins a block that is repeated, and returns the number that it counts from zero.
+    fn enter(&mut self, block: Block) -> Value {
+        let counted = self.builder.append_block_param(block, ADDRESS);
+        let zero = self.builder.ins().iconst(ADDRESS, 0);
+        self.builder.ins().jump(block, &[BlockArg::Value(zero)]);
+        self.builder.switch_to_block(block);
+        counted
+    }
+
+    /// Ends a block that is repeated until what it counts has reached `end`.
+    fn again_unless(&mut self, counted: Value, by: i64, end: i64, block: Block, after: Block) {
+        let next = self.builder.ins().iadd_imm_s(counted, by);
         let more = self.builder.ins().icmp_imm_s(IntCC::NotEqual, next, end);
-        self.builder.ins().brif(more, passage, &[BlockArg::Value(next)], after, &[]);
+        self.builder.ins().brif(more, block, &[BlockArg::Value(next)], after, &[]);
         self.builder.switch_to_block(after);
-        for k in 0..part.body.len() {
-            self.values.remove(&ValueId((first + k) as u32));
-        }
     }
 
     /// Emits an operation whose operands are available, and returns its value.
@@ -176,19 +250,28 @@ impl Translation<'_, '_> {
             Operation::Constant(number) => self.builder.ins().f64const(number),
             Operation::Time => self.t,
             Operation::Load(argument, index) => {
-                self.load(types::F64, Array::Argument(argument), index as usize, None)
+                self.load(types::F64, Array::Argument(argument), index as usize, At::default())
             }
-            Operation::LoadSwept(argument, first) => {
-                self.load(types::F64, Array::Argument(argument), first as usize, passage)
+            Operation::LoadSwept(argument, Place { first, by_round }) => {
+                let at = At { by_round: by_round.into(), passage };
+                self.load(types::F64, Array::Argument(argument), first as usize, at)
             }
-            Operation::Counter => {
-                let Some(Passage { offset }) = passage else {
-                    unreachable!("only loops count, as the plan has checked")
-                };
-                let shift = i64::from(STRIDE.trailing_zeros());
-                let k = self.builder.ins().ushr_imm_u(offset, shift);
-                self.builder.ins().fcvt_from_sint(types::F64, k)
+            Operation::LoadRound(argument, Place { first, by_round }) => {
+                let at = At { by_round: by_round.into(), passage: None };
+                self.load(types::F64, Array::Argument(argument), first as usize, at)
             }
+            Operation::Counter => match passage {
+                None => self.builder.ins().f64const(0.0),
+                Some(Passage { offset }) => {
+                    let shift = i64::from(STRIDE.trailing_zeros());
+                    let k = self.builder.ins().ushr_imm_u(offset, shift);
+                    self.builder.ins().fcvt_from_sint(types::F64, k)
+                }
+            },
+            Operation::Round => match self.round {
+                None => self.builder.ins().f64const(0.0),
+                Some(r) => self.builder.ins().fcvt_from_sint(types::F64, r),
+            },
             Operation::Negate(a) => {
                 let a = self.operand(a);
                 self.builder.ins().fneg(a)
@@ -269,7 +352,7 @@ impl Translation<'_, '_> {
                     Kind::Number => types::F64,
                     Kind::Condition => types::I8,
                 };
-                self.load(kind, Array::Scratch, id.index(), None)
+                self.load(kind, Array::Scratch, id.index(), At::default())
             }
         };
         self.values.insert(id, value);
@@ -318,8 +401,8 @@ impl Translation<'_, '_> {
         self.builder.inst_results(call)[0]
     }
 
-    fn load(&mut self, kind: Type, array: Array, place: usize, passage: Option<Passage>) -> Value {
-        let (address, distance) = self.place(array, place, passage);
+    fn load(&mut self, kind: Type, array: Array, place: usize, at: At) -> Value {
+        let (address, distance) = self.place(array, place, at);
         let flags = match array {
             Array::Argument(_) => MemFlagsData::trusted().with_readonly().with_can_move(),
             Array::Result(_) | Array::Scratch => MemFlagsData::trusted(),
@@ -327,15 +410,18 @@ impl Translation<'_, '_> {
         self.builder.ins().load(kind, flags, address, distance)
     }
 
-    fn store(&mut self, value: Value, array: Array, place: usize, passage: Option<Passage>) {
-        let (address, distance) = self.place(array, place, passage);
+    fn store(&mut self, value: Value, array: Array, place: usize, at: At) {
+        let (address, distance) = self.place(array, place, at);
         self.builder.ins().store(MemFlagsData::trusted(), value, address, distance);
     }
 
     /// The location of a number: an address and an offset.
-    fn place(&mut self, array: Array, place: usize, passage: Option<Passage>) -> (Value, i32) {
-        let base = self.address(array);
-        let address = match passage {
+    fn place(&mut self, array: Array, place: usize, at: At) -> (Value, i32) {
+        let base = match at.by_round {
+            0 => self.address(array),
+            by_round => self.moved[&(array, by_round)],
+        };
+        let address = match at.passage {
             None => base,
             Some(Passage { offset }) => self.builder.ins().iadd(base, offset),
         };

@@ -831,12 +831,12 @@ fn vectors(w: &mut Writer, d: u32) -> String {
     w.known.push(Known::new(&format!("{k}[3]"), &SCALES[0], Kind::OfPart));
     format!(
         "parameter {k}[1..3] = ({a:.2}, {b:.2}, {c:.2})\nconstant {g}[i in 1..3] = 0.4*i - 0.5\n\
-         input {u}[1..2] linear\nstate {x}[1..3][1..2] = ((0.1, 0.2), -0.3, (0.4, 0.6))\n\
+         input {u}[1..2] linear\nstate {x}[1..3][1..3] = ((0.1, 0.2, 0.3), -0.3, (0.4, 0.6, 0.5))\n\
          for i in 1..3 {{\n  equation {e}[i]: der({x}[i][1]) = ({gain}*tanh({u}[2]) - {x}[i][1] + \
          sum({g}[l]*{x}[l][2] for l in 1..3)/10)/1 [s]\n}}\n\
-         for i in 1..3, j in 2..2 {{\n  equation {f}[i][j]: der({x}[i][j]) = ({x}[i][j-1]*{k}[2] - \
+         for i in 1..3, j in 2..3 {{\n  equation {f}[i][j]: der({x}[i][j]) = ({x}[i][j-1]*{k}[2] - \
          {x}[i][j] + {g}[{back}]*tanh({source} + {u}[1]))/1 [s]\n}}\n\
-         output {total} = {reduced}({x}[l][m]*{k}[l] for l in 1..3, m in 1..2)"
+         output {total} = {reduced}({x}[l][m]*{k}[l] for l in 1..3, m in 1..3)"
     )
 }
 

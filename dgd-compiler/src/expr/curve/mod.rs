@@ -54,6 +54,22 @@ impl CurveId {
         })
     }
 
+    /// Numbers by their positions, the first at 0: a step for each. No event is at a step, as nothing but what counts
+    /// moves along them.
+    pub fn of_numbers(name: &str, numbers: &[f64]) -> Self {
+        let last = numbers.len().saturating_sub(1);
+        let knots: Vec<f64> = (0..last).map(|k| k as f64 + 0.5).collect();
+        let pieces: Vec<[f64; 4]> = numbers.iter().map(|number| [*number, 0.0, 0.0, 0.0]).collect();
+        Self::of(TableCurve {
+            name: name.to_owned(),
+            curve: Curve { knots: knots.into(), pieces: pieces.into() },
+            smooth: i8::MAX,
+            kinks: Vec::new(),
+            ends: [0.0, last as f64],
+            limit: None,
+        })
+    }
+
     /// The curve.
     pub fn get(self) -> &'static TableCurve {
         self.curve

@@ -4,12 +4,11 @@
 use super::open_axes;
 use super::place::ArrayPlace;
 use crate::diagnostics::{Diagnostics, Reported};
-use crate::expr::curve::{CurveId, TableCurve};
+use crate::expr::curve::CurveId;
 use crate::expr::{ExprId, Graph, Node};
 use crate::model::resolve::{Reading, Resolver};
 use crate::model::{Constant, Declared, Input, Interpolation, Parameter};
 use crate::syntax::ast::{ArrayKind, Attribute, AttributeKind, Axis, Expr, Item, Name};
-use dgd_signature::Curve;
 
 /// An array whose elements have values before a run, or from data.
 #[derive(Debug, Clone)]
@@ -99,8 +98,7 @@ impl<'a> Resolver<'a> {
     }
 }
 
-/// Numbers looked up at a whole number, the first at 0: a step for each. No event is at a step, as
-/// nothing but indices moves along them.
+/// Numbers looked up at a whole number, the first at 0.
 pub(super) fn numbers_at(graph: &mut Graph, name: &str, numbers: &[f64], at: ExprId) -> ExprId {
     let (first, others) = match numbers {
         [] => return graph.constant(0.0),
@@ -109,16 +107,5 @@ pub(super) fn numbers_at(graph: &mut Graph, name: &str, numbers: &[f64], at: Exp
     if others.iter().all(|number| number.to_bits() == first.to_bits()) {
         return graph.constant(first);
     }
-    let knots: Vec<f64> = (0..others.len()).map(|k| k as f64 + 0.5).collect();
-    let pieces: Vec<[f64; 4]> = numbers.iter().map(|number| [*number, 0.0, 0.0, 0.0]).collect();
-    let ends = [0.0, others.len() as f64];
-    let curve = CurveId::of(TableCurve {
-        name: name.to_owned(),
-        curve: Curve { knots: knots.into(), pieces: pieces.into() },
-        smooth: i8::MAX,
-        kinks: Vec::new(),
-        ends,
-        limit: None,
-    });
-    graph.intern(Node::Curve(curve, at))
+    graph.intern(Node::Curve(CurveId::of_numbers(name, numbers), at))
 }

@@ -1,0 +1,278 @@
+//! Rows of one equation that differ only in the places of what they read and give: rounds of a loop of a function.
+//!
+//! The rows of an equation over several indices are families, one for each value of the outer ones; where its elements
+//! do not follow each other they are single rows. Two rows that follow each other are walked through side by side. Where
+//! the steps from each row to its next are the same, one expression is enough for all, whose places move by so much from
+//! round to round.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
+
+use super::loops::{Expressions, Given};
+use super::{Operation, Place};
+use crate::dae::Dae;
+use crate::expr::curve::CurveId;
+use crate::expr::hash::{HashMap, HashSet};
+use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::source::Span;
+
+/// The fewest rows that are rounds: of two it is not known that they go on alike.
+const FEWEST: usize = 3;
+
+/// One expression of each row.
+pub(super) type Strand = Rc<[ExprId]>;
+
+/// All rows of a function that are rounds.
+#[derive(Debug, Default)]
+pub(super) struct Rounds {
+    pub(super) loops: Vec<InRounds>,
+    /// Their families.
+    pub(super) families: BTreeSet<usize>,
+}
+
+/// Rows that go on alike.
+#[derive(Debug, Default)]
+pub(super) struct InRounds {
+    pub(super) rounds: u32,
+    /// Number of passages in each.
+    pub(super) count: u32,
+    /// What the first row gives, where that is in the next, and its value in each.
+    pub(super) numbers: Vec<(Given, usize, Strand)>,
+    /// What is the same in all passages of a round, operands first.
+    pub(super) head: Vec<Strand>,
+    /// What differs from passage to passage, operands first.
+    pub(super) body: Vec<Strand>,
+    /// What they read that is the same in all rounds and passages.
+    common: Vec<ExprId>,
+}
+
+impl Rounds {
+    /// Finds them among the numbers of a function; those of each of `kinds` belong together, as [`of_one_kind`] says.
+    pub(super) fn find(
+        expressions: &Expressions<'_>,
+        moving: &HashSet<ExprId>,
+        kinds: &[Vec<usize>],
+        numbers: impl Iterator<Item = Given>,
+    ) -> Rounds {
+        let mut found = Rounds::default();
+        if kinds.is_empty() {
+            return found;
+        }
+        let mut rows: BTreeMap<usize, Vec<Given>> = BTreeMap::new();
+        for given in numbers {
+            if let Some(family) = given.1.family {
+                rows.entry(family).or_default().push(given);
+            }
+        }
+        let mut alike: BTreeMap<(u32, u32), InRounds> = BTreeMap::new();
+        for families in kinds {
+            let families: Vec<usize> =
+                families.iter().copied().filter(|family| rows.contains_key(family)).collect();
+            for families in runs(&families, |a, b| expressions.steps(&rows[&a], &rows[&b])) {
+                let [first, next] = [0, 1].map(|k| &rows[&families[k]]);
+                let rounds = u32::try_from(families.len()).unwrap_or(u32::MAX);
+                let count = first.iter().find_map(|(_, number)| number.rows).unwrap_or(1);
+                let own = alike.entry((count, rounds)).or_default();
+                (own.rounds, own.count) = (rounds, count);
+                own.numbers.extend(first.iter().enumerate().map(|(k, given)| {
+                    let values = families.iter().map(|family| rows[family][k].1.value);
+                    (*given, next[k].1.place, values.collect())
+                }));
+                found.families.extend(families);
+            }
+        }
+        found.loops.extend(alike.into_values().map(|rounds| rounds.planned(expressions, moving)));
+        found
+    }
+
+    /// What rounds read that is the same in all of them.
+    pub(super) fn common(&self) -> impl Iterator<Item = ExprId> {
+        self.loops.iter().flat_map(|rounds| rounds.common.iter().copied())
+    }
+}
+
+impl InRounds {
+    /// With its expressions in order.
+    fn planned(mut self, expressions: &Expressions<'_>, moving: &HashSet<ExprId>) -> InRounds {
+        let mut all: BTreeSet<Strand> = BTreeSet::new();
+        let mut pending: Vec<Strand> =
+            self.numbers.iter().map(|(.., values)| values.clone()).collect();
+        while let Some(strand) = pending.pop() {
+            if is_one(&strand) && !moving.contains(&strand[0]) {
+                self.common.push(strand[0]);
+            } else if !all.contains(&strand) {
+                pending.extend(expressions.operands(&strand));
+                all.insert(strand);
+            }
+        }
+        // Operands are earlier expressions of a row.
+        let mut passing: HashSet<Strand> = HashSet::default();
+        for strand in all {
+            let moves = match expressions.node(strand[0]) {
+                Node::Symbol(_) => moving.contains(&strand[0]),
+                node if is_listed(expressions.graph, node) => matches!(node, Node::Curve(..)),
+                _ => expressions.operands(&strand).any(|operand| passing.contains(&operand)),
+            };
+            if moves {
+                passing.insert(Rc::clone(&strand));
+                self.body.push(strand);
+            } else {
+                self.head.push(strand);
+            }
+        }
+        self
+    }
+}
+
+/// Whether all rows have the same expression.
+fn is_one(strand: &Strand) -> bool {
+    strand.iter().all(|id| *id == strand[0])
+}
+
+/// Whether it is a number by itself, or one of each passage, which rounds look up where they differ in it.
+fn is_listed(graph: &Graph, node: Node) -> bool {
+    match node {
+        Node::Constant(_) => true,
+        Node::Curve(_, at) => graph.node(at) == Node::Symbol(Symbol::Counter),
+        _ => false,
+    }
+}
+
+/// Rows that belong together, and may be rounds: the families of each equation, and then, counted on, what an array of several
+/// indices has for each value of the outer ones.
+pub(super) fn of_one_kind(dae: &Dae) -> Vec<Vec<usize>> {
+    let mut kinds: BTreeMap<(Option<Span>, &str, u32), Vec<usize>> = BTreeMap::new();
+    for (position, family) in dae.families.iter().enumerate() {
+        kinds.entry((Some(family.span), "", family.count)).or_default().push(position);
+    }
+    for (position, array) in (dae.families.len()..).zip(&dae.arrays) {
+        if let Some((name, _)) = array.name.split_once('[') {
+            kinds.entry((None, name, array.count)).or_default().push(position);
+        }
+    }
+    kinds.into_values().filter(|rows| rows.len() >= FEWEST).collect()
+}
+
+/// Runs of rows among some that follow each other, the steps from each to its next being the same.
+fn runs<T: PartialEq>(rows: &[usize], step: impl Fn(usize, usize) -> Option<T>) -> Vec<Vec<usize>> {
+    let steps: Vec<Option<T>> = rows.windows(2).map(|pair| step(pair[0], pair[1])).collect();
+    let mut runs = Vec::new();
+    let mut begin = 0;
+    while begin + FEWEST <= rows.len() {
+        let first = &steps[begin];
+        let goes_on = |step: &&Option<T>| step.is_some() && *step == first;
+        let end = begin + 1 + steps[begin..].iter().take_while(goes_on).count();
+        if end - begin < FEWEST {
+            begin += 1;
+        } else {
+            runs.push(rows[begin..end].to_vec());
+            begin = end;
+        }
+    }
+    runs
+}
+
+/// A step of a walk through two rows side by side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Step {
+    /// Both have numbers here, the same or others, one or some for the passages.
+    Listed(bool),
+    /// The two operations were met before: which of all pairs.
+    Met(usize),
+    /// The place of the second is so much further; of what has no place, both are the same.
+    By(i64),
+}
+
+impl Expressions<'_> {
+    /// The operands of expressions of one form; none of what is listed in rounds.
+    pub(super) fn operands(&self, strand: &Strand) -> impl Iterator<Item = Strand> + use<> {
+        let node = self.node(strand[0]);
+        let is_listed = is_listed(self.graph, node) && !is_one(strand);
+        let n = if is_listed { 0 } else { node.operands().count() };
+        let operands: Vec<Vec<ExprId>> =
+            strand.iter().map(|id| self.node(*id).operands().collect()).collect();
+        (0..n).map(move |k| operands.iter().map(|of_row| of_row[k]).collect())
+    }
+
+    /// The steps from a row to its next; none where the two are of different form.
+    fn steps(&self, row: &[Given], next: &[Given]) -> Option<Vec<Step>> {
+        if row.len() != next.len() {
+            return None;
+        }
+        let mut steps = Vec::new();
+        let mut met: HashMap<(ExprId, ExprId), usize> = HashMap::default();
+        for ((result, number), (result_of_next, of_next)) in row.iter().zip(next) {
+            if result != result_of_next || number.rows != of_next.rows {
+                return None;
+            }
+            let [from, to] = [number.place, of_next.place].map(i64::try_from);
+            steps.push(Step::By(to.ok()? - from.ok()?));
+            let mut pending = vec![(number.value, of_next.value)];
+            while let Some((a, b)) = pending.pop() {
+                let [node, of_next] = [a, b].map(|id| self.node(id));
+                let listed = [node, of_next].map(|node| is_listed(self.graph, node));
+                if let (Node::Symbol(_), Node::Symbol(_)) = (node, of_next) {
+                    steps.push(Step::By(i64::from(self.moved(node, of_next)?.by_round)));
+                } else if listed[0] || listed[1] {
+                    let of_passages = [node, of_next].map(|node| matches!(node, Node::Curve(..)));
+                    if listed[0] != listed[1] || of_passages[0] != of_passages[1] {
+                        return None;
+                    }
+                    steps.push(Step::Listed(of_passages[0]));
+                } else if node.map(|_| a) != of_next.map(|_| a) {
+                    return None;
+                } else if let Some(k) = met.get(&(a, b)) {
+                    steps.push(Step::Met(*k));
+                } else {
+                    met.insert((a, b), met.len());
+                    pending.extend(node.operands().zip(of_next.operands()));
+                }
+            }
+        }
+        Some(steps)
+    }
+
+    /// The place of what two symbols read, and how far it moves from one to the other; none where they are of different
+    /// arrays, or differ and have no place.
+    fn moved(&self, symbol: Node, of_next: Node) -> Option<Place> {
+        let (first, next) = match (self.load(symbol), self.load(of_next)) {
+            (Operation::Load(a, i), Operation::Load(b, j)) if a == b => (i, j),
+            (Operation::LoadSwept(a, i), Operation::LoadSwept(b, j)) if a == b => {
+                (i.first, j.first)
+            }
+            (a, b) if a == b => (0, 0),
+            _ => return None,
+        };
+        let by_round = i32::try_from(i64::from(next) - i64::from(first)).ok()?;
+        Some(Place { first, by_round })
+    }
+
+    /// What a symbol is in rounds.
+    pub(super) fn load_in_rounds(&self, strand: &Strand) -> Operation {
+        let [symbol, of_next] = [0, 1].map(|k| self.node(strand[k]));
+        match (self.load(symbol), self.moved(symbol, of_next)) {
+            (Operation::Load(argument, _), Some(place)) => Operation::LoadRound(argument, place),
+            (Operation::LoadSwept(argument, _), Some(place)) => {
+                Operation::LoadSwept(argument, place)
+            }
+            (operation, _) => operation,
+        }
+    }
+
+    /// The numbers in which rounds differ, one of each or those of its passages, as a curve over all; none where a strand
+    /// is something else.
+    pub(super) fn listed(&self, strand: &Strand, count: u32) -> Option<CurveId> {
+        let node = self.node(strand[0]);
+        if is_one(strand) || !is_listed(self.graph, node) {
+            return None;
+        }
+        let numbers = strand.iter().flat_map(|id| match self.node(*id) {
+            Node::Curve(curve, _) => (0..count).map(|k| curve.value(f64::from(k))).collect(),
+            Node::Constant(bits) => vec![f64::from_bits(bits)],
+            _ => unreachable!("rounds are of one form"),
+        });
+        let numbers: Vec<f64> = numbers.collect();
+        let name = if let Node::Curve(curve, _) = node { &curve.get().name } else { "numbers" };
+        Some(CurveId::of_numbers(name, &numbers))
+    }
+}
