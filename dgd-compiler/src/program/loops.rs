@@ -4,52 +4,11 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use dgd_signature::PastLayout;
-
-use super::lower::operation;
+use super::expressions::{Expressions, Given, Number};
 use super::rounds::{InRounds, Rounds, Strand};
 use super::{Function, FunctionKind, Loop, Operation, Store, ValueId};
-use crate::dae::Dae;
 use crate::expr::hash::{HashMap, HashSet};
 use crate::expr::{ExprId, Graph, Node, Symbol};
-
-/// A number of a result, or one for each row of a family.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Number {
-    pub(super) value: ExprId,
-    /// Its place, or that of the first row.
-    pub(super) place: usize,
-    /// Number of rows; none where it is a single number.
-    pub(super) rows: Option<u32>,
-    /// Which family it is of, or which array behind the families; none where it is of neither.
-    pub(super) family: Option<usize>,
-}
-
-/// A number, and the position of the result that it belongs to.
-pub(super) type Given = (usize, Number);
-
-/// The expressions that functions are made from.
-#[derive(Clone, Copy)]
-pub(super) struct Expressions<'a> {
-    pub(super) graph: &'a Graph,
-    pub(super) dae: &'a Dae,
-    pub(super) past: PastLayout,
-}
-
-impl Expressions<'_> {
-    pub(super) fn node(&self, id: ExprId) -> Node {
-        self.graph.node(id)
-    }
-
-    /// The operation of a symbol.
-    pub(super) fn load(&self, node: Node) -> Operation {
-        self.operation(node, |_| unreachable!("a symbol has no operands"))
-    }
-
-    fn operation(&self, node: Node, value: impl FnMut(ExprId) -> ValueId) -> Operation {
-        operation(node, self.dae, self.past, value)
-    }
-}
 
 /// Puts expressions into execution order: operands first, in the order they were built. Rows of each of `kinds` belong
 /// together.

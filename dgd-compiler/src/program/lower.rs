@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use dgd_signature::arrays::Run;
 use dgd_signature::{Direction, PastLayout, Pattern};
 
-use super::functions::{Argument, FUNCTIONS, ResultKind};
-use super::loops::{Expressions, Number, schedule};
+use super::expressions::{Expressions, Number};
+use super::functions::{FUNCTIONS, ResultKind};
+use super::loops::schedule;
 use super::past::{begin, opened};
 use super::taylor::{Derivatives, NonZero, taylor};
-use super::{Operation, Place, Program, ValueId, describe, rounds};
+use super::{Program, describe, rounds};
 use crate::dae::{self, Dae};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::{HashMap, HashSet};
@@ -791,64 +792,5 @@ fn direction(directions: &[Direction]) -> impl Fn(Symbol) -> Option<usize> + '_ 
     |symbol| {
         let p = parameter(symbol)?;
         directions.iter().position(|direction| *direction == Direction::Parameter(p))
-    }
-}
-
-/// The operation of a node on values, which are asked for in the order of its operands.
-pub(super) fn operation(
-    node: Node,
-    dae: &Dae,
-    layout: PastLayout,
-    mut value: impl FnMut(ExprId) -> ValueId,
-) -> Operation {
-    let position = |i: usize| u32::try_from(i).unwrap_or(u32::MAX);
-    let swept = |argument, first| Operation::LoadSwept(argument, Place { first, by_round: 0 });
-    match node {
-        Node::Constant(bits) => Operation::Constant(f64::from_bits(bits)),
-        Node::Symbol(symbol) => match symbol {
-            Symbol::Time => Operation::Time,
-            Symbol::Parameter(i) => Operation::Load(Argument::P, i),
-            Symbol::Input(i) => Operation::Load(Argument::U, i),
-            Symbol::InputSlope(i) => Operation::Load(Argument::Udot, i),
-            Symbol::Unknown(i) => Operation::Load(Argument::Y, i),
-            Symbol::Sensitivity(i) => Operation::Load(Argument::S, i),
-            Symbol::Discrete(i) => Operation::Load(Argument::Z, i),
-            Symbol::Past(Past::Present, k) => {
-                let unknown = dae::position(dae.delayed_unknowns[k as usize].unknown);
-                Operation::Load(Argument::Y, position(unknown))
-            }
-            Symbol::Past(past, k) => {
-                Operation::Load(Argument::U, position(begin(layout, past)) + k)
-            }
-            Symbol::Swept(i) => swept(Argument::Y, i),
-            Symbol::SweptSensitivity(i) => swept(Argument::S, i),
-            Symbol::SweptParameter(i, _) => swept(Argument::P, i),
-            Symbol::SweptInput(i, _) => swept(Argument::U, i),
-            Symbol::SweptInputSlope(i, _) => swept(Argument::Udot, i),
-            Symbol::Counter => Operation::Counter,
-            Symbol::Constant(_)
-            | Symbol::Derivative(_)
-            | Symbol::Element(_)
-            | Symbol::ElementRate(_)
-            | Symbol::SweptRate(_)
-            | Symbol::Late(_)
-            | Symbol::DelayedUnknown(_) => {
-                unreachable!("a Dae holds no constants, no derivatives and nothing late")
-            }
-        },
-        Node::Negate(a) => Operation::Negate(value(a)),
-        Node::Add(a, b) => Operation::Add(value(a), value(b)),
-        Node::Subtract(a, b) => Operation::Subtract(value(a), value(b)),
-        Node::Multiply(a, b) => Operation::Multiply(value(a), value(b)),
-        Node::Divide(a, b) => Operation::Divide(value(a), value(b)),
-        Node::Call1(f, a) => Operation::Call1(f, value(a)),
-        Node::Call2(f, a, b) => Operation::Call2(f, value(a), value(b)),
-        Node::Curve(curve, a) => Operation::Curve(curve, value(a)),
-        Node::Compare(c, a, b) => Operation::Compare(c, value(a), value(b)),
-        Node::And(a, b) => Operation::And(value(a), value(b)),
-        Node::Or(a, b) => Operation::Or(value(a), value(b)),
-        Node::Not(a) => Operation::Not(value(a)),
-        Node::Select(c, a, b) => Operation::Select(value(c), value(a), value(b)),
-        Node::Delay(..) => unreachable!("a Dae holds no delays"),
     }
 }

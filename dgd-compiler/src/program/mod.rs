@@ -2,6 +2,7 @@
 
 mod describe;
 mod directions;
+mod expressions;
 mod functions;
 mod loops;
 mod lower;

@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use super::loops::{Expressions, Given};
+use super::expressions::{Expressions, Given};
 use super::{Operation, Place};
 use crate::dae::Dae;
 use crate::expr::curve::CurveId;

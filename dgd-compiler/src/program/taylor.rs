@@ -31,7 +31,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dgd_signature::{Interpolation, PastLayout};
 
-use super::lower::{Derivation, operation};
+use super::expressions::Expressions;
+use super::lower::Derivation;
 use super::{Operation, ValueId};
 use crate::dae::Dae;
 use crate::expr::hash::{HashMap, HashSet};
@@ -567,7 +568,8 @@ impl<'a> Builder<'a> {
         }
         let values = &self.values;
         let past = PastLayout { first: 0, n_v: 0, n_s: 0 };
-        let operation = operation(node, self.dae, past, |operand| values[&operand]);
+        let expressions = Expressions { graph: self.graph, dae: self.dae, past };
+        let operation = expressions.operation(node, |operand| values[&operand]);
         let value = self.push(operation);
         self.values.insert(id, value);
         if self.moving.contains(&id) {
