@@ -2,6 +2,8 @@
 
 use std::str::FromStr;
 
+use dgd_compiler::units::parse_unit;
+
 fn number(text: &str) -> Option<f64> {
     f64::from_str(text).ok().filter(|value| value.is_finite())
 }
@@ -21,8 +23,8 @@ pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
 }
 
 /// A time on the data's axis.
-pub(crate) fn finite(text: &str) -> Result<f64, String> {
-    accepted(text, |_| true, "this must be a number")
+pub(crate) fn moment(text: &str) -> Result<f64, String> {
+    seconds(text).ok_or_else(|| "this must be a time: 90, which is in s, or 1.5min, 24h".to_owned())
 }
 
 /// A forgetting factor.
@@ -53,29 +55,33 @@ pub(crate) fn port(text: &str) -> Result<u16, String> {
     })
 }
 
-/// A length of time, as people write it: `60s`, `5min`, `2h`, or a number of seconds.
+/// A length of time, as people write it: `60s`, `5min`, `2 [h]`, or a number of seconds.
 pub(crate) fn time(text: &str) -> Result<f64, String> {
-    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic() || c == ' ');
-    let seconds = match text[digits.len()..].trim() {
-        "" | "s" => 1.0,
-        "min" => 60.0,
-        "h" => 3600.0,
-        _ => f64::NAN,
-    };
-    let length = number(digits).map(|number| number * seconds).filter(|length| *length > 0.0);
-    length.ok_or_else(|| "this must be a length of time: 60s, 5min or 2h".to_owned())
+    let length = seconds(text).filter(|length| *length > 0.0);
+    length.ok_or_else(|| "this must be a length of time: 60, which is in s, or 5min, 2h".to_owned())
+}
+
+fn seconds(text: &str) -> Option<f64> {
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic() || " []".contains(c));
+    let unit = text[digits.len()..].trim_matches([' ', '[', ']']);
+    let second = parse_unit("s").ok()?;
+    let unit = if unit.is_empty() { second.clone() } else { parse_unit(unit).ok()? };
+    let is_time = unit.dimension == second.dimension;
+    number(digits).filter(|_| is_time).map(|number| number * unit.factor)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::time;
+    use super::{moment, time};
 
     #[test]
     fn times_are_read_as_people_write_them() {
         let read = ["60s", "60", "1.5 min", "2h", "1e2s"].map(|text| time(text).ok());
         assert_eq!(read, [Some(60.0), Some(60.0), Some(90.0), Some(7200.0), Some(100.0)]);
-        for text in ["", "s", "-3s", "0", "3 weeks", "inf", "NaN s"] {
+        for text in ["", "s", "-3s", "0", "3 weeks", "inf", "NaN s", "2 m", "5 °C"] {
             assert!(time(text).is_err(), "{text}");
         }
+        let read = ["-3s", "0", "24 [h]", "1 week"].map(|text| moment(text).ok());
+        assert_eq!(read, [Some(-3.0), Some(0.0), Some(86_400.0), Some(604_800.0)]);
     }
 }

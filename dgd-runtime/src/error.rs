@@ -374,8 +374,8 @@ impl fmt::Display for IntegrateError {
             }
             Self::EndlessEvents { t, automaton, transitions } => write!(
                 f,
-                "`{automaton}` goes on without end at t = {t} s, after {transitions} transitions: what comes to \
-                 rest like that, as a ball that bounces, rests in a mode of its own"
+                "`{automaton}` happens again and again, ever faster, and without end at t = {t} s, after {transitions} \
+                 times: give the model a mode in which it is at rest, as a ball that has stopped bouncing"
             ),
             Self::DelayBelowZero { t, delay, value } => write!(
                 f,

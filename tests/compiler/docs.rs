@@ -466,7 +466,7 @@ fn reference_page() -> String {
             same.iter().map(|(symbol, ..)| format!("`{symbol}`")).collect();
         let _ = writeln!(page, "| {} | {:e} |", spellings.join(", "), same[0].1 / same[0].2);
     }
-    page += "\n## Functions\n\nA function that a model declares takes the place of one that is marked with \\*.\n\n| function | units | is |\n|---|---|---|\n";
+    page += "\n## Functions\n\nA function that a model declares replaces one that is marked with \\*.\n\n| function | units | is |\n|---|---|---|\n";
     for function in INTRINSICS {
         let name = function.name;
         let call = match (function.unit_rule, function.definition.arity()) {

@@ -115,9 +115,9 @@ fn at(text: &str, i: i64, j: i64) -> String {
             ("j", _) => out += &j.to_string(),
             _ => {
                 out += name;
-                indices.iter().for_each(|index| {
+                for index in &indices {
                     let _ = write!(out, "_{index}");
-                });
+                }
             }
         }
     }

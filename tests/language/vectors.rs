@@ -226,3 +226,28 @@ fn elements_are_set_from_outside() {
         assert_eq!(set(&[setting]).expect_err(setting), what);
     }
 }
+
+#[test]
+fn noise_of_an_array_is_that_of_each_element() {
+    let text = |outputs: &str| {
+        format!(
+            "model m\nparameter s [bar] = 0.1\ninput u linear\nstate p[i in 1..3] [bar] = i*s\nstate x = 0.3\n\
+             for i in 1..3 {{ equation p[i]: der(p[i]) = (u*1 [bar] - p[i])/1 [s] }}\n\
+             equation x: der(x) = -x/1 [s]\n{outputs}"
+        )
+    };
+    for noise in ["s + 2 [%]*abs(p)", "lognormal(0.1*x)", "student(4, s)", "s"] {
+        let single = |i: usize| {
+            let noise = noise.replace("abs(p)", &format!("abs(p[{i}])"));
+            format!("output q{i} [bar] = p[{i}]  noise {noise}\n")
+        };
+        let [of_array, single] =
+            [format!("output p [mbar]  noise {noise}\n"), joined(1..=3, "", single)]
+                .map(|outputs| interpreted(&text(&outputs)));
+        let names: Vec<String> =
+            of_array.signature().outputs.iter().map(|output| output.name.to_string()).collect();
+        assert_eq!(names, ["p[1]", "p[2]", "p[3]", "std(p[1])", "std(p[2])", "std(p[3])"]);
+        assert_eq!(of_array.signature().densities, single.signature().densities, "{noise}");
+        assert_the_same(&of_array, &single);
+    }
+}

@@ -9,7 +9,7 @@ use dgd_work::{FitRequest, LinearizeAt};
 use super::single::place;
 use super::{Choices, Given, SolveArgs};
 use crate::command_line::command_line;
-use crate::numbers::{count, not_negative, positive, whole};
+use crate::numbers::{count, not_negative, positive, time, whole};
 
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
@@ -82,9 +82,9 @@ pub(crate) struct RegressionArgs {
     /// [default: mean]
     #[arg(long, value_name = "T|steady|mean", allow_negative_numbers = true, value_parser = place)]
     pub at: Option<LinearizeAt>,
-    /// Regressions: half the width of the windows over which slopes of the measurements are taken, s
-    /// [default: 5 samples]
-    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    /// Regressions: half the width of the windows over which slopes of the measurements are taken, in s
+    /// or as in `2min` [default: 5 samples]
+    #[arg(long, value_name = "T", value_parser = time, allow_hyphen_values = true)]
     pub smoothing: Option<f64>,
     /// Regressions: use only samples at which this state changes no faster, in its unit per second, as in
     /// `q=5`; repeatable

@@ -65,7 +65,7 @@ pub(crate) struct Global {
     /// Number of threads; does not affect results [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub threads: Option<usize>,
-    /// Most memory to hold, as in `500MB`; data beyond it lie in a file meanwhile, and `job run` gives each piece as much [default: any]
+    /// Most memory to hold, as in `500MB`; data beyond that are kept in a file during the run; `job run` gives as much to each piece [default: any]
     #[arg(long, global = true, value_name = "SIZE", value_parser = size)]
     pub memory: Option<u64>,
     /// Folder on a disk for the file of data beyond `--memory` [default: `TMPDIR`, or /var/tmp]

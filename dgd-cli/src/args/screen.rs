@@ -8,7 +8,7 @@ use dgd_work::ScreenRequest;
 
 use super::Choices;
 use crate::command_line::command_line;
-use crate::numbers::positive;
+use crate::numbers::time;
 
 /// Arguments of `screen`.
 #[derive(Debug, Args)]
@@ -28,8 +28,8 @@ pub(crate) struct ScreenArgs {
     /// names differ only in the last letter or digit and that move together]
     #[arg(long, value_name = "NAMES")]
     pub same: Vec<String>,
-    /// Length of the windows over which slopes are taken, s [default: 30 usual sampling intervals]
-    #[arg(long, value_name = "T", value_parser = positive, allow_hyphen_values = true)]
+    /// Length of the windows over which slopes are taken, in s or as in `5min` [default: 30 usual sampling intervals]
+    #[arg(long, value_name = "T", value_parser = time, allow_hyphen_values = true)]
     pub window: Option<f64>,
     /// Largest slope at which a column counts as at rest, in its unit per second, as in `q_ssp=2`; repeatable
     #[arg(long, value_name = "NAME=RATE")]

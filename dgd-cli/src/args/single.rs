@@ -7,7 +7,7 @@ use dgd_work::LinearizeAt;
 
 use super::sweep::{label, mark};
 use super::{Choices, SolveArgs};
-use crate::numbers::{positive, whole};
+use crate::numbers::{time, whole};
 
 /// Arguments of `simulate`.
 #[derive(Debug, Args)]
@@ -82,8 +82,8 @@ pub(crate) struct RunArgs {
     /// Inputs, and measured outputs to compare with
     #[arg(long, value_name = "FILE")]
     pub data: Option<PathBuf>,
-    /// Time between rows, s [default: the data's rows]
-    #[arg(long, value_name = "DT", value_parser = positive, allow_hyphen_values = true)]
+    /// Time between rows, in s or as in `5min` [default: the data's rows]
+    #[arg(long, value_name = "DT", value_parser = time, allow_hyphen_values = true)]
     pub every: Option<f64>,
     #[command(flatten)]
     pub solve: SolveArgs,

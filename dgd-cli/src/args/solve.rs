@@ -7,7 +7,7 @@ use dgd_data::Rename;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{PerSample, Steps};
 
-use crate::numbers::{finite, positive};
+use crate::numbers::{moment, positive};
 
 /// What is estimated.
 #[derive(Debug, Args)]
@@ -47,11 +47,11 @@ pub(crate) struct SolveArgs {
     /// 'P_RIS=p_r [barg]'; repeatable
     #[arg(long, value_name = "COLUMN=NAME")]
     pub rename: Vec<Rename>,
-    /// First time, s since the data's first sample [default: 0]
-    #[arg(long, value_name = "T", value_parser = finite, allow_hyphen_values = true)]
+    /// First time since the data's first sample, in s or as in `2h` [default: 0]
+    #[arg(long, value_name = "T", value_parser = moment, allow_hyphen_values = true)]
     pub from: Option<f64>,
-    /// Last time, s since the data's first sample [default: the data's last]
-    #[arg(long, value_name = "T", value_parser = finite, allow_hyphen_values = true)]
+    /// Last time since the data's first sample, in s or as in `24h` [default: the data's last]
+    #[arg(long, value_name = "T", value_parser = moment, allow_hyphen_values = true)]
     pub until: Option<f64>,
     /// Integration method, see `dgd methods`; `auto` chooses one for the model
     #[arg(long, value_name = "NAME", default_value = AUTOMATIC)]

@@ -106,8 +106,8 @@ Right:
     constant g [m/s^2] = 9.81
 "#
 E105 "something else was expected" "
-The text does not follow the grammar at this place; the message says what could stand here. There is
-one item in a line. It goes on in the next line only while a parenthesis is open, or when the line
+The text breaks the grammar here; the message says what was expected. Each item is on
+its own line. It continues on the next line only while a parenthesis is open, or when the line
 ends in a comma, a colon or an operator.
 
 Wrong:
@@ -607,7 +607,7 @@ Right:
 "
 E220 "input of a part that is not bound" "
 A part is a model, and every input of that model that its chosen variants read must be said to be
-something: an input of the whole, an unknown, or what another part puts out. A choice of a variant
+something: an input of the enclosing model, an unknown, or what another part puts out. A choice of a variant
 that would read an input that no one binds cannot be made.
 
 Wrong:
@@ -850,8 +850,8 @@ Right:
     equation track:  x = position
 "
 E405 "equation without an unknown" "
-The equation contains only constants, parameters and inputs, so that nothing can make it true. A
-check of values belongs into a parameter's bounds.
+The equation contains only constants, parameters and inputs, so that nothing can make it true. Values
+are checked by a parameter's bounds.
 
 Wrong:
 
@@ -1220,9 +1220,9 @@ Right:
     table head(q [lpm]) [m] = (0, 305), (1200, 301), (2400, 286)
 "
 E513 "argument beyond a table" "
-Beyond its first and last point a table is refused, unless it says `beyond hold`, with the values of its
-ends, or `beyond extend`, with their slopes. Within a loop nothing watches where each row's argument
-goes, so that a table that is read there says one of them.
+A table may not be read beyond its first and last point, unless it says `beyond hold`, to go on with the value at
+the end, or `beyond extend`, to go on with the slope there. A table that a loop reads must say one of them,
+because the arguments of a loop's rows are not monitored.
 
 Wrong:
 

@@ -177,7 +177,7 @@ impl<'a> Resolver<'a> {
     ) -> Result<Output, Reported> {
         let own_unit = unit.map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
         if let Some(array) = value.and_then(|value| self.whole_array(value)) {
-            let message = format!("`{array}` is an array, and `{}` one output", name.text);
+            let message = format!("`{array}` is an array, but `{}` is a single output", name.text);
             let span = value.map_or(name.span, |value| value.span);
             return Err(diagnostics
                 .error(Diagnostic::new(Code::E232, span, message).help(format!(
@@ -211,22 +211,6 @@ impl<'a> Resolver<'a> {
         let ExprKind::Name(name) = &value.kind else { return None };
         let entry = self.lowering.scope.names.get(name.as_str())?;
         matches!(entry.definition, Definition::Array { .. }).then_some(name.as_str())
-    }
-
-    /// The noise of each element of an array: a number.
-    pub(super) fn noise_of_elements(
-        &mut self,
-        attributes: &'a [Attribute],
-        unit: &Unit,
-        diagnostics: &mut Diagnostics,
-    ) -> Result<Option<f64>, Reported> {
-        let mut noise = None;
-        for attribute in attributes {
-            if let AttributeKind::Noise(expr) = &attribute.kind {
-                noise = Some(self.lowering.positive(expr, unit, "noise", diagnostics)?);
-            }
-        }
-        Ok(noise)
     }
 
     /// What an output without `=` reads: the unknown of its name.

@@ -329,9 +329,7 @@ impl<'a> Resolver<'a> {
                 }
             }
             ItemKind::Output { name, unit, value: None, attributes } if self.is_array(name) => {
-                let output =
-                    self.output_array(item, name, unit.as_ref(), attributes, diagnostics)?;
-                self.model.output_arrays.extend(output);
+                self.output_array(item, name, unit.as_ref(), attributes, diagnostics)?;
             }
             ItemKind::Output { name, unit, value, attributes } => {
                 let output = self.output(

@@ -7,10 +7,11 @@
 //! ```text
 //!   ∂value/∂w = x' ∂α/∂w            for w = t, y, u;  dvalue/dθⱼ = Xⱼ + x' ∂α/∂θⱼ
 //!   ∂x'/∂w    = x'' ∂α/∂w,   ∂Xⱼ/∂w = X'ⱼ ∂α/∂w
-//!   ∂present/∂y = 1,         ∂present/∂w = −ẋ ∂τ/∂w    with ẋ = f where x is differential
+//!   ∂present/∂y = 1,         ∂present/∂w = −ẋ ∂τ/∂w    with ẋ = f where x is differential, if τ = 0, else 0
 //! ```
 //!
-//! The last is what a delay that is zero does when it changes.
+//! The last is what a delay that is zero does when it changes. Other delays read the present at the start only, before which
+//! nothing changes.
 
 use std::borrow::Cow;
 
@@ -140,7 +141,10 @@ impl Derivation<'_> {
                     sums.insert(place, self.graph.constant(1.0));
                 }
                 let rate = self.rate(dae::position(delayed.unknown));
-                rate.unwrap_or_else(|| self.graph.symbol(Symbol::Past(Past::Rate, k)))
+                let rate = rate.unwrap_or_else(|| self.graph.symbol(Symbol::Past(Past::Rate, k)));
+                let zero = self.graph.constant(0.0);
+                let is_late = self.graph.compare(Comparison::Greater, tau, zero);
+                self.graph.select(is_late, zero, rate)
             }
             Past::Held | Past::Curvature | Past::SensitivityRate => return Vec::new(),
         };

@@ -415,7 +415,7 @@ fn summary(path: &str, model: &Model, dae: &Dae) -> String {
         (dae.n() - differential - shares, "algebraic unknown"),
         (model.inputs.len(), "input"),
         (model.parameters.len(), "parameter"),
-        (model.outputs.len() + of_arrays.sum::<usize>(), "output"),
+        (model.outputs.len() - model.densities.len() + of_arrays.sum::<usize>(), "output"),
     ];
     let mut text = format!("{path}: model `{}` is sound: ", model.name);
     let parts: Vec<String> = counts
@@ -443,7 +443,7 @@ fn summary(path: &str, model: &Model, dae: &Dae) -> String {
             Origin::Every => Some("every"),
         };
         if let Some(word) = word {
-            let _ = write!(text, "; {word} {}", automaton.name);
+            let _ = write!(text, "; event `{word} {}`", automaton.name);
             if alike.len() > 1 {
                 let _ = write!(text, " and {} more like it", alike.len() - 1);
             }

@@ -134,7 +134,7 @@ impl Run {
         };
         for condition in start.waiting.iter().filter_map(|k| conditions.get(*k)) {
             session.remark(&format!(
-                "note: `{condition}` holds at the start and acts only after it was false"
+                "note: `{condition}` holds at the start already, and acts only after it has been false"
             ));
         }
     }

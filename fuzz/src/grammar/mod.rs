@@ -61,6 +61,8 @@ pub(crate) struct Writer {
     wanted: &'static Scale,
     /// A model without unknowns of its own to delay or to watch has none of these.
     numbered: u32,
+    /// Whether the model begins at its steady state, if it can have one.
+    steady: bool,
 }
 
 impl Writer {
@@ -81,6 +83,7 @@ impl Writer {
             arguments: Vec::new(),
             wanted: &SCALES[0],
             numbered: 0,
+            steady: false,
         }
     }
 
@@ -235,6 +238,7 @@ impl Writer {
         }
         let (data, until) = self.recording();
         let model = self.lines.join("\n") + "\n";
+        let model = if self.steady { steady(&model).unwrap_or(model) } else { model };
         Case { model, files: std::mem::take(&mut self.files), data, until }
     }
 
@@ -295,4 +299,25 @@ impl Writer {
         }
         (text, until)
     }
+}
+
+/// The same model with a parameter in place of the time, beginning at its steady state; none where no such state can be
+/// asked for.
+fn steady(model: &str) -> Option<String> {
+    if ["modes ", "history ", "every ", "start ", "import "].iter().any(|word| model.contains(word))
+    {
+        return None;
+    }
+    let (head, rest) = model.split_once('\n')?;
+    let is_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    let mut text = format!("{head}\nparameter when_it_is [s] = 0.7\nstart steady\n");
+    let mut parts = rest.split("time").peekable();
+    while let Some(part) = parts.next() {
+        text += part;
+        if let Some(next) = parts.peek() {
+            let alone = !is_word(part.chars().last()) && !is_word(next.chars().next());
+            text += if alone { "when_it_is" } else { "time" };
+        }
+    }
+    Some(text)
 }

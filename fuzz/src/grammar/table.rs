@@ -308,6 +308,10 @@ pub const TABLE: &[Row] = &[
     row(Whole, 1, "sum over an array", sum_of_array),
     row(Whole, 2, "elements that react", reacting_elements),
     row(Whole, 2, "start equations", start_equations),
+    row(Whole, 5, "start steady", |w, _| {
+        w.steady = true;
+        String::new()
+    }),
     row(Whole, 2, "arrays of all kinds", vectors),
     row(Whole, 2, "tied states", |w, _| tied(w)),
     row(Whole, 2, "part", part),

@@ -312,7 +312,7 @@ impl<'a> Resolver<'a> {
             format!("this reads the future of {}: its delay is negative", self.name(symbol));
         diagnostics.error(
             Diagnostic::new(Code::E215, span, message)
-                .help("only an output can be early, the whole of it by one time"),
+                .help("only an output can read ahead, and all of it by one time"),
         );
     }
 
@@ -322,7 +322,7 @@ impl<'a> Resolver<'a> {
         let message =
             format!("{reader} reads {name} as it was some time ago, which only outputs can");
         let diagnostic = Diagnostic::new(Code::E407, span, message).help(
-            "derivatives that act late are not part of the language; declare an `unknown` that \
+            "a delayed derivative cannot act on the model; declare an `unknown` that \
              equals the derivative, and delay that",
         );
         match symbol {

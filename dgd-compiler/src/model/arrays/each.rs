@@ -12,7 +12,7 @@ use crate::model::{Automaton, Crossing};
 use crate::syntax::ast::{Counter, Item, ItemKind, StartRule};
 
 /// A loop is written out for at most so many indices.
-const MOST_WRITTEN_OUT: u32 = 20_000;
+pub(super) const MOST_WRITTEN_OUT: u32 = 20_000;
 
 impl<'a> Resolver<'a> {
     pub(super) fn each(
@@ -86,7 +86,7 @@ impl<'a> Resolver<'a> {
 }
 
 /// Refuses to write a loop out for so many indices.
-fn too_many(item: &Item, count: u32) -> Diagnostic {
+pub(super) fn too_many(item: &Item, count: u32) -> Diagnostic {
     let (message, help) = match item.kind {
         ItemKind::Equation { .. } => (
             format!(

@@ -11,9 +11,11 @@
 //! | `vector` | arrays of constants, parameters and inputs |
 //! | `sweep` | equations of loops |
 //! | `each` | what else stands in loops, once for each index |
+//! | `output` | outputs of arrays |
 
 mod each;
 mod element;
+mod output;
 mod place;
 mod reduce;
 mod shape;
@@ -22,17 +24,13 @@ mod vector;
 pub(super) mod whole;
 
 use self::whole::{Extent, LoopIndex};
-use super::define::{Definition, Entry};
-use super::expression::unit_of;
-use super::item::{UnknownDeclaration, unit_read};
+use super::Array;
+use super::define::Definition;
+use super::item::UnknownDeclaration;
 use super::resolve::Resolver;
-use super::{Array, Declared, OutputArray};
 use crate::diagnostics::{Diagnostics, Reported};
 use crate::expr::{ExprId, Graph, Node, Symbol};
-use crate::syntax::ast::{
-    Attribute, Axis, Comparison, Expr, ExprKind, Item, Name, Unit as WrittenUnit,
-};
-use crate::units::Unit;
+use crate::syntax::ast::{Axis, Comparison, Expr, ExprKind, Item, Name};
 
 pub(super) use place::{ArrayPlace, LetArray};
 pub(super) use shape::Shape;
@@ -130,41 +128,6 @@ impl<'a> Resolver<'a> {
     pub(super) fn is_array(&self, name: &Name) -> bool {
         let entry = self.lowering.scope.names.get(name.text.as_str());
         entry.is_some_and(|entry| matches!(entry.definition, Definition::Array { .. }))
-    }
-
-    /// `output p [bar]` of an array `p`
-    pub(super) fn output_array(
-        &mut self,
-        item: &Item,
-        name: &'a Name,
-        unit: Option<&'a WrittenUnit>,
-        attributes: &'a [Attribute],
-        diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<OutputArray>, Reported> {
-        let own = unit.map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
-        let entry = self.lowering.scope.names.get(name.text.as_str()).cloned();
-        let Some(Entry { definition: Definition::Array { index, .. }, span, unit }) = entry else {
-            unreachable!("asked before");
-        };
-        let declared = unit.unwrap_or_else(|| Ok(Unit::one()))?;
-        let unit = unit_read(name, own, &declared, span, diagnostics)?;
-        let noise = self.noise_of_elements(attributes, &unit, diagnostics)?;
-        let shape = self.lowering.scope.arrays[index].clone()?.shape;
-        let mut before = 0;
-        for place in &self.lowering.scope.arrays[..index] {
-            before += place.as_ref().map_err(|reported| *reported)?.shape.rows() as usize;
-        }
-        let of_row = |row: u32| {
-            let offset = row * shape.row().count;
-            let declared = Declared {
-                name: name_of_row(name, &shape, offset),
-                span: name.span,
-                unit: unit.clone(),
-                doc: item.doc.clone(),
-            };
-            OutputArray { declared, array: before + row as usize, noise }
-        };
-        Ok((0..shape.rows()).map(of_row).collect())
     }
 }
 

@@ -346,8 +346,8 @@ impl<'a> Reader<'a, '_> {
                 "one loop goes over several indices: `for i in 1..N, j in 1..M { … }`".to_owned()
             }
             (None, "output") => {
-                "in front of the loop, `output NAME` of an array is an output for each element; \
-                 what is computed for each is an array of `unknown`s that the loop determines"
+                "write `output NAME` outside the loop: for an array it is one output for each element; \
+                 what the loop computes for each index is an array of `unknown`s"
                     .to_owned()
             }
             (None, _) => {

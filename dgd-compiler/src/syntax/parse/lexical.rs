@@ -435,14 +435,16 @@ fn character_help(piece: &str) -> Option<&'static str> {
         '≥' => "write `>=`",
         '²' | '³' => "write `^2` or `^3`",
         '%' | '‰' => {
-            "units stand between brackets, `5 [%]`; a part of a value is a product, `5 [%]*abs(x)`"
+            "units are written in brackets, `5 [%]`; a part of a value is a product, `5 [%]*abs(x)`"
         }
-        '°' => "units stand between brackets behind a number or a declared name",
+        '°' => "units are written in brackets after a number or a declared name",
         'µ' => "between brackets this is a prefix of units; in a name use the Greek letter μ",
         '\u{2126}' => "in a name use the Greek letter Ω",
         ']' => "no `[` is open here",
         '\r' => "lines end with a line feed, perhaps with a carriage return before it",
-        '\u{a0}' | '\u{2000}'..='\u{200b}' | '\u{feff}' => "this looks like a blank but is none",
+        '\u{a0}' | '\u{2000}'..='\u{200b}' | '\u{feff}' => {
+            "this looks like a space but is another character"
+        }
         _ => return None,
     })
 }

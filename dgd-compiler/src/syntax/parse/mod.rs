@@ -297,7 +297,7 @@ impl<'a, 'd> Reader<'a, 'd> {
                 effect.clauses.extend(clause.map(|(_, (span, kind))| Clause { span, doc, kind }));
                 return;
             }
-            None => format!("`{keyword}` belongs into an effect"),
+            None => format!("`{keyword}` belongs in an effect"),
         };
         self.error(
             Diagnostic::new(Code::E120, input.span(), message)

@@ -93,6 +93,13 @@ fn points<'a>(name: &Name, arguments: &[Argument], input: Tokens<'a>) -> Parsed<
                     .help(format!("a point stands between parentheses: {}", example(arguments))),
             );
         }
+        if rest.second() == Some(TokenKind::Open) && is_list_of_points(rest) {
+            let message = "the points of a table stand without parentheses around them";
+            return rest.wrong(
+                Diagnostic::new(Code::E105, rest.span(), message)
+                    .help(format!("write them one after the other: {}", example(arguments))),
+            );
+        }
         let begin = rest;
         let (behind, numbers) = list(rest)?;
         let span = begin.span_to(&behind);
@@ -122,6 +129,11 @@ fn example(arguments: &[Argument]) -> String {
     format!("`= {point}, {point}`")
 }
 
+/// Whether `((0, 1), …` begins here: parentheses around points. A number in parentheses holds no comma.
+fn is_list_of_points(input: Tokens<'_>) -> bool {
+    list(input.behind_first()).is_ok_and(|(_, numbers)| numbers.len() > 1)
+}
+
 /// Expressions between parentheses, one at least.
 fn list(input: Tokens<'_>) -> Parsed<'_, Vec<Expr>> {
     let open = input.span();
@@ -148,7 +160,7 @@ pub(super) fn beyond(input: Tokens<'_>) -> Parsed<'_, AttributeKind> {
     let near = suggestion(word, Beyond::ALL.iter().map(|(word, _)| *word));
     let help = near.map_or_else(
         || {
-            "a table is refused beyond its ends, holds their values, or extends with their slopes"
+            "beyond the ends `refuse` ends the run, `hold` goes on with the value there, and `extend` with the slope"
                 .to_owned()
         },
         |near| format!("did you mean `{near}`?"),

@@ -1,0 +1,78 @@
+//! Outputs of arrays: rows of elements, or each element by itself where their noise is more than a number.
+
+use super::each::{MOST_WRITTEN_OUT, too_many};
+use super::name_of_row;
+use crate::diagnostics::{Diagnostics, Reported};
+use crate::expr::Symbol;
+use crate::model::check_units::Dim;
+use crate::model::define::{Definition, Entry};
+use crate::model::density::reading::{Noise, Noisy};
+use crate::model::expression::{Typed, unit_of};
+use crate::model::item::unit_read;
+use crate::model::resolve::Resolver;
+use crate::model::{Declared, Output, OutputArray};
+use crate::syntax::ast::{Attribute, Item, Name, Unit as WrittenUnit};
+use crate::units::Unit;
+
+impl<'a> Resolver<'a> {
+    /// `output p [bar]` of an array `p`.
+    pub(in crate::model) fn output_array(
+        &mut self,
+        item: &Item,
+        name: &'a Name,
+        unit: Option<&'a WrittenUnit>,
+        attributes: &'a [Attribute],
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        let own = unit.map(|unit| unit_of(Some(unit), diagnostics)).transpose()?;
+        let entry = self.lowering.scope.names.get(name.text.as_str()).cloned();
+        let Some(Entry { definition: Definition::Array { index, .. }, span, unit }) = entry else {
+            unreachable!("asked before");
+        };
+        let declared = unit.unwrap_or_else(|| Ok(Unit::one()))?;
+        let unit = unit_read(name, own, &declared, span, diagnostics)?;
+        let place = self.lowering.scope.arrays[index].clone()?;
+        let named = |own: String| Declared {
+            name: own,
+            span: name.span,
+            unit: unit.clone(),
+            doc: item.doc.clone(),
+        };
+        let noise_of = |resolver: &mut Self, k: u32, diagnostics: &mut Diagnostics| {
+            let value = resolver.lowering.graph.symbol(Symbol::Element(place.first + k));
+            let typed = Typed { id: value, dim: Dim::Of(unit.dimension) };
+            let read = Noisy { name: &name.text, value: typed, unit: unit.clone() };
+            Ok((value, resolver.noise(&read, attributes, diagnostics)?))
+        };
+        let noise = match noise_of(self, 0, diagnostics)?.1 {
+            Noise::Silent => None,
+            Noise::Known(noise) => Some(noise),
+            Noise::Formula(_) => {
+                let count = place.shape.count().unwrap_or(u32::MAX);
+                if count > MOST_WRITTEN_OUT {
+                    return Err(diagnostics.error(too_many(item, count)));
+                }
+                for k in 0..count {
+                    let (value, noise) = noise_of(self, k, diagnostics)?;
+                    if let Noise::Formula(formula) = noise {
+                        self.formulas.push((self.model.outputs.len(), formula));
+                    }
+                    let declared = named(format!("{}{}", name.text, place.shape.brackets(k)));
+                    self.model.outputs.push(Output { declared, value, noise: None });
+                }
+                return Ok(());
+            }
+        };
+        let shape = place.shape;
+        let mut before = 0;
+        for place in &self.lowering.scope.arrays[..index] {
+            before += place.as_ref().map_err(|reported| *reported)?.shape.rows() as usize;
+        }
+        for row in 0..shape.rows() {
+            let declared = named(name_of_row(name, &shape, row * shape.row().count));
+            let output = OutputArray { declared, array: before + row as usize, noise };
+            self.model.output_arrays.push(output);
+        }
+        Ok(())
+    }
+}
