@@ -177,6 +177,30 @@ fn no_delay_has_a_derivative() {
     }
 }
 
+/// x = 1 − c e^−t, sampled late at 0, T, 2T …: nothing changes before the start, so that a sample of that time does not
+/// depend on τ.
+#[test]
+fn a_late_sample_at_the_start_does_not_depend_on_the_delay() {
+    let system = system(
+        "model sampled\nparameter tau [s] = 0.46\nstate x [1] = -0.8\n\
+         equation x: der(x) = (1 - x)/1 [s]\nheld z [1] = 0.68\n\
+         every 0.2 [s] { reset z = delay(x, tau) }\n",
+    );
+    let times: Vec<f64> = (0..=20).map(|k| 0.05 * f64::from(k) + 0.01).collect();
+    let (solution, _) = run(&system, &[0.46], &Inputs::none(), &[&[0.0], &*times].concat());
+    let unknowns = &system.signature().unknowns;
+    let z = (0..solution.n).find(|i| unknowns.name(*i) == "z").expect("it is held");
+    for (row, &t) in [0.0].iter().chain(&times).enumerate() {
+        let read = (t / 0.2).floor() * 0.2 - 0.46;
+        let [value, slope] = match read {
+            ..=0.0 => [-0.8, 0.0],
+            _ => [1.0 - 1.8 * (-read).exp(), -1.8 * (-read).exp()],
+        };
+        close("z", t, solution.y(row)[z], value);
+        close("dz/dtau", t, solution.s(row)[z], slope);
+    }
+}
+
 #[test]
 fn no_delay_is_no_delay_to_the_bit() {
     let model = |reading: &str| {

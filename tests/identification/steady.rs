@@ -88,6 +88,27 @@ fn a_run_begins_where_nothing_moves_and_knows_by_what_that_moves() {
     }
 }
 
+/// ẋ = a x(t − τ) − p x² + b rests where p x² = a x + b, whatever τ is, and stays there.
+#[test]
+fn what_is_late_at_rest_is_what_it_is_now() {
+    let system = system(
+        "model late\nstart steady\n\
+         parameter a [1/s] = 0.8 in 0 .. 9\nparameter p [1/s] = 0.7 in 0 .. 9\n\
+         parameter b [1/s] = 0.1 in 0 .. 9\nparameter tau [s] = 1.5 in 0 .. 9\n\
+         state x [1] = 2\nequation x: der(x) = a*delay(x, tau) - p*x^2 + b\noutput x\n",
+    );
+    let solution = run(&system, &declared(&system), &Inputs::none(), &[0.0, 1.0, 4.0]);
+    let [a, p, b]: [f64; 3] = [0.8, 0.7, 0.1];
+    let x = (a + (a * a + 4.0 * p * b).sqrt()) / (2.0 * p);
+    let by_x = 2.0 * p * x - a;
+    for k in 0..3 {
+        close(solution.y(k)[0], x, 1e-9);
+        for (j, slope) in [x / by_x, -x * x / by_x, 1.0 / by_x, 0.0].iter().enumerate() {
+            close(solution.s(k)[j], *slope, 1e-8);
+        }
+    }
+}
+
 /// V₁ ḣ₁ = −q, V₂ ḣ₂ = q, q = k (h₁ − h₂): the level is (V₁ a + V₂ b)/(V₁ + V₂), whatever k is.
 #[test]
 fn what_is_conserved_keeps_the_total_of_the_declared_starts() {

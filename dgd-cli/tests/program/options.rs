@@ -8,6 +8,7 @@ const DATA: &str = "examples/data/circulation.csv";
 #[test]
 fn numbers_that_make_no_sense_are_wrong_usage_and_the_option_is_named() {
     let above_0 = "must be a number above 0";
+    let (length, moment) = ("must be a length of time", "must be a time");
     let not_below_0 = "must be 0 or a number above it";
     let count = "must be a whole number, 1 or more";
     let whole = "must be a whole number, 0 or more";
@@ -18,9 +19,9 @@ fn numbers_that_make_no_sense_are_wrong_usage_and_the_option_is_named() {
     let cases: [(&str, &[&str], &str, &[&str], &str); 25] = [
         ("simulate", no, "--rtol", &["0", "-1", "NaN", "inf", "x"], above_0),
         ("sensitivity", no, "--atol", &["0", "-1", "nan"], above_0),
-        ("simulate", no, "--every", &["0", "-2", "NaN"], above_0),
-        ("simulate", no, "--from", &["NaN", "inf", "-inf"], "must be a number"),
-        ("fit", no, "--until", &["NaN", "inf"], "must be a number"),
+        ("simulate", no, "--every", &["0", "-2", "NaN", "5 [m]"], length),
+        ("simulate", no, "--from", &["NaN", "inf", "-inf", "2 lpm"], moment),
+        ("fit", no, "--until", &["NaN", "inf"], moment),
         ("simulate", no, "--until", &["-1"], "the run would end at -1 s"),
         ("fit", no, "--until", &["-1"], "no sample between"),
         ("discover", no, "--until", &["-1"], "no sample between"),
@@ -32,7 +33,7 @@ fn numbers_that_make_no_sense_are_wrong_usage_and_the_option_is_named() {
         ("fit", no, "--evaluations", &["0", "-1", "1.5"], count),
         ("fit", no, "--starts", &["0", "-1"], "not in 1..=100000"),
         ("fit", no, "--bootstrap", &["-1", "1.5"], whole),
-        ("fit", separable, "--smoothing", &["0", "-1", "NaN"], above_0),
+        ("fit", separable, "--smoothing", &["0", "-1", "NaN"], length),
         ("fit", separable, "--steady", &["h_r=0", "h_r=-1", "h_r=NaN"], "a positive number"),
         ("fit", recursive, "--filter", &["0", "5,-1", "NaN"], above_0),
         ("fit", recursive, "--forgetting", &["-1", "NaN"], not_below_0),

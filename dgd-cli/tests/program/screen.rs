@@ -346,7 +346,7 @@ fn what_the_options_name_must_be_there() {
     dgd(&["screen", "--data", data, "--same", "p_in_A,p_in_C"])
         .refused(2, &["there is no column `p_in_C`", "did you mean"]);
     dgd(&["screen", "--data", data, "--rest", "p_r"]).refused(2, &["NAME=RATE"]);
-    dgd(&["screen", "--data", data, "--window", "0"]).refused(2, &["a number above 0"]);
+    dgd(&["screen", "--data", data, "--window", "0"]).refused(2, &["a length of time"]);
     let folder = folder_with(&[("rows.csv", b"x [m],y [m]\n1,2\n")]);
     dgd_in(folder.path(), &["screen", "--data", "rows.csv"]).refused(1, &["no time column"]);
 }

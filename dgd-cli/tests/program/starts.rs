@@ -21,8 +21,8 @@ fn a_run_says_which_conditions_hold_at_its_start() {
         let args = ["simulate", "tank.dgd", "--until", "1", "--set"];
         dgd_in(folder.path(), &[&args, more].concat()).done()
     };
-    let transition = "note: `draining -> empty when h falls below 0 [m]` holds at the start and acts \
-                      only after it was false";
+    let transition = "note: `draining -> empty when h falls below 0 [m]` holds at the start already, \
+                      and acts only after it has been false";
     let when = "note: `when h falls below 0.5 [m]` holds at the start";
     let err = run(&["h_0=-1"]).err;
     assert!(err.contains(transition) && err.contains(when), "{err}");

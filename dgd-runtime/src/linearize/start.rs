@@ -84,7 +84,10 @@ impl<S: Solved> Slopes<'_, S> {
         let (n, n_s) = (self.declared.len(), signature.directions.len());
         let mut of_declared = vec![0.0; n * n_s];
         self.problem.start_sensitivities(at, &mut of_declared);
-        let place = self.rest.at.point(self.problem.p);
+        // At rest a delayed unknown is what it is now, and moves with that.
+        let mut at_rest = self.rest.at.clone();
+        at_rest.u[signature.past().held()].fill(0.0);
+        let place = at_rest.point(self.problem.p);
         let none = vec![0.0; n * n_s];
         let (mut f, mut g) = (vec![0.0; n], vec![0.0; n * n_s]);
         system.sensitivity_rhs(place, &none, &mut f, &mut g);
