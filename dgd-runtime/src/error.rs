@@ -374,8 +374,8 @@ impl fmt::Display for IntegrateError {
             }
             Self::EndlessEvents { t, automaton, transitions } => write!(
                 f,
-                "`{automaton}` happens again and again, ever faster, and without end at t = {t} s, after {transitions} \
-                 times: give the model a mode in which it is at rest, as a ball that has stopped bouncing"
+                "`{automaton}` acts again and again without end at t = {t} s, {transitions} times so far: a model that \
+                 comes to rest like this, as a bouncing ball does, needs a mode in which it is at rest"
             ),
             Self::DelayBelowZero { t, delay, value } => write!(
                 f,

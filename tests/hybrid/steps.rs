@@ -35,6 +35,13 @@ fn steps_of_time_are_clocks_and_steps_of_what_moves_are_events() {
     for row in ["floor(u)", "floor(a)", "floor(3.7)"] {
         assert_eq!(made_of(row), (vec![], 0), "{row}");
     }
+    // A switch that acts only where a step is far away, or not at the start.
+    let [step, switch] = [AutomatonKind::Step, AutomatonKind::Switch];
+    for far in ["0.32", "8", "-50"] {
+        let row = |steps: &str| made_of(&format!("if p > q and {steps} > {far} then q else 0.3"));
+        assert_eq!(row("floor(3*q)"), (vec![step, switch], 0), "{far}");
+        assert_eq!(row("ceil(1.42*time/1 [s])"), (vec![switch], 1), "{far}");
+    }
     // Kinks, and a jump of 2 π; what is smooth is none.
     assert_eq!(made_of("clamp(q, 0, a)").0, [AutomatonKind::Corner; 2]);
     assert_eq!(made_of("hypot(q, 0)").0, [AutomatonKind::Corner]);

@@ -15,7 +15,7 @@ use self::point::{Point, Random};
 use self::sides::Sides;
 use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Graph, Node, Tape};
+use crate::expr::{ExprId, Graph, Node, Symbol, Tape};
 
 /// How an expression passes a surface, from best to worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -61,7 +61,7 @@ pub(super) fn is_greater(comparison: Comparison) -> bool {
 ///
 /// Another condition may hide a jump at random points, so points are tried until each condition has
 /// been met both ways. A condition that has not is then assumed to hold the other way, unless the
-/// surface itself decides it, as x = 0 decides x < 1.
+/// surface itself decides it, as x = 0 decides x < p for a positive parameter.
 pub(super) fn passage(
     graph: &mut Graph,
     sizes: &Sizes,
@@ -80,13 +80,16 @@ pub(super) fn passage(
         .met
         .iter()
         .filter_map(|(id, met)| match met {
-            [true, false] => Some((*id, false)),
-            [false, true] => Some((*id, true)),
+            [true, false] => Some((*id, true)),
+            [false, true] => Some((*id, false)),
             _ => None,
         })
         .filter(|(id, _)| {
             let symbols = comparison.graph.symbols(*id);
-            symbols.iter().any(|symbol| !on_surface.contains(symbol))
+            let is_known = |symbol: &Symbol| {
+                matches!(symbol, Symbol::Parameter(_) | Symbol::SweptParameter(..))
+            };
+            symbols.iter().any(|symbol| !on_surface.contains(symbol) && !is_known(symbol))
         })
         .collect();
     let each = unmet.iter().map(std::slice::from_ref);

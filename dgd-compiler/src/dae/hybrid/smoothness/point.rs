@@ -1,6 +1,6 @@
 //! Points of random numbers, as large as symbols are, and how they are moved to where a condition changes.
 
-use crate::dae::{Dae, DelayedUnknown, position};
+use crate::dae::{AutomatonKind, Dae, DelayedUnknown, position};
 use crate::expr::{Symbol, Tape};
 use crate::model::Model;
 
@@ -11,6 +11,8 @@ const MOST_NEWTON: usize = 50;
 /// How near and how far changes of a sign are looked for, in the size of the symbol.
 const NEAREST: f64 = 1e-3;
 const MOST_DOUBLINGS: i32 = 40;
+/// What is counted is drawn from so many on both sides of zero.
+const COUNTED: f64 = 3.0;
 /// Where random numbers begin.
 const SEED: u64 = 0x9E37_79B9_7F4A_7C15;
 
@@ -29,8 +31,8 @@ pub(in super::super) struct Sizes {
     late: Vec<f64>,
     /// For each array, its first element and their size.
     arrays: Vec<(u32, f64)>,
-    /// For each discrete number, how many values it has.
-    modes: Vec<usize>,
+    /// For each discrete number, how many values it has; none where it counts.
+    modes: Vec<Option<usize>>,
 }
 
 impl Sizes {
@@ -72,16 +74,35 @@ impl Sizes {
             inputs: (0..model.inputs.len()).chain(late_inputs).map(input).collect(),
             late: dae.delayed_unknowns.iter().map(of_late).collect(),
             arrays,
-            modes: dae.automata.iter().map(|automaton| automaton.modes.len()).collect(),
+            modes: values_of_discrete(dae),
             parameters,
             unknowns,
         }
+    }
+
+    /// Whether a discrete number has a few values, all of which random points have.
+    pub(super) fn is_drawn(&self, symbol: Symbol) -> bool {
+        let Symbol::Discrete(i) = symbol else { return false };
+        self.modes.get(i as usize).is_some_and(Option::is_some)
     }
 
     /// Of an element of an array.
     fn of_element(&self, i: u32) -> f64 {
         of_element(&self.arrays, i)
     }
+}
+
+/// How many values each discrete number has: of automata, then of conditions on time, which are 0 or 1. Steps, and the
+/// periods of a clock, are counted.
+fn values_of_discrete(dae: &Dae) -> Vec<Option<usize>> {
+    let of_automata = dae.automata.iter().map(|automaton| match automaton.kind {
+        AutomatonKind::Step => None,
+        _ => Some(automaton.modes.len()),
+    });
+    let is_clock =
+        |k: usize| dae.clocks.iter().any(|clock| k == clock.condition || k == clock.condition + 1);
+    let of_time = (0..dae.time_conditions.len()).map(|k| (!is_clock(k)).then_some(2));
+    of_automata.chain(of_time).collect()
 }
 
 /// Of an element, by the first elements of arrays and their sizes.
@@ -119,11 +140,13 @@ impl Point {
                     around_zero(of.inputs.get(i as usize).copied().unwrap_or(1.0))
                 }
                 Symbol::Element(i) | Symbol::Swept(i) => around_zero(of.of_element(i)),
-                Symbol::Discrete(i) => {
-                    // Conditions on time are 0 or 1.
-                    let modes = of.modes.get(i as usize).copied().unwrap_or(2) as f64;
-                    (1.0, (0.5 * (random.next() + 1.0) * modes).floor().min(modes - 1.0))
-                }
+                Symbol::Discrete(i) => match of.modes.get(i as usize).copied().flatten() {
+                    Some(modes) => {
+                        let modes = modes as f64;
+                        (1.0, (0.5 * (random.next() + 1.0) * modes).floor().min(modes - 1.0))
+                    }
+                    None => (1.0, (COUNTED * random.next()).round()),
+                },
                 _ => around_zero(1.0),
             };
             values.push(value);

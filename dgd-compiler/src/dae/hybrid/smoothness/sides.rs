@@ -151,7 +151,7 @@ impl<'a> Sides<'a> {
     fn list_conditions(&mut self, sides: [ExprId; 2]) {
         let graph = &*self.graph;
         let conditions = graph.listed(sides).into_iter().filter(|(id, node)| {
-            let by_mode = |symbol: &Symbol| matches!(symbol, Symbol::Discrete(_));
+            let by_mode = |symbol: &Symbol| self.sizes.is_drawn(*symbol);
             (matches!(node, Node::Compare(..)) || is_sign(*node))
                 && !graph.symbols(*id).iter().all(by_mode)
         });
