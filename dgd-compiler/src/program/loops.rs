@@ -26,12 +26,12 @@ pub(super) fn schedule(
         || results.iter().enumerate().flat_map(|(r, all)| all.iter().map(move |n| (r, *n)));
 
     let rounds = Rounds::find(&expressions, &moving, kinds, numbers());
-    let is_single =
+    let is_no_round =
         |(_, number): &Given| number.family.is_none_or(|f| !rounds.families.contains(&f));
     let order = if rounds.families.is_empty() {
         all
     } else {
-        let values = numbers().filter(is_single).map(|(_, number)| number.value);
+        let values = numbers().filter(is_no_round).map(|(_, number)| number.value);
         graph.reachable(values.chain(rounds.common()))
     };
 
@@ -49,7 +49,7 @@ pub(super) fn schedule(
     }
 
     let mut by_count: BTreeMap<u32, Vec<Given>> = BTreeMap::new();
-    for given in numbers().filter(is_single) {
+    for given in numbers().filter(is_no_round) {
         if let Some(rows) = given.1.rows {
             by_count.entry(rows).or_default().push(given);
         }
@@ -60,7 +60,8 @@ pub(super) fn schedule(
     let loops = looped.chain(in_rounds).collect();
 
     let mut singles: Vec<Vec<Number>> = vec![Vec::new(); results.len()];
-    for (result, number) in numbers().filter(is_single).filter(|(_, number)| number.rows.is_none())
+    for (result, number) in
+        numbers().filter(is_no_round).filter(|(_, number)| number.rows.is_none())
     {
         singles[result].push(number);
     }
