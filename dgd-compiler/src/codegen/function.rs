@@ -102,7 +102,7 @@ pub(super) fn method(program: &Program, function: &Function, sources: &Sources) 
 pub(super) fn doc_of_row(program: &Program, row: usize, sources: &Sources) -> String {
     match program.source.rows.get(row) {
         Some(own) => row_doc(program, row, *own, sources),
-        None => loops::family_doc(program, row, sources),
+        None => loops::family_doc(program, row, false, sources),
     }
 }
 

@@ -43,7 +43,7 @@ pub(super) fn writes(
             let (name, at) = (&results[*result], place(*first, *by_round, part.count > 1));
             let value = &pieces[value].tokens;
             if is_rhs {
-                let doc = doc_of_row(program, *first, sources);
+                let doc = family_doc(program, *first, part.rounds > 1, sources);
                 quote!(#[doc = #doc] let _row: f64 = #value; #name[#at] = _row;)
             } else {
                 quote!(#name[#at] = #value;)
@@ -127,8 +127,13 @@ fn statements(
     (of_rounds, statements)
 }
 
-/// What stands above the rows of elements.
-pub(super) fn family_doc(program: &Program, row: usize, sources: &Sources) -> String {
+/// What stands above the rows of elements; of rounds, without the index of the first.
+pub(super) fn family_doc(
+    program: &Program,
+    row: usize,
+    in_rounds: bool,
+    sources: &Sources,
+) -> String {
     let unknowns = &program.signature.unknowns;
     let mut rows = unknowns.families.iter().zip(&program.source.families);
     let mut before = unknowns.single.len();
@@ -138,10 +143,20 @@ pub(super) fn family_doc(program: &Program, row: usize, sources: &Sources) -> St
     });
     let Some((Family { equation, differential, .. }, span)) = found else { return String::new() };
     let name = array_of(&unknowns.arrays, row - unknowns.single.len());
+    let shown = |name| if in_rounds { without_indices(name) } else { name };
+    let (equation, name) = (shown(equation), shown(name));
     let (line, _) = sources.line_column(*span);
     let file = &sources.get(span.source).name;
     let left = if *differential { format!("der({name})") } else { "0".to_owned() };
     format!(" `{equation}` ({file}:{line}): {left} =")
+}
+
+/// `T` of `T[2][1]`.
+fn without_indices(mut name: &str) -> &str {
+    while let Some((array, _)) = name.strip_suffix(']').and_then(|name| name.rsplit_once('[')) {
+        name = array;
+    }
+    name
 }
 
 /// The name of the array that has an element, counted over all of them.
