@@ -65,9 +65,9 @@ fn seconds(text: &str) -> Option<f64> {
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic() || " []".contains(c));
     let unit = text[digits.len()..].trim_matches([' ', '[', ']']);
     let second = parse_unit("s").ok()?;
-    let unit = if unit.is_empty() { second.clone() } else { parse_unit(unit).ok()? };
-    let is_time = unit.dimension == second.dimension;
-    number(digits).filter(|_| is_time).map(|number| number * unit.factor)
+    let unit = if unit.is_empty() { "s" } else { unit };
+    let unit = parse_unit(unit).ok().filter(|unit| unit.dimension == second.dimension)?;
+    Some(number(digits)? * unit.factor)
 }
 
 #[cfg(test)]

@@ -157,7 +157,11 @@ impl Loops<'_> {
                 unreachable!("operands come first, and what is the same for all is in the body")
             })
         };
-        let operation = |own: &HashMap<Strand, ValueId>, strand: &Strand| {
+        // `position` is where among listed numbers a round or passage has its own.
+        let operation = |own: &HashMap<Strand, ValueId>, strand: &Strand, position| {
+            if let Some((curve, position)) = rounds.listed.get(strand).copied().zip(position) {
+                return Operation::Curve(curve, position);
+            }
             let node = expressions.node(strand[0]);
             if let Node::Symbol(_) = node {
                 return expressions.load_in_rounds(strand);
@@ -170,20 +174,16 @@ impl Loops<'_> {
             expressions.operation(node, |_| next())
         };
 
-        let listed = |strand: &Strand| expressions.listed(strand, rounds.count);
-        let of_passages = rounds.body.iter().any(|strand| listed(strand).is_some());
-        let has_numbers = of_passages || rounds.head.iter().any(|strand| listed(strand).is_some());
-        let round = has_numbers.then(|| append(&mut operations, begin, Operation::Round));
-        let passed = of_passages.then_some(round).flatten().map(|round| {
+        let round =
+            (!rounds.listed.is_empty()).then(|| append(&mut operations, begin, Operation::Round));
+        let of_passages = rounds.body.iter().any(|strand| rounds.listed.contains_key(strand));
+        let passed = round.filter(|_| of_passages).map(|round| {
             let count = Operation::Constant(f64::from(rounds.count));
             let count = append(&mut operations, begin, count);
             append(&mut operations, begin, Operation::Multiply(round, count))
         });
         for strand in &rounds.head {
-            let operation = match listed(strand).zip(round) {
-                Some((curve, round)) => Operation::Curve(curve, round),
-                None => operation(&own, strand),
-            };
+            let operation = operation(&own, strand, round);
             own.insert(Rc::clone(strand), append(&mut operations, begin, operation));
         }
         let head = operations.len();
@@ -192,10 +192,7 @@ impl Loops<'_> {
             append(&mut operations, begin, Operation::Add(passed, counter))
         });
         for strand in &rounds.body {
-            let operation = match listed(strand).zip(position) {
-                Some((curve, position)) => Operation::Curve(curve, position),
-                None => operation(&own, strand),
-            };
+            let operation = operation(&own, strand, position);
             own.insert(Rc::clone(strand), append(&mut operations, begin, operation));
         }
         let stores = rounds.numbers.iter().map(|((result, number), next, values)| Store {

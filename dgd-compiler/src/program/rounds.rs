@@ -42,6 +42,8 @@ pub(super) struct InRounds {
     pub(super) head: Vec<Strand>,
     /// What differs from passage to passage, operands first.
     pub(super) body: Vec<Strand>,
+    /// Numbers in which rounds differ, as curves over all rounds, or over the passages of all.
+    pub(super) listed: HashMap<Strand, CurveId>,
     /// What they read that is the same in all rounds and passages.
     common: Vec<ExprId>,
 }
@@ -108,11 +110,15 @@ impl InRounds {
         // Operands are earlier expressions of a row.
         let mut passing: HashSet<Strand> = HashSet::default();
         for strand in all {
+            let listed = expressions.listed(&strand, self.count);
             let moves = match expressions.node(strand[0]) {
                 Node::Symbol(_) => moving.contains(&strand[0]),
-                node if is_listed(expressions.graph, node) => matches!(node, Node::Curve(..)),
+                node if listed.is_some() => matches!(node, Node::Curve(..)),
                 _ => expressions.operands(&strand).any(|operand| passing.contains(&operand)),
             };
+            if let Some(curve) = listed {
+                self.listed.insert(Rc::clone(&strand), curve);
+            }
             if moves {
                 passing.insert(Rc::clone(&strand));
                 self.body.push(strand);
@@ -261,7 +267,7 @@ impl Expressions<'_> {
 
     /// The numbers in which rounds differ, one of each or those of its passages, as a curve over all; none where a strand
     /// is something else.
-    pub(super) fn listed(&self, strand: &Strand, count: u32) -> Option<CurveId> {
+    fn listed(&self, strand: &Strand, count: u32) -> Option<CurveId> {
         let node = self.node(strand[0]);
         if is_one(strand) || !is_listed(self.graph, node) {
             return None;

@@ -40,7 +40,8 @@ pub(super) fn binding(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
 /// may be left out.
 pub(super) fn part(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
     let colon = token(TokenKind::Colon, "`:` and the part's model");
-    let (rest, (part, axes)) = (name, array::axes).parse(input)?;
+    let model = name;
+    let (rest, (name, axes)) = (name, array::axes).parse(input)?;
     if rest.first() == Some(TokenKind::Equal) {
         let message = "a part and its model have `:` between them";
         return rest.wrong(Diagnostic::new(Code::E105, rest.span(), message).help(format!(
@@ -49,8 +50,7 @@ pub(super) fn part(input: Tokens<'_>) -> Parsed<'_, ItemKind> {
             rest.behind_first().written()
         )));
     }
-    let (rest, (_, model)) = (colon, name).parse(rest)?;
-    let name = part;
+    let (rest, (_, model)) = (colon, model).parse(rest)?;
     let mut arguments = Vec::new();
     if rest.first() != Some(TokenKind::Open) {
         return Ok((rest, ItemKind::Part { name, axes, model, arguments }));
