@@ -7,4 +7,5 @@ mod support;
 
 mod delay_equations;
 mod delays;
+mod jumping_delays;
 mod neutral_equations;

@@ -27,10 +27,13 @@ use crate::model::Model;
 /// [`Reported`] where equations and unknowns do not match, or the index cannot be reduced to 1.
 pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Reported> {
     let mut graph = Graph::default();
+    // After this: no delay that may jump by itself. It is an unknown, whose equation has the events.
+    let (model, lags) = delays::with_lags(model);
+    let model = &*model;
     // After this: no more combinations of modes than can be matched one by one.
     let combinations = Combinations::of(model, diagnostics)?;
     // After this: no named constants, and no equation with two sides: 0 = right − left.
-    let mut transferred = transfer(model, &mut graph);
+    let mut transferred = transfer(model, &lags, &mut graph);
     // After this: no delays within expressions. What is late is a symbol of its own.
     let delays = delays::resolve(model, &mut graph, &mut transferred, diagnostics)?;
     // After this: no conditions on time; they are discrete numbers. Delays come first, as a condition
@@ -65,8 +68,6 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let start_equations = reader.start_equations(transferred.start_equations);
     let mut automata = reader.automata(transferred.transitions);
     automata.extend(selecting);
-    // After this: no delay that varies with an algebraic unknown.
-    delays.verify_varying(model, &graph, &unknowns, diagnostics);
     diagnostics.check()?;
     // After this: no unknown beyond its bounds.
     let varying = Varying { model, delayed: &delays.inputs };

@@ -16,6 +16,23 @@ pub(super) struct Equation<'a> {
     pub(super) rest: ExprId,
     /// Derivatives that occur in it.
     pub(super) derivatives: Vec<u32>,
+    /// Unknowns on which it depends by the delays of what it reads late.
+    pub(super) by_delays: Vec<u32>,
+}
+
+impl Equation<'_> {
+    /// Unknowns on which it depends as it stands, or, once it has been `rewritten`, in that form.
+    pub(super) fn unknowns(&self, graph: &Graph, rewritten: ExprId) -> Vec<u32> {
+        let symbols = graph.symbols(rewritten).into_iter();
+        let read = symbols.filter_map(|symbol| match symbol {
+            Symbol::Unknown(i) => Some(i),
+            _ => None,
+        });
+        let mut all: Vec<u32> = read.chain(self.by_delays.iter().copied()).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
 }
 
 /// A model's expressions in the graph of its `Dae`.
@@ -39,6 +56,8 @@ pub(super) struct Transferred<'a> {
     /// For each saturation, its bound.
     pub(super) bounds: Vec<ExprId>,
     pub(super) names: BTreeMap<ExprId, String>,
+    /// Delays that are unknowns of their own, and these.
+    pub(super) lags: BTreeMap<ExprId, u32>,
 }
 
 impl Transferred<'_> {
@@ -89,8 +108,8 @@ impl Transferred<'_> {
     }
 }
 
-/// Everything into one simplified graph.
-pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'a> {
+/// All expressions of a model.
+pub(super) fn roots(model: &Model) -> Vec<ExprId> {
     let transitions = || model.automata.iter().flat_map(|automaton| &automaton.transitions);
     let equations = || {
         let families = model.families.iter().map(|family| &family.equation);
@@ -104,7 +123,7 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         let arrays = model.arrays.iter().map(|array| array.unknown.history);
         model.unknowns.iter().map(|u| u.history).chain(arrays)
     };
-    let roots = equations()
+    equations()
         .flat_map(|e| [e.left, e.right])
         .chain(starts())
         .chain(histories().flatten())
@@ -113,8 +132,29 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         .chain(transitions().flat_map(|t| [t.left, t.right]))
         .chain(transitions().flat_map(|t| t.resets.iter().map(|reset| reset.value)))
         .chain(model.automata.iter().filter_map(|automaton| automaton.period))
-        .chain(model.saturations.iter().map(|saturation| saturation.bound));
-    let nodes = model.graph.listed(roots);
+        .chain(model.saturations.iter().map(|saturation| saturation.bound))
+        .collect()
+}
+
+/// Everything into one simplified graph. `lags` are delays that are unknowns of their own.
+pub(super) fn transfer<'a>(
+    model: &'a Model,
+    lags: &[(ExprId, u32)],
+    graph: &mut Graph,
+) -> Transferred<'a> {
+    let equations = || {
+        let families = model.families.iter().map(|family| &family.equation);
+        model.all_equations().chain(families)
+    };
+    let starts = || {
+        let arrays = model.arrays.iter().map(|array| array.unknown.start);
+        model.unknowns.iter().map(|u| u.start).chain(arrays)
+    };
+    let histories = || {
+        let arrays = model.arrays.iter().map(|array| array.unknown.history);
+        model.unknowns.iter().map(|u| u.history).chain(arrays)
+    };
+    let nodes = model.graph.listed(roots(model));
     let built = graph.rebuild(&nodes, |graph, symbol| match symbol {
         Symbol::Constant(i) => graph.constant(model.constants[i as usize].value),
         other => graph.symbol(other),
@@ -130,7 +170,8 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
                     _ => None,
                 })
                 .collect();
-            Equation { label: &equation.label, span: equation.span, rest, derivatives }
+            let (label, span) = (equation.label.as_str(), equation.span);
+            Equation { label, span, rest, derivatives, by_delays: Vec::new() }
         })
         .collect();
     let start_equations = model.start_equations.iter();
@@ -172,5 +213,6 @@ pub(super) fn transfer<'a>(model: &'a Model, graph: &mut Graph) -> Transferred<'
         periods: model.automata.iter().map(|a| a.period.map(|id| built[&id])).collect(),
         bounds: model.saturations.iter().map(|saturation| built[&saturation.bound]).collect(),
         names,
+        lags: lags.iter().map(|(tau, unknown)| (built[tau], *unknown)).collect(),
     }
 }

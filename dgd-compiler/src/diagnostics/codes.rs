@@ -551,8 +551,8 @@ Right:
 "
 E215 "delay that cannot be followed" "
 How late an input arrives is made of constants and parameters. The delay of a state or unknown may
-vary, with time, inputs and states that have a derivative; then neither is late itself. Neither is
-below zero: only outputs can be early.
+vary, with time, inputs, states and unknowns; then neither is late itself. Neither is below zero: only
+outputs can be early.
 
 Wrong:
 

@@ -24,11 +24,23 @@ pub(crate) use rates::Rates;
 /// Residuals below this fraction of the equation's terms are rounding errors of a few operations.
 pub(crate) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
+/// Inputs at the time of the equations. Those that act late may move with the unknowns.
+pub(crate) trait InputsAt {
+    fn at(&mut self, y: &[f64]) -> &[f64];
+}
+
+impl InputsAt for &[f64] {
+    #[inline]
+    fn at(&mut self, _: &[f64]) -> &[f64] {
+        self
+    }
+}
+
 /// The point at which algebraic equations are solved.
 #[derive(Clone, Copy)]
-pub(crate) struct AlgebraicPoint<'a> {
+pub(crate) struct AlgebraicPoint<'a, U = &'a [f64]> {
     pub(crate) t: f64,
-    pub(crate) u: &'a [f64],
+    pub(crate) u: U,
     pub(crate) p: &'a [f64],
     pub(crate) z: &'a [f64],
 }

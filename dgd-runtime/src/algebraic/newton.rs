@@ -1,7 +1,9 @@
 //! Newton's iteration for algebraic unknowns, and the equation at fault if it fails.
 
 use super::singularity::CONVERGED;
-use super::{Algebraic, AlgebraicPoint, ROUNDING, add_scaled, add_terms, is_rounding, mask};
+use super::{
+    Algebraic, AlgebraicPoint, InputsAt, ROUNDING, add_scaled, add_terms, is_rounding, mask,
+};
 use crate::algebraic::readings::readings;
 use crate::error::InitialError;
 use crate::linalg::Factorisation;
@@ -28,7 +30,7 @@ impl<S: Solved> Algebraic<S> {
     pub(crate) fn make_consistent(
         &mut self,
         system: &S,
-        at: AlgebraicPoint<'_>,
+        at: AlgebraicPoint<'_, impl InputsAt>,
         y: &mut [f64],
         jacobian: &mut [f64],
         sizes: &[f64],
@@ -44,7 +46,7 @@ impl<S: Solved> Algebraic<S> {
     pub(crate) fn solve(
         &mut self,
         system: &S,
-        at: AlgebraicPoint<'_>,
+        at: AlgebraicPoint<'_, impl InputsAt>,
         y: &mut [f64],
         jacobian: &mut [f64],
         sizes: &[f64],
@@ -57,7 +59,7 @@ impl<S: Solved> Algebraic<S> {
     pub(crate) fn solve_nearby(
         &mut self,
         system: &S,
-        at: AlgebraicPoint<'_>,
+        at: AlgebraicPoint<'_, impl InputsAt>,
         y: &mut [f64],
         jacobian: &mut [f64],
         sizes: &[f64],
@@ -69,13 +71,13 @@ impl<S: Solved> Algebraic<S> {
     fn solve_nudged(
         &mut self,
         system: &S,
-        at: AlgebraicPoint<'_>,
+        at: AlgebraicPoint<'_, impl InputsAt>,
         y: &mut [f64],
         jacobian: &mut [f64],
         weights: Weights<'_>,
         most_nudges: u32,
     ) -> Result<(), InitialError> {
-        let AlgebraicPoint { t, u, p, z } = at;
+        let AlgebraicPoint { t, mut u, p, z } = at;
         let Weights { sizes, tolerances } = weights;
         let signature = system.signature();
         let pattern = &signature.jacobian;
@@ -84,7 +86,7 @@ impl<S: Solved> Algebraic<S> {
 
         for iteration in 1..=MOST_ITERATIONS {
             system.linearize(
-                Point { t, y, u, p, z },
+                Point { t, y, u: u.at(y), p, z },
                 self.zero_slopes.as_ref(),
                 self.f.as_mut(),
                 jacobian,
@@ -98,7 +100,7 @@ impl<S: Solved> Algebraic<S> {
                 found.map(|((row, _), _)| row)
             });
             if let Some(row) = not_finite {
-                let at = readings(system, Point { t, y, u, p, z }, row);
+                let at = readings(system, Point { t, y, u: u.at(y), p, z }, row);
                 return Err(InitialError::NotFinite { equation: equation(row), t, at });
             }
             if self.f.as_ref().iter().all(|f| *f == 0.0) {
@@ -122,7 +124,12 @@ impl<S: Solved> Algebraic<S> {
                 }
                 if nudges == most_nudges {
                     let row = factorised.err().map_or(largest(self.f.as_ref()), |e| e.row);
-                    return Err(self.singular(system, Point { t, y, u, p, z }, row, jacobian));
+                    return Err(self.singular(
+                        system,
+                        Point { t, y, u: u.at(y), p, z },
+                        row,
+                        jacobian,
+                    ));
                 }
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
@@ -139,7 +146,7 @@ impl<S: Solved> Algebraic<S> {
                 self.trial.as_mut().copy_from_slice(y);
                 add_scaled(self.trial.as_mut(), lambda, self.correction.as_ref());
                 let trial = self.trial.as_ref();
-                system.rhs(Point { t, y: trial, u, p, z }, self.next.as_mut());
+                system.rhs(Point { t, y: trial, u: u.at(trial), p, z }, self.next.as_mut());
                 mask(self.next.as_mut(), self.mass.as_ref());
                 self.factorisation.solve(self.next.as_mut());
                 let next = tolerances.mean_square(self.next.as_ref(), y, y, sizes);
@@ -157,11 +164,11 @@ impl<S: Solved> Algebraic<S> {
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
             } else {
-                let at = Point { t, y, u, p, z };
+                let at = Point { t, y, u: u.at(y), p, z };
                 return Err(self.not_converged(system, at, weights, jacobian, iteration));
             }
         }
-        let at = Point { t, y, u, p, z };
+        let at = Point { t, y, u: u.at(y), p, z };
         Err(self.not_converged(system, at, weights, jacobian, MOST_ITERATIONS))
     }
 

@@ -1,11 +1,25 @@
 //! Inputs during a run, and the past of delayed unknowns.
 
-use crate::integrate::late::history::{History, Past};
+use crate::algebraic::InputsAt;
+use crate::integrate::late::history::{Discontinuity, History, Past};
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::signal::Segment;
 use crate::solved::Solved;
 use crate::system::Storage;
+
+/// Inputs at one time, where those that act late may depend on the unknowns.
+pub(crate) struct Here<'d, 'a, S: Solved> {
+    pub(crate) drive: &'d mut Drive<'a, S>,
+    pub(crate) t: f64,
+}
+
+impl<S: Solved> InputsAt for Here<'_, '_, S> {
+    #[inline]
+    fn at(&mut self, y: &[f64]) -> &[f64] {
+        self.drive.at(self.t, y)
+    }
+}
 
 /// Inputs along the current segment.
 pub(crate) struct Drive<'a, S: Solved> {
@@ -94,9 +108,45 @@ impl<'a, S: Solved> Drive<'a, S> {
         }
     }
 
+    /// Whether there are variable delays.
+    #[inline]
+    pub(super) fn has_varying_delays(&self) -> bool {
+        S::FEATURES.past && self.history.as_ref().is_some_and(|history| history.varies())
+    }
+
+    /// Makes variable delays read where they lead at (t, y), where they may have jumped.
+    #[inline]
+    pub(super) fn locate_delays(&mut self, t: f64, y: &[f64]) {
+        if !self.has_varying_delays() {
+            return;
+        }
+        self.at(t, y);
+        if let Some(history) = &mut self.history {
+            history.locate(self.problem, t, y, self.now.as_ref());
+        }
+    }
+
+    /// Whether variable delays read wherever they lead, as while equations are solved for them, from now on.
+    #[inline]
+    pub(super) fn free_delays(&mut self, is_free: bool) {
+        if S::FEATURES.past
+            && let Some(history) = &mut self.history
+        {
+            history.free(is_free);
+        }
+    }
+
+    /// Makes a delay read values on the other side of a mark, which it reaches at (t, y).
+    pub(super) fn pass(&mut self, at: &Discontinuity, t: f64, y: &[f64]) {
+        self.at(t, y);
+        if let Some(history) = &mut self.history {
+            history.pass(at, t);
+        }
+    }
+
     /// The first variable delay that has passed a mark at (t, y), and whether backwards.
     pub(super) fn passed_mark(&mut self, t: f64, y: &[f64]) -> Option<(usize, bool)> {
-        if !S::FEATURES.past || !self.history.as_ref()?.varies() {
+        if !self.has_varying_delays() {
             return None;
         }
         self.at(t, y);
@@ -106,7 +156,7 @@ impl<'a, S: Solved> Drive<'a, S> {
     /// The smallest variable delay, and its value.
     #[inline]
     pub(super) fn earliest(&mut self, t: f64, y: &[f64]) -> Option<(usize, f64)> {
-        if !S::FEATURES.past || !self.history.as_ref()?.varies() {
+        if !self.has_varying_delays() {
             return None;
         }
         self.at(t, y);

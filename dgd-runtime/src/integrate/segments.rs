@@ -65,20 +65,23 @@ impl<S: Solved> Simulation<'_, S> {
         segment: Segment<'_>,
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
-        self.change_inputs(solution, |drive| drive.enter(segment))
+        self.change_inputs(solution, |drive, t, y| {
+            drive.enter(segment);
+            drive.locate_delays(t, y);
+        })
     }
 
     /// Continues with inputs changed by `enter`.
     pub(super) fn change_inputs(
         &mut self,
         solution: &mut Solution,
-        enter: impl FnOnce(&mut Drive<S>),
+        enter: impl FnOnce(&mut Drive<S>, f64, &[f64]),
     ) -> Result<(), IntegrateError> {
         let Problem { system, p, .. } = *self.problem;
         self.linearized = false;
         self.stepper.restart();
         if self.algebraic.is_empty() {
-            enter(&mut self.drive);
+            enter(&mut self.drive, self.t, self.y.as_ref());
             return Ok(());
         }
 
@@ -98,7 +101,7 @@ impl<S: Solved> Simulation<'_, S> {
             }
         };
         evaluate(&mut self.drive, before, At::Start);
-        enter(&mut self.drive);
+        enter(&mut self.drive, t, y);
         evaluate(&mut self.drive, after, At::End);
         let seen = self
             .directions

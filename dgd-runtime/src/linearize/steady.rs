@@ -181,7 +181,7 @@ impl<'a, S: Solved> Search<'a, S> {
     }
 
     fn point<'b>(&'b self, y: &'b [f64], z: &'b [f64]) -> Point<'b> {
-        Point { t: self.t, y, u: &self.u, p: self.problem.p, z }
+        Point { t: self.t, y, u: self.u.as_slice(), p: self.problem.p, z }
     }
 
     /// A steady state from this guess: an isolated one, or one with conserved combinations held.
@@ -263,7 +263,8 @@ impl<'a, S: Solved> Search<'a, S> {
         let mut e = vec![0.0; system.signature().discrete.transitions().count()];
         let mut y = guess.to_vec();
         for _ in 0..MOST_SIDES {
-            let place = AlgebraicPoint { t: self.t, u: &self.u, p: self.problem.p, z: &z };
+            let place =
+                AlgebraicPoint { t: self.t, u: self.u.as_slice(), p: self.problem.p, z: &z };
             let (jacobian, tolerances) = (self.jacobian.as_mut(), self.tolerances);
             let solved =
                 self.equations.solve(system, place, &mut y, jacobian, &self.sizes, tolerances);
@@ -299,7 +300,7 @@ impl<'a, S: Solved> Search<'a, S> {
     /// Iterates until only rounding is left, if possible.
     fn polish(&mut self, y: &mut Vec<f64>, z: &[f64]) {
         let mut polished = y.clone();
-        let place = AlgebraicPoint { t: self.t, u: &self.u, p: self.problem.p, z };
+        let place = AlgebraicPoint { t: self.t, u: self.u.as_slice(), p: self.problem.p, z };
         let (system, jacobian) = (self.problem.system, self.jacobian.as_mut());
         let solved =
             self.equations.solve(system, place, &mut polished, jacobian, &self.sizes, POLISHED);

@@ -7,18 +7,22 @@
 //! - an output whose states are all late by τ is read at t − τ as a whole,
 //! - any other delayed input is an input of its own, after those that are declared,
 //! - any other delayed unknown is a symbol of its own.
+//!
+//! A delay that may jump by itself is an unknown of its own first ([`lags`]).
 
+mod lags;
 mod resolver;
 
 use std::collections::BTreeMap;
 
+pub(super) use self::lags::with_lags;
 use self::resolver::Resolver;
 use crate::dae::start_equations;
 use crate::dae::transfer::{Equation, Transferred};
-use crate::dae::{Delay, DelayedInput, DelayedUnknown, Unknown};
+use crate::dae::{Delay, DelayedInput, DelayedUnknown};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::hash::HashMap;
-use crate::expr::{ExprId, Graph, Node, Symbol};
+use crate::expr::{ExprId, Graph, Node};
 use crate::model::{Declared, Model};
 use crate::source::Span;
 
@@ -31,37 +35,6 @@ pub(super) struct Resolved {
     pub(super) unknowns: Vec<DelayedUnknown>,
     /// For each output, how late it is read as a whole.
     pub(super) of_outputs: Vec<Option<usize>>,
-}
-
-impl Resolved {
-    /// Reports delays that vary with what is known only once equations are solved.
-    pub(super) fn verify_varying(
-        &self,
-        model: &Model,
-        graph: &Graph,
-        unknowns: &[Unknown],
-        diagnostics: &mut Diagnostics,
-    ) {
-        for delay in &self.varying {
-            let solved_for = graph.symbols(delay.tau).into_iter().find_map(|symbol| match symbol {
-                Symbol::Unknown(i) if graph.value(unknowns[i as usize].mass) != Some(1.0) => {
-                    Some(i)
-                }
-                _ => None,
-            });
-            if let Some(i) = solved_for {
-                let declared = &model.unknowns[i as usize].declared;
-                let message = format!(
-                    "the delay `{}` depends on `{}`, which is algebraic",
-                    delay.text, declared.name
-                );
-                diagnostics.error(
-                    Diagnostic::new(Code::E215, declared.span, message)
-                        .help("use states that have a derivative, inputs, time and parameters"),
-                );
-            }
-        }
-    }
 }
 
 /// Replaces delays in everything that was transferred.
@@ -80,7 +53,7 @@ pub(super) fn resolve(
         let of_outputs = vec![None; transferred.outputs.len()];
         return Ok(Resolved { of_outputs, ..Resolved::default() });
     }
-    let mut resolver = Resolver::new(model);
+    let mut resolver = Resolver::new(model, std::mem::take(&mut transferred.lags));
     let Some(at_names) = resolver.push_down(graph, &nodes) else {
         return Err(too_many(model, diagnostics));
     };
@@ -154,6 +127,7 @@ impl Replacing<'_> {
         for equation in equations {
             let reader = format!("equation `{}`", equation.label);
             self.acting(&mut equation.rest, &reader, equation.span);
+            equation.by_delays = self.resolver.unknowns_in_delays(self.graph, equation.rest);
         }
     }
 

@@ -29,10 +29,12 @@ pub(super) struct Resolver<'a> {
     pub(super) unknowns: Vec<DelayedUnknown>,
     /// What is read before it happens, whatever the parameters.
     early: Option<Symbol>,
+    /// Delays that are unknowns of their own, and these.
+    lags: BTreeMap<ExprId, u32>,
 }
 
 impl<'a> Resolver<'a> {
-    pub(super) fn new(model: &'a Model) -> Self {
+    pub(super) fn new(model: &'a Model, lags: BTreeMap<ExprId, u32>) -> Self {
         Resolver {
             model,
             late: Vec::new(),
@@ -43,6 +45,7 @@ impl<'a> Resolver<'a> {
             inputs: Vec::new(),
             unknowns: Vec::new(),
             early: None,
+            lags,
         }
     }
 
@@ -57,7 +60,13 @@ impl<'a> Resolver<'a> {
         for &(id, node) in nodes {
             let here = match node {
                 Node::Symbol(_) => id,
-                Node::Delay(x, tau) => self.delayed(graph, built[&x], built[&tau])?,
+                Node::Delay(x, tau) => {
+                    let tau = match self.lags.get(&built[&tau]) {
+                        Some(lag) => graph.symbol(Symbol::Unknown(*lag)),
+                        None => built[&tau],
+                    };
+                    self.delayed(graph, built[&x], tau)?
+                }
                 _ => graph.simplified(node.map(|operand| built[&operand])),
             };
             built.insert(id, here);
@@ -142,6 +151,21 @@ impl<'a> Resolver<'a> {
             replaced.insert(symbol, now);
         }
         Ok(graph.substitute(id, |symbol| replaced.get(&symbol).copied()))
+    }
+
+    /// Unknowns in the delays of what an expression reads late.
+    pub(super) fn unknowns_in_delays(&self, graph: &Graph, id: ExprId) -> Vec<u32> {
+        let delayed = graph.symbols(id).into_iter().filter_map(|symbol| match symbol {
+            Symbol::DelayedUnknown(k) => Some(self.unknowns[k as usize]),
+            _ => None,
+        });
+        let varying = delayed.filter(|delayed| delayed.varies);
+        let read = varying.flat_map(|delayed| graph.symbols(self.varying[delayed.delay].tau));
+        let unknowns = read.filter_map(|symbol| match symbol {
+            Symbol::Unknown(i) => Some(i),
+            _ => None,
+        });
+        unknowns.collect()
     }
 
     /// What an output reads at one time, and how late that is; otherwise two things that it reads

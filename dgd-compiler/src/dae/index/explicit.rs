@@ -8,6 +8,7 @@ use super::linear_derivatives::Residual;
 use super::pantelides::Reduced;
 use super::variables::{Added, Variables, sum};
 use crate::dae::matching::maximum_matching;
+use crate::dae::transfer::Equation;
 use crate::expr::{ExprId, Graph, Symbol};
 
 /// The equations that hold in a combination of modes, and what became of them.
@@ -44,6 +45,7 @@ pub(super) fn rows_of(
     system: &Explicit,
     chosen: &[usize],
     variables: &Variables,
+    equations: &[Equation<'_>],
 ) -> Vec<Row> {
     let reduced = &system.reduced;
     let dummies: BTreeSet<u32> = system
@@ -65,7 +67,7 @@ pub(super) fn rows_of(
             *row = Some(unused_row(graph, reduced, variables, i));
         }
     }
-    match_algebraic(graph, reduced, &mut rows);
+    match_algebraic(graph, reduced, equations, &mut rows);
     let row = |row: Option<Row>| {
         row.unwrap_or_else(|| unreachable!("as many equations as unknowns are left to be matched"))
     };
@@ -91,7 +93,12 @@ fn unused_row(graph: &mut Graph, reduced: &Reduced, variables: &Variables, i: u3
 }
 
 /// Gives the algebraic unknowns the equations that determine them.
-fn match_algebraic(graph: &Graph, reduced: &Reduced, rows: &mut [Option<Row>]) {
+fn match_algebraic(
+    graph: &Graph,
+    reduced: &Reduced,
+    equations: &[Equation<'_>],
+    rows: &mut [Option<Row>],
+) {
     let residuals: Vec<&Residual> = reduced.constraints.iter().chain(&reduced.algebraic).collect();
     let columns: Vec<usize> = (0..rows.len()).filter(|i| rows[*i].is_none()).collect();
     let mut position = vec![None; rows.len()];
@@ -101,14 +108,8 @@ fn match_algebraic(graph: &Graph, reduced: &Reduced, rows: &mut [Option<Row>]) {
     let incidence: Vec<Vec<usize>> = residuals
         .iter()
         .map(|residual| {
-            graph
-                .symbols(residual.rest)
-                .into_iter()
-                .filter_map(|symbol| match symbol {
-                    Symbol::Unknown(i) => position[i as usize],
-                    _ => None,
-                })
-                .collect()
+            let unknowns = equations[residual.equation].unknowns(graph, residual.rest);
+            unknowns.into_iter().filter_map(|i| position[i as usize]).collect()
         })
         .collect();
     let matching = maximum_matching(&incidence, columns.len());

@@ -114,7 +114,8 @@ impl Systems {
             let (modes, choices) = modes.split_at(model.automata.len());
             let combination = self.combinations.position(modes);
             let chosen = selections.chosen(combination, choices);
-            let one = rows_of(graph, &self.explicit[combination], &chosen, &self.variables);
+            let system = &self.explicit[combination];
+            let one = rows_of(graph, system, &chosen, &self.variables, equations);
             for (all, row) in rows.iter_mut().zip(one) {
                 all.push(row);
             }
@@ -165,7 +166,8 @@ impl Reduction<'_> {
         verify_counts(model, graph, equations, holding, context, diagnostics)?;
         let solved = solve_for_derivatives(graph, equations, holding, variables);
         let in_use = in_use(graph, model.unknowns.len(), &solved);
-        let reduced = reduce(graph, solved, &in_use, variables, slopes).map_err(|refusal| {
+        let reduced = reduce(graph, solved, &in_use, variables, equations, slopes);
+        let reduced = reduced.map_err(|refusal| {
             refuse(model, equations, variables, context, &refusal, diagnostics)
         })?;
         let blocks = blocks_of(graph, &reduced, variables, &|symbol| typical.value(symbol));

@@ -22,6 +22,7 @@ use super::identity::is_constant;
 use super::linear_derivatives::{Rate, Residual, Solved};
 use super::variables::Variables;
 use crate::dae::matching::maximum_matching;
+use crate::dae::transfer::Equation;
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::model::{Input, Interpolation};
 
@@ -90,11 +91,13 @@ pub(super) fn reduce(
     solved: Solved,
     in_use: &[u32],
     variables: &mut Variables,
+    equations: &[Equation<'_>],
     slopes: &Slopes<'_>,
 ) -> Result<Reduced, Refusal> {
     let Solved { rates, algebraic } = solved;
     let mut reduction = Reduction {
         graph,
+        equations,
         variables,
         slopes,
         columns: in_use.iter().copied().filter(|i| !rates.contains_key(i)).collect(),
@@ -116,6 +119,7 @@ pub(super) fn reduce(
 
 struct Reduction<'a> {
     graph: &'a mut Graph,
+    equations: &'a [Equation<'a>],
     variables: &'a mut Variables,
     slopes: &'a Slopes<'a>,
     /// Unknowns without a derivative.
@@ -146,12 +150,10 @@ impl Reduction<'_> {
 
     /// Unknowns without a derivative in an algebraic equation, ascending.
     fn unknowns_of(&self, row: usize) -> Vec<u32> {
-        let symbols = self.graph.symbols(self.reduced.algebraic[row].rest);
-        let unknowns = symbols.into_iter().filter_map(|symbol| match symbol {
-            Symbol::Unknown(i) if !self.reduced.rates.contains_key(&i) => Some(i),
-            _ => None,
-        });
-        unknowns.collect()
+        let Residual { rest, equation, .. } = self.reduced.algebraic[row];
+        let mut unknowns = self.equations[equation].unknowns(self.graph, rest);
+        unknowns.retain(|i| !self.reduced.rates.contains_key(i));
+        unknowns
     }
 
     /// Matches a row by a shortest augmenting path, or tells what the search has met.

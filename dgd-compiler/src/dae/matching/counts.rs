@@ -4,7 +4,7 @@ use super::dulmage_mendelsohn::{Part, overdetermined, underdetermined};
 use super::{Matching, maximum_matching};
 use crate::dae::transfer::Equation;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::expr::{Graph, Symbol};
+use crate::expr::Graph;
 use crate::model::Model;
 use crate::source::Span;
 
@@ -21,14 +21,9 @@ pub(in crate::dae) fn verify_counts(
     let incidence: Vec<Vec<usize>> = equations
         .iter()
         .map(|equation| {
-            let mut unknowns: Vec<usize> = graph
-                .symbols(equation.rest)
-                .into_iter()
-                .filter_map(|symbol| match symbol {
-                    Symbol::Unknown(i) | Symbol::Derivative(i) => Some(i as usize),
-                    _ => None,
-                })
-                .collect();
+            let read = equation.unknowns(graph, equation.rest).into_iter();
+            let all = read.chain(equation.derivatives.iter().copied());
+            let mut unknowns: Vec<usize> = all.map(|i| i as usize).collect();
             unknowns.sort_unstable();
             unknowns.dedup();
             unknowns

@@ -10,6 +10,7 @@
 //!   ([`Simulation::unresolved_equation`]).
 
 use crate::algebraic::AlgebraicPoint;
+use crate::integrate::drive::Here;
 use crate::integrate::methods::stepper::{At, Base};
 use crate::integrate::simulation::{Simulation, multiply};
 use crate::linalg::Factorisation;
@@ -47,12 +48,8 @@ impl<S: Solved> Simulation<'_, S> {
         self.corrected = true;
         self.linearized = false;
         let Problem { system, p, .. } = *self.problem;
-        let at = AlgebraicPoint {
-            t: self.t,
-            u: self.drive.at(self.t, self.y.as_ref()),
-            p,
-            z: self.discrete.z(),
-        };
+        let u = Here { drive: &mut self.drive, t: self.t };
+        let at = AlgebraicPoint { t: self.t, u, p, z: self.discrete.z() };
         let y = self.row.as_mut();
         y.copy_from_slice(self.y.as_ref());
         let jacobian = self.stepper.jacobian.as_mut();
@@ -104,12 +101,13 @@ impl<S: Solved> Simulation<'_, S> {
             for ((new, y), slope) in y_new.iter_mut().zip(y).zip(slope) {
                 *new = y + h * slope;
             }
-            let (u, udot) = self.drive.with_slope(t_new, y_new);
+            let u = Here { drive: &mut self.drive, t: t_new };
             let at = AlgebraicPoint { t: t_new, u, p, z: self.discrete.z() };
             let jacobian = self.stepper.jacobian.as_mut();
             let consistent =
                 self.algebraic.make_consistent(system, at, y_new, jacobian, sizes, tolerances);
             if consistent.is_ok() {
+                let (u, udot) = self.drive.with_slope(t_new, y_new);
                 let at = Point { t: t_new, y: y_new, u, p, z: self.discrete.z() };
                 let (f, dfdt) = (self.stepper.f.as_mut(), self.stepper.dfdt.as_mut());
                 system.linearize(at, udot, f, jacobian, dfdt);

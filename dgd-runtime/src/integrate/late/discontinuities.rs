@@ -5,7 +5,6 @@
 //! smoother.
 
 use crate::error::IntegrateError;
-use crate::integrate::drive::Drive;
 use crate::integrate::late::history::Discontinuity;
 use crate::integrate::late::moving_jump::NO_JUMP;
 use crate::integrate::simulation::Simulation;
@@ -20,6 +19,9 @@ const SMOOTH: u32 = 2;
 
 /// The point at which a mark is reached is located to this fraction of the step.
 const NARROW: f64 = 1e-13;
+
+/// Fractions of a step, besides its end, at which variable delays are looked up.
+const LOOKS: [f64; 3] = [0.25, 0.5, 0.75];
 
 /// Work space at discontinuities.
 pub(in crate::integrate) struct Discontinuities<S: Solved> {
@@ -89,23 +91,18 @@ impl<S: Solved> Simulation<'_, S> {
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
         self.linearized = false;
-        let pass = |drive: &mut Drive<'_, S>| {
-            if let Some(history) = &mut drive.history {
-                history.pass(at);
-            }
-        };
         if at.level >= SMOOTH {
-            pass(&mut self.drive);
+            self.drive.pass(at, self.t, self.y.as_ref());
             self.mark(at.level + 1, &at.dt);
             return Ok(());
         }
         self.rates(&mut work.before);
         let mut dt = at.dt.clone();
         if let Some(delay) = at.varying {
-            self.move_with_delay(delay, &work.before, &mut dt, solution);
+            self.move_with_delay(delay, &mut work.after, &mut dt, solution);
         }
         self.begin_moving_jump(&dt, solution);
-        self.change_inputs(solution, pass)?;
+        self.change_inputs(solution, |drive, t, y| drive.pass(at, t, y))?;
         self.rates(&mut work.after);
         self.move_sensitivities(&work.before, &work.after, &dt, solution)?;
         self.settle(solution)?;
@@ -113,20 +110,26 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(())
     }
 
-    /// Converts the derivatives of the time of a mark to those of the time at which a variable delay reaches it, with α
-    /// = t − τ and ẏ = f:
+    /// Converts the derivatives of the time of a mark to those of the time at which a variable delay reaches it, with
+    /// α = t − τ:
     ///
     /// ```text
     ///   α(t_b, y(t_b)) = s:   dt_b/dθ = (ds/dθ + dτ/dθ) / (1 − τ̇),   τ̇ = ∂τ/∂y ẏ + ∂τ/∂t + ∂τ/∂u u̇
     /// ```
+    ///
+    /// `ydot` is work space.
     fn move_with_delay(
         &mut self,
         delay: usize,
-        f: &S::Vector,
+        ydot: &mut S::Vector,
         dt: &mut [f64],
         solution: &mut Solution,
     ) {
         let Problem { system, p, .. } = *self.problem;
+        if self.directions.is_none() {
+            return;
+        }
+        let has_rates = self.take_rates(ydot, solution);
         let Some(d) = &self.directions else { return };
         let signature = system.signature();
         let (n, n_tau) = (signature.unknowns.len(), signature.varying_delays.len());
@@ -136,9 +139,9 @@ impl<S: Solved> Simulation<'_, S> {
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let s = d.s.as_ref();
         system.varying_delay_sensitivities(at, udot, s, &mut dtau, &mut by_y, &mut by_t);
-        let along_y = f.as_ref().iter().enumerate().map(|(i, f)| by_y[i * n_tau + delay] * f);
+        let along_y = ydot.as_ref().iter().enumerate().map(|(i, f)| by_y[i * n_tau + delay] * f);
         let rate = 1.0 - by_t[delay] - along_y.sum::<f64>();
-        if rate == 0.0 || !rate.is_finite() {
+        if !has_rates || rate == 0.0 || !rate.is_finite() {
             // The delay only touches the mark: a perturbed solution may not reach it.
             let (from, until) = (self.t, self.t);
             let equation = format!("delay by {}", signature.varying_delays[delay]);
@@ -152,6 +155,16 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
+    /// ẏ of all unknowns, from 0 = ∂f_a/∂y ẏ + df_a/dt for the algebraic ones. Returns whether these have one.
+    fn take_rates(&mut self, ydot: &mut S::Vector, solution: &mut Solution) -> bool {
+        self.linearize_values();
+        ydot.as_mut().copy_from_slice(self.stepper.f.as_ref());
+        let pattern = &self.problem.system.signature().jacobian;
+        let (jacobian, dfdt) = (self.stepper.jacobian.as_ref(), self.stepper.dfdt.as_ref());
+        solution.statistics.factorisations += usize::from(!self.algebraic.is_empty());
+        self.algebraic.rates(pattern, jacobian, ydot.as_mut(), dfdt).is_ok()
+    }
+
     /// Locates where a variable delay reaches a mark before the end of the last tried step, to `t_new`, so that the
     /// next step ends there. Returns whether one does.
     #[inline]
@@ -162,18 +175,22 @@ impl<S: Solved> Simulation<'_, S> {
         if self.drive.history.as_ref().is_none_or(|history| history.stops_by(t_new)) {
             return false;
         }
-        let Some((mut lag, mut back)) = self.drive.passed_mark(t_new, self.stepper.y_new.as_ref())
-        else {
+        if !self.drive.has_varying_delays() {
             return false;
-        };
+        }
         self.stepper.prepare_dense(self.y.as_ref(), None);
-        let (mut low, mut high) = (0.0, 1.0);
         let h = t_new - self.t;
+        // A delay may pass a mark and come back.
+        let within = LOOKS.into_iter().find_map(|part| Some((part, self.passed_within(part, h)?)));
+        let first = within.or_else(|| {
+            let passed = self.drive.passed_mark(t_new, self.stepper.y_new.as_ref());
+            passed.map(|passed| (1.0, passed))
+        });
+        let Some((mut high, (mut lag, mut back))) = first else { return false };
+        let mut low = 0.0;
         while high - low > NARROW {
             let middle = 0.5 * (low + high);
-            self.stepper.interpolate(middle, self.y.as_ref(), self.row.as_mut());
-            let t = self.t + middle * h;
-            if let Some(passed) = self.drive.passed_mark(t, self.row.as_ref()) {
+            if let Some(passed) = self.passed_within(middle, h) {
                 high = middle;
                 (lag, back) = passed;
             } else {
@@ -186,6 +203,12 @@ impl<S: Solved> Simulation<'_, S> {
         true
     }
 
+    /// The variable delay that has passed a mark at this fraction of the last tried step, of size h.
+    fn passed_within(&mut self, part: f64, h: f64) -> Option<(usize, bool)> {
+        self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
+        self.drive.passed_mark(self.t + part * h, self.row.as_ref())
+    }
+
     /// Marks the current time as a point at which a derivative of the solution jumps.
     #[inline]
     pub(in crate::integrate) fn mark(&mut self, level: u32, dt: &[f64]) {
@@ -196,6 +219,7 @@ impl<S: Solved> Simulation<'_, S> {
         if let Some(history) = &mut self.drive.history {
             history.mark(self.t, level, dt, self.y.as_ref(), s);
         }
+        self.drive.locate_delays(self.t, self.y.as_ref());
     }
 
     /// Level of the mark at the start of a segment: a kink if an input jumps, smoother if one only kinks.
@@ -222,5 +246,6 @@ impl<S: Solved> Simulation<'_, S> {
         if let Some(history) = &mut self.drive.history {
             history.mark(self.t, 1, &self.discrete.saltation.tau, self.y.as_ref(), s);
         }
+        self.drive.locate_delays(self.t, self.y.as_ref());
     }
 }

@@ -12,7 +12,7 @@
 //! starts from the row itself.
 
 use crate::algebraic::{Algebraic, AlgebraicPoint};
-use crate::integrate::drive::Drive;
+use crate::integrate::drive::{Drive, Here};
 use crate::linalg::Factorisation;
 use crate::linalg::norm::{Tolerances, larger};
 use crate::solved::Solved;
@@ -156,7 +156,7 @@ impl<S: Solved> Projection<S> {
         }
         y.copy_from_slice(self.kept.as_ref());
         let Rows { system, p, z, sizes, tolerances } = *rows;
-        let at = AlgebraicPoint { t, u: drive.at(t, y), p, z };
+        let at = AlgebraicPoint { t, u: Here { drive, t }, p, z };
         let jacobian = self.jacobian.as_mut();
         let solved = algebraic.solve_nearby(system, at, y, jacobian, sizes, tolerances).is_ok();
         // An iteration that finds zero residuals does not factorise.

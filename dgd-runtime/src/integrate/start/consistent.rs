@@ -4,7 +4,7 @@ use crate::algebraic::{Algebraic, AlgebraicPoint};
 use crate::discrete::state_selection::select_states;
 use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers, waiting};
 use crate::error::{InitialError, IntegrateError};
-use crate::integrate::drive::Drive;
+use crate::integrate::drive::{Drive, Here};
 use crate::linalg::Singular;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
@@ -68,7 +68,7 @@ pub fn consistent_start<S: Solved>(
     system.mass(at, mass.as_mut());
     algebraic.enter_modes(mass.as_ref());
     let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
-    let at = AlgebraicPoint { t, u: drive.at(t, y.as_ref()), p: problem.p, z: &z };
+    let at = AlgebraicPoint { t, u: Here { drive: &mut drive, t }, p: problem.p, z: &z };
     algebraic
         .make_consistent(system, at, y.as_mut(), jacobian.as_mut(), sizes.as_ref(), tolerances)
         .map_err(IntegrateError::Initial)?;

@@ -7,6 +7,7 @@ pub(crate) mod measured;
 
 use crate::algebraic::AlgebraicPoint;
 use crate::error::IntegrateError;
+use crate::integrate::drive::Here;
 use crate::integrate::events::singular_point::Weak;
 use crate::integrate::methods::stepper::Base;
 use crate::integrate::simulation::Simulation;
@@ -107,26 +108,29 @@ impl<S: Solved> Simulation<'_, S> {
     pub(super) fn make_values_consistent(&mut self) -> Result<(), IntegrateError> {
         self.linearized = false;
         self.stepper.restart();
+        self.drive.locate_delays(self.t, self.y.as_ref());
         if self.algebraic.is_empty() {
             return Ok(());
         }
         let Problem { system, p, .. } = *self.problem;
+        self.drive.free_delays(true);
         let at = AlgebraicPoint {
             t: self.t,
-            u: self.drive.at(self.t, self.y.as_ref()),
+            u: Here { drive: &mut self.drive, t: self.t },
             p,
             z: self.discrete.z(),
         };
-        self.algebraic
-            .make_consistent(
-                system,
-                at,
-                self.y.as_mut(),
-                self.stepper.jacobian.as_mut(),
-                self.sizes.as_ref(),
-                self.tolerances,
-            )
-            .map_err(IntegrateError::Initial)
+        let made = self.algebraic.make_consistent(
+            system,
+            at,
+            self.y.as_mut(),
+            self.stepper.jacobian.as_mut(),
+            self.sizes.as_ref(),
+            self.tolerances,
+        );
+        self.drive.free_delays(false);
+        self.drive.locate_delays(self.t, self.y.as_ref());
+        made.map_err(IntegrateError::Initial)
     }
 
     /// Linearises at (t, y) without sensitivities; a step cannot start from that.

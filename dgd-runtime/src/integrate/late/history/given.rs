@@ -216,10 +216,11 @@ impl History {
         };
         self.marks = past.marks.iter().map(mark).collect();
         self.begun = Begun::FromAPast;
+        self.is_free = true;
         self.pass_all_until(t);
     }
 
-    /// Makes each delay read after the last mark that it has reached.
+    /// Makes each constant delay read after the last mark that it has reached.
     pub(super) fn pass_all_until(&mut self, t: f64) {
         for i in 0..self.lags.len() {
             let Some(tau) = self.lags[i].constant() else { continue };

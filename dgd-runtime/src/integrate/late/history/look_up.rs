@@ -1,7 +1,9 @@
 //! Looks up delayed values at a time, and writes them to their places in u.
 
+use std::ops::Range;
+
 use super::polynomial::Basis;
-use super::{Before, Begun, History, NODES, ONE_TIME, Read, Tau};
+use super::{Before, Begun, History, Lag, NODES, ONE_TIME, Read, Tau};
 use crate::problem::Problem;
 use crate::solved::Solved;
 use crate::system::{PastLayout, Point};
@@ -21,13 +23,17 @@ impl History {
         self.look_up(problem, t, y, u);
         let mut past = Channels::of(self.layout, u);
         for lag in 0..self.lags.len() {
-            let alpha = t - self.tau(lag);
-            if self.lags[lag].mark == 0 {
-                self.write_origin(problem, lag, alpha, &mut past);
-            } else if self.lags[lag].constant() == Some(0.0) {
+            if self.is_free && self.lags[lag].constant().is_none() {
+                self.locate_lag(lag, t);
+            }
+            let tau = self.tau(lag);
+            let Lag { mark, is_none, .. } = self.lags[lag];
+            if mark == 0 {
+                self.write_origin(problem, lag, t - tau, &mut past);
+            } else if tau == 0.0 && (is_none || self.lags[lag].constant().is_some()) {
                 self.write_present(lag, &mut past);
             } else {
-                self.write_piece(lag, alpha, &mut past);
+                self.write_piece(lag, t - tau, &mut past);
             }
         }
     }
@@ -134,12 +140,17 @@ impl History {
         }
         lag.piece = piece;
 
-        let at = piece - self.first;
+        let window = begin.saturating_sub(self.first)..end - self.first;
+        let (at, within) = self.extended(piece - self.first, alpha, window);
+        let is_frozen = within != alpha;
         let sloped = self.sloped(at);
-        let here = self.piece(at, alpha);
+        let here = self.piece(at, within);
         let (basis, _, differences) = here;
-        let (rates, per_h, rate_differences) =
-            if sloped == at { here } else { self.piece(sloped, alpha) };
+        let (rates, mut per_h, rate_differences) =
+            if sloped == at { here } else { self.piece(sloped, within) };
+        if is_frozen {
+            per_h = 0.0;
+        }
         for &Read { delayed: k, watched, .. } in &self.lags[index].reads {
             let x = basis.read(differences, n, watched)[0];
             let [_, slope, bend] = rates.read(rate_differences, n, watched);
@@ -151,6 +162,28 @@ impl History {
                 past.s_rate[j * n_v + k] = rates.read(rate_differences, n, i)[1] * per_h;
             }
         }
+    }
+
+    /// The piece of a window that continues beyond it to α, if that is outside the piece `at`, and how far: by no more
+    /// than the length of a piece, since polynomials grow beyond all bounds.
+    fn extended(&self, at: usize, alpha: f64, window: Range<usize>) -> (usize, f64) {
+        let [t0, t1] = self.ends[at];
+        let length = |piece: usize| self.ends[piece][1] - self.ends[piece][0];
+        let beyond = (alpha - t1).max(t0 - alpha);
+        if beyond <= 0.0 || length(at) >= beyond {
+            return (at, alpha);
+        }
+        let longer = |best: usize, other: usize| {
+            let is_enough = length(best) >= beyond;
+            if is_enough || length(other) <= length(best) { best } else { other }
+        };
+        let best = if alpha > t1 {
+            (window.start..at).rev().fold(at, longer)
+        } else {
+            (at + 1..window.end).fold(at, longer)
+        };
+        let [t0, t1] = self.ends[best];
+        (best, alpha.clamp(t0 - length(best), t1 + length(best)))
     }
 
     /// The basis of a piece at α, the reciprocal of its length, and its divided differences.

@@ -74,6 +74,8 @@ pub(in crate::integrate) struct History {
     reads_beyond: bool,
     /// Whether the last piece is that of a trial step.
     is_trial: bool,
+    /// Whether delays read wherever they lead, and not only between two marks: where they may jump.
+    is_free: bool,
     /// A variable delay that reaches a mark within the step: its position, the time, and whether backwards.
     crossing: Option<(usize, f64, bool)>,
 }
@@ -100,6 +102,11 @@ struct Lag {
     mark: usize,
     /// The piece that it read last.
     piece: usize,
+    /// How far before the last mark, and behind the next one, it still reads between them: as far as it was when a
+    /// step ended at a mark.
+    slack: [f64; 2],
+    /// Whether a variable delay is zero since the last instant, so that it reads the present.
+    is_none: bool,
 }
 
 /// A delay.
@@ -226,6 +233,8 @@ impl History {
             reads: reads(false, delay),
             mark: 0,
             piece: 0,
+            slack: [0.0; 2],
+            is_none: false,
         });
         let n_varying = signature.varying_delays.len();
         let varying = (0..n_varying).map(|delay| Lag {
@@ -234,6 +243,8 @@ impl History {
             reads: reads(true, delay),
             mark: 0,
             piece: 0,
+            slack: [0.0; 2],
+            is_none: false,
         });
         // An unknown whose delay is zero whatever the parameters has its current value.
         let is_late = |lag: &Lag| match lag.tau {
@@ -268,6 +279,7 @@ impl History {
             varying: vec![0.0; n_varying],
             reads_beyond: false,
             is_trial: false,
+            is_free: false,
             crossing: None,
             before: Before {
                 values: vec![0.0; layout.n_v],
@@ -301,6 +313,8 @@ impl History {
             gather(&self.watched, self.n_s, y, s, &mut self.now);
             self.mark(t, 1, &[], y, s);
             self.pass_all_until(t);
+            self.locate(problem, t, y, u);
+            self.is_free = false;
             return;
         }
         gather(&self.watched, self.n_s, y, s, &mut self.origin);
@@ -315,12 +329,7 @@ impl History {
         self.begun = Begun::Anew;
         self.mark(self.from, 1, &[], y, s);
         // A delay that is zero at the start reads the values that follow it.
-        self.look_up(problem, self.from, y, u);
-        for lag in 0..self.lags.len() {
-            if self.lags[lag].constant().is_none() && self.tau(lag) <= self.rounding(self.from) {
-                self.lags[lag].mark = 1;
-            }
-        }
+        self.locate(problem, self.from, y, u);
     }
 
     /// Whether the predicate holds for one of the delayed unknowns.

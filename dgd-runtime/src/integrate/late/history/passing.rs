@@ -44,11 +44,69 @@ impl History {
         Some(Discontinuity { lag, back: false, level: mark.level, dt, varying: None })
     }
 
-    /// Makes the delay read values after the mark.
-    pub(in crate::integrate) fn pass(&mut self, at: &Discontinuity) {
-        let mark = &mut self.lags[at.lag].mark;
-        *mark = if at.back { *mark - 1 } else { *mark + 1 };
+    /// Makes the delay read values on the other side of the mark, at `t`, to which delays have been looked up.
+    pub(in crate::integrate) fn pass(&mut self, at: &Discontinuity, t: f64) {
+        let alpha = t - self.tau(at.lag);
+        let lag = &mut self.lags[at.lag];
+        let mark = lag.mark - usize::from(at.back) - self.first_mark;
+        lag.mark = if at.back { lag.mark - 1 } else { lag.mark + 1 };
+        if lag.constant().is_none() {
+            // The step ends there to the tolerance only: such an error does not lead back.
+            let error = 2.0 * (alpha - self.marks[mark].t).abs();
+            lag.slack = if at.back { [0.0, error] } else { [error, 0.0] };
+        }
         self.crossing = None;
+    }
+
+    /// Whether variable delays read wherever they lead from now on.
+    pub(in crate::integrate) fn free(&mut self, is_free: bool) {
+        self.is_free = is_free;
+    }
+
+    /// Makes variable delays read where they lead at (t, y), where they may have jumped.
+    pub(in crate::integrate) fn locate<S: Solved>(
+        &mut self,
+        problem: &Problem<'_, S>,
+        t: f64,
+        y: &[f64],
+        u: &[f64],
+    ) {
+        self.look_up(problem, t, y, u);
+        for lag in 0..self.lags.len() {
+            if self.lags[lag].constant().is_none() {
+                self.locate_lag(lag, t);
+                self.lags[lag].is_none = self.tau(lag) == 0.0;
+            }
+        }
+    }
+
+    /// Makes a variable delay, which has been looked up, read where it leads at `t`.
+    pub(super) fn locate_lag(&mut self, index: usize, t: f64) {
+        let (alpha, rounding) = (t - self.tau(index), self.rounding(t));
+        let lag = &self.lags[index];
+        let next = self.marks.get(lag.mark - self.first_mark);
+        // With no delay it reads what follows a mark of now.
+        let reads_now = next.is_some_and(|mark| mark.t >= t - rounding && alpha >= t - rounding);
+        if reads_now || self.left(index, alpha, rounding).is_some() {
+            let reached = self.marks.partition_point(|mark| mark.t <= alpha + rounding);
+            self.lags[index].mark = self.first_mark + reached;
+            self.lags[index].slack = [0.0; 2];
+            self.crossing = None;
+        }
+    }
+
+    /// Whether α is outside the marks between which a delay reads; if so, whether it is before them.
+    fn left(&self, lag: usize, alpha: f64, rounding: f64) -> Option<bool> {
+        let Lag { mark, slack: [before, behind], .. } = self.lags[lag];
+        let next = self.marks.get(mark - self.first_mark);
+        let last = mark.checked_sub(1 + self.first_mark).map(|mark| &self.marks[mark]);
+        if next.is_some_and(|mark| alpha > mark.t + rounding.max(behind)) {
+            Some(false)
+        } else if last.is_some_and(|mark| alpha < mark.t - rounding.max(before)) {
+            Some(true)
+        } else {
+            None
+        }
     }
 
     /// The first variable delay that has passed a mark at (t, y), and whether backwards.
@@ -61,20 +119,10 @@ impl History {
     ) -> Option<(usize, bool)> {
         self.look_up(problem, t, y, u);
         (0..self.lags.len()).find_map(|i| {
-            let (lag, alpha) = (&self.lags[i], t - self.tau(i));
-            if lag.constant().is_some() {
+            if self.lags[i].constant().is_some() {
                 return None;
             }
-            let rounding = self.rounding(t);
-            let next = self.marks.get(lag.mark - self.first_mark);
-            let last = lag.mark.checked_sub(1 + self.first_mark).map(|mark| &self.marks[mark]);
-            if next.is_some_and(|mark| alpha > mark.t + rounding) {
-                Some((i, false))
-            } else if last.is_some_and(|mark| alpha < mark.t - rounding) {
-                Some((i, true))
-            } else {
-                None
-            }
+            self.left(i, t - self.tau(i), self.rounding(t)).map(|back| (i, back))
         })
     }
 
