@@ -4,6 +4,7 @@ use std::fmt;
 
 use dgd_signature::number::short;
 
+use crate::algebraic::domain::DomainEnd;
 use crate::algebraic::readings::{Reading, With};
 use crate::codegen::taylor::NoTaylor;
 use crate::integrate::fixed_step::PerSampleError;
@@ -64,6 +65,8 @@ pub enum IntegrateError {
         what: Evaluation,
         /// What it reads, with the values at the end of the last accepted step.
         values: Vec<Reading>,
+        /// Where its values end nearby.
+        end: Option<DomainEnd>,
     },
     /// Modes change without end at one time, or ever faster towards one (Zeno behaviour).
     EndlessEvents {
@@ -364,13 +367,14 @@ impl fmt::Display for IntegrateError {
                 short(*h, 2),
                 short(*error, 3)
             ),
-            Self::NotFinite { t, equation, unknown, what, values } => {
+            Self::NotFinite { t, equation, unknown, what, values, end } => {
                 match what {
                     Evaluation::Equation => write!(f, "equation `{equation}`")?,
                     Evaluation::Derivative => write!(f, "a derivative of equation `{equation}`")?,
                 }
                 write!(f, " is not finite at t = {t} s; it determines `{unknown}`")?;
-                write!(f, "{}", With(values))
+                write!(f, "{}", With(values))?;
+                end.iter().try_for_each(|end| write!(f, "; {end}"))
             }
             Self::EndlessEvents { t, automaton, transitions } => write!(
                 f,

@@ -31,6 +31,7 @@ mod solution;
 pub mod solved;
 pub mod system;
 
+pub use algebraic::domain::DomainEnd;
 pub use algebraic::readings::Reading;
 pub use codegen::{math, taylor};
 pub use dgd_signature as signature;

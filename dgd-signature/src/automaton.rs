@@ -1,9 +1,9 @@
 //! Discrete state that changes only at events: automata with their modes and transitions, and conditions on time.
 
-use crate::{List, Pattern, Text};
+use crate::{Clock, List, Pattern, Text};
 
 /// Modes, transitions and conditions on time.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Discrete {
     /// Automata; z begins with their modes.
     pub automata: List<Automaton>,
@@ -15,19 +15,6 @@ pub struct Discrete {
     pub event_jacobian: Pattern,
     /// Where ∂r/∂y is not zero: n_r × n.
     pub reset_jacobian: Pattern,
-}
-
-/// A clock that ticks at the times t₀ + k T.
-///
-/// It occupies two consecutive conditions on time: the time of the first is t₀ and that of the second T, which may be
-/// negative. The discrete number of the first is ⌊(t − t₀)/T⌋, which rises or falls at each tick; its `after` value is
-/// this number for infinite T. The discrete number of the second is zero.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Clock {
-    /// The first of the two among the conditions on time.
-    pub condition: usize,
-    /// The automaton, of kind [`AutomatonKind::Every`], whose transition is made at each tick, if any.
-    pub automaton: Option<usize>,
 }
 
 /// The kind of an automaton.

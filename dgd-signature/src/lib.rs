@@ -22,6 +22,7 @@
 
 pub mod arrays;
 mod automaton;
+mod clock;
 mod curve;
 mod density;
 mod features;
@@ -38,7 +39,8 @@ mod unknowns;
 use std::borrow::Cow;
 
 pub use arrays::Arrays;
-pub use automaton::{Automaton, AutomatonKind, Clock, Crossing, Discrete, Transition, Trigger};
+pub use automaton::{Automaton, AutomatonKind, Crossing, Discrete, Transition, Trigger};
+pub use clock::{Clock, ExactTicks};
 pub use curve::Curve;
 pub use density::{Density, Distribution};
 pub use features::Features;

@@ -168,7 +168,8 @@ module.exports = grammar({
       prec.right(seq($.name, "->", $.name, "when", $._condition, optional($.resets))),
     start: ($) => prec.right(seq("start", $.name, optional(seq("if", $._expression)))),
     when: ($) => seq("when", $._condition, $.resets),
-    every: ($) => seq("every", $._expression, $.resets),
+    every: ($) =>
+      seq("every", $._expression, optional(seq("offset", $._expression)), $.resets),
     _condition: ($) => prec.left(seq($._crossing, repeat(seq("or", $._crossing)))),
     _crossing: ($) =>
       prec(

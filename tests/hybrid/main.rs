@@ -13,6 +13,7 @@ mod events;
 mod fits;
 mod hybrid;
 mod periodic;
+mod profiles;
 mod steps;
 mod switches;
 mod tables;

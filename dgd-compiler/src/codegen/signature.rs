@@ -6,9 +6,9 @@ use std::fmt::Debug;
 
 use dgd_signature::arrays::{Array, Family, OutputArray, Run};
 use dgd_signature::{
-    Automaton, DelayedInput, DelayedUnknown, Density, DifferentiatedInput, Direction, Discrete,
-    Distribution, Input, Output, Parameter, Pattern, Signature, StartEquation, Transition, Unit,
-    Unknown,
+    Automaton, Clock, DelayedInput, DelayedUnknown, Density, DifferentiatedInput, Direction,
+    Discrete, Distribution, ExactTicks, Input, Output, Parameter, Pattern, Signature,
+    StartEquation, Transition, Unit, Unknown,
 };
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
@@ -299,8 +299,23 @@ fn discrete(of: &Discrete) -> TokenStream {
     });
     let n_time_conditions = index(of.n_time_conditions);
     let clocks = of.clocks.iter().map(|clock| {
-        let (condition, automaton) = (index(clock.condition), option(clock.automaton.map(index)));
-        quote!(Clock { condition: #condition, automaton: #automaton })
+        let Clock { condition, automaton, marks, follows, exact } = clock;
+        let (condition, automaton) = (index(*condition), option(automaton.map(index)));
+        let marks = marks.iter().map(|mark| number(*mark));
+        let exact = option(exact.map(|ExactTicks { first, period, denominator }| {
+            let [first, period, denominator] =
+                [first, period, denominator].map(Literal::i64_unsuffixed);
+            quote!(ExactTicks { first: #first, period: #period, denominator: #denominator })
+        }));
+        quote! {
+            Clock {
+                condition: #condition,
+                automaton: #automaton,
+                marks: List::Borrowed(&[#(#marks),*]),
+                follows: #follows,
+                exact: #exact,
+            }
+        }
     });
     let [event_jacobian, reset_jacobian] = [&of.event_jacobian, &of.reset_jacobian].map(pattern);
     quote! {

@@ -38,7 +38,8 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let delays = delays::resolve(model, &mut graph, &mut transferred, diagnostics)?;
     // After this: no conditions on time; they are discrete numbers. Delays come first, as a condition
     // on an earlier time switches at a time of its own.
-    let (time_conditions, clocks) = transferred.take_time_conditions(&mut graph, n_automata(model));
+    let (mut time_conditions, clocks) =
+        transferred.take_time_conditions(&mut graph, n_automata(model));
     // After this: no element of an array without the equation that determines it.
     let mut plan = families::plan(model, &mut graph, &transferred, diagnostics)?;
     let origins = Origins::of(model, &transferred);
@@ -55,7 +56,15 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let differentiated_inputs = systems.differentiated_inputs(&transferred.equations);
     // After this: no constraint without a selection of its states.
     let selections = Selections::of(&systems.explicit);
-    renumber(&mut graph, &mut systems.explicit, &mut transferred, &mut plan, &selections);
+    let conditions = &mut time_conditions;
+    renumber(
+        &mut graph,
+        &mut systems.explicit,
+        &mut transferred,
+        &mut plan,
+        conditions,
+        &selections,
+    );
     let equations = &transferred.equations;
     let selecting = selections.automata(model, &mut graph, equations, &systems);
     // After this: no unknown without its row.

@@ -132,7 +132,7 @@ pub struct Transition {
     pub resets: Vec<(Symbol, ExprId)>,
 }
 
-/// A condition that switches once, at a time of parameters.
+/// A condition that switches once, at a time of parameters; or one of the two of a clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TimeCondition {
     /// When; minus infinity if it never switches.
@@ -363,6 +363,10 @@ impl Dae {
             for (_, value) in &mut transition.resets {
                 visit(graph, value);
             }
+        }
+        for condition in &mut self.time_conditions {
+            visit(graph, &mut condition.at);
+            visit(graph, &mut condition.after);
         }
     }
 

@@ -1,5 +1,6 @@
 //! Conditions on time, moved after the automata that choose states.
 
+use super::TimeCondition;
 use super::families::Plan;
 use super::index::{Explicit, Selections};
 use super::transfer::Transferred;
@@ -12,6 +13,7 @@ pub(super) fn renumber(
     systems: &mut [Explicit],
     transferred: &mut Transferred<'_>,
     plan: &mut Plan,
+    conditions: &mut [TimeCondition],
     selections: &Selections,
 ) {
     let behind = u32::try_from(selections.sizes().count()).unwrap_or(u32::MAX);
@@ -19,7 +21,7 @@ pub(super) fn renumber(
         return;
     }
     let roots: Vec<ExprId> =
-        expressions(systems, transferred, plan).map(|expression| *expression).collect();
+        expressions(systems, transferred, plan, conditions).map(|expression| *expression).collect();
     let mut replacement = HashMap::default();
     for (id, node) in graph.listed(roots.iter().copied()) {
         if let Node::Symbol(Symbol::Discrete(k)) = node {
@@ -31,7 +33,7 @@ pub(super) fn renumber(
     }
     let names: Vec<ExprId> = transferred.names.keys().copied().collect();
     let replaced = graph.replace(roots.into_iter().chain(names), &replacement);
-    for expression in expressions(systems, transferred, plan) {
+    for expression in expressions(systems, transferred, plan, conditions) {
         *expression = replaced[expression];
     }
     let names = std::mem::take(&mut transferred.names);
@@ -42,10 +44,14 @@ fn expressions<'a>(
     systems: &'a mut [Explicit],
     transferred: &'a mut Transferred<'_>,
     plan: &'a mut Plan,
+    conditions: &'a mut [TimeCondition],
 ) -> impl Iterator<Item = &'a mut ExprId> {
     systems
         .iter_mut()
         .flat_map(Explicit::expressions)
         .chain(transferred.expressions())
         .chain(plan.expressions())
+        .chain(
+            conditions.iter_mut().flat_map(|condition| [&mut condition.at, &mut condition.after]),
+        )
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::hybrid::exact::exact_ticks;
 use super::hybrid::time_conditions::{OnTime, time_conditions};
 use super::{Clock, TimeCondition};
 use crate::expr::{ExprId, Graph, Symbol};
@@ -51,8 +52,8 @@ pub(super) struct Transferred<'a> {
     pub(super) start_equations: Vec<ExprId>,
     /// For each block and transition, left − right and the values of its resets.
     pub(super) transitions: Vec<Vec<(ExprId, Vec<ExprId>)>>,
-    /// For each block, the period of an `every`.
-    periods: Vec<Option<ExprId>>,
+    /// For each block, the first time and the period of an `every`.
+    periods: Vec<Option<[ExprId; 2]>>,
     /// For each saturation, its bound.
     pub(super) bounds: Vec<ExprId>,
     pub(super) names: BTreeMap<ExprId, String>,
@@ -88,9 +89,15 @@ impl Transferred<'_> {
         }
         let zero = graph.constant(0.0);
         for (automaton, period) in self.periods.iter().enumerate() {
-            let Some(period) = *period else { continue };
-            clocks.push(Clock { condition: conditions.len(), automaton: Some(automaton) });
-            conditions.extend([zero, period].map(|at| TimeCondition { at, after: zero }));
+            let Some(times) = *period else { continue };
+            let exact = match times.map(|time| graph.value(time)) {
+                [Some(first), Some(period)] => exact_ticks(first, period),
+                _ => None,
+            };
+            let (condition, automaton) = (conditions.len(), Some(automaton));
+            let (marks, follows) = (Vec::new().into(), false);
+            clocks.push(Clock { condition, automaton, marks, follows, exact });
+            conditions.extend(times.map(|at| TimeCondition { at, after: zero }));
         }
         (conditions, clocks)
     }
@@ -131,7 +138,7 @@ pub(super) fn roots(model: &Model) -> Vec<ExprId> {
         .chain(model.start_equations.iter().flat_map(|e| [e.left, e.right]))
         .chain(transitions().flat_map(|t| [t.left, t.right]))
         .chain(transitions().flat_map(|t| t.resets.iter().map(|reset| reset.value)))
-        .chain(model.automata.iter().filter_map(|automaton| automaton.period))
+        .chain(model.automata.iter().filter_map(|automaton| automaton.period).flatten())
         .chain(model.saturations.iter().map(|saturation| saturation.bound))
         .collect()
 }
@@ -210,7 +217,11 @@ pub(super) fn transfer<'a>(
         outputs: model.outputs.iter().map(|o| built[&o.value]).collect(),
         start_equations,
         transitions,
-        periods: model.automata.iter().map(|a| a.period.map(|id| built[&id])).collect(),
+        periods: model
+            .automata
+            .iter()
+            .map(|a| a.period.map(|times| times.map(|id| built[&id])))
+            .collect(),
         bounds: model.saturations.iter().map(|saturation| built[&saturation.bound]).collect(),
         names,
         lags: lags.iter().map(|(tau, unknown)| (built[tau], *unknown)).collect(),

@@ -1208,12 +1208,14 @@ Right:
     every T { reset u = 60 }
 "
 E512 "points that make no table" "
-A table has two points at least, one at each abscissa. `pchip` needs values that are known before a run;
-those that are fitted are joined by straight lines, `linear`, or by a spline, `natural`.
+A table has points at two places at least. Two points at one abscissa that follow each other are a step: up to there
+the first of them holds, and from there on the second. There cannot be three, nor the same point twice.
+`pchip` needs values that are known before a run; those that are fitted are joined by straight lines, `linear`,
+or by a spline, `natural`.
 
 Wrong:
 
-    table head(q [lpm]) [m] = (0, 305), (1200, 301), (1200, 286)
+    table head(q [lpm]) [m] = (0, 305), (1200, 301), (1200, 301)
 
 Right:
 

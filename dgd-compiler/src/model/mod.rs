@@ -274,7 +274,7 @@ pub enum Origin {
 pub struct Automaton {
     /// Where it comes from.
     pub origin: Origin,
-    /// Its name; of a `when` its condition as written, of an `every` its period.
+    /// Its name; of a `when` its condition as written, of an `every` its period and offset.
     pub name: String,
     /// Doc comment.
     pub doc: Vec<String>,
@@ -284,8 +284,8 @@ pub struct Automaton {
     pub start: usize,
     /// Which mode follows which, and when; then the conditions of modes to start in.
     pub transitions: Vec<Transition>,
-    /// The period of an `every`: of parameters.
-    pub period: Option<ExprId>,
+    /// The first time and the period of an `every`: of parameters.
+    pub period: Option<[ExprId; 2]>,
 }
 
 impl Automaton {

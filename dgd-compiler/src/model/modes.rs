@@ -13,7 +13,7 @@ use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::source::Span;
 use crate::syntax::ast::{self, Bound, Choice, Crossing, Expr, Item, ItemKind, Name};
-use crate::syntax::print::{print_condition, print_expression};
+use crate::syntax::print::{print_condition, print_every};
 use crate::units::{Dimension, Unit};
 
 impl<'a> Resolver<'a> {
@@ -177,7 +177,9 @@ impl<'a> Resolver<'a> {
     ) -> Result<Automaton, Reported> {
         match &item.kind {
             ItemKind::When(reaction) => self.when(item, reaction, diagnostics),
-            ItemKind::Every { period, resets } => self.every(item, period, resets, diagnostics),
+            ItemKind::Every { period, offset, resets } => {
+                self.every(item, (period, offset.as_ref()), resets, diagnostics)
+            }
             _ => unreachable!("asked before"),
         }
     }
@@ -198,11 +200,12 @@ impl<'a> Resolver<'a> {
     fn every(
         &mut self,
         item: &Item,
-        period: &'a Expr,
+        (period, offset): (&'a Expr, Option<&'a Expr>),
         resets: &'a [ast::Reset],
         diagnostics: &mut Diagnostics,
     ) -> Result<Automaton, Reported> {
         let clock = self.period(period, diagnostics);
+        let first = offset.map(|offset| self.time_of_clock("offset", offset, diagnostics));
         let resets = self.resets(resets, diagnostics);
         let zero = self.lowering.graph.constant(0.0);
         let transition = Transition {
@@ -214,9 +217,10 @@ impl<'a> Resolver<'a> {
             right: zero,
             resets: resets?,
         };
-        let name = print_expression(period);
+        let name = print_every(period, offset);
+        let name = name.strip_prefix("every ").unwrap_or(&name).to_owned();
         let automaton = of_one_mode(item, Origin::Every, name, vec![transition]);
-        Ok(Automaton { period: Some(clock?), ..automaton })
+        Ok(Automaton { period: Some([first.unwrap_or(Ok(zero))?, clock?]), ..automaton })
     }
 
     /// A time above zero, of parameters.
@@ -225,15 +229,32 @@ impl<'a> Resolver<'a> {
         expr: &'a Expr,
         diagnostics: &mut Diagnostics,
     ) -> Result<ExprId, Reported> {
+        let id = self.time_of_clock("period", expr, diagnostics)?;
+        if self.lowering.number(id).is_some_and(|value| value.is_nan() || value <= 0.0) {
+            let message = "a period must be above zero";
+            return Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)));
+        }
+        Ok(id)
+    }
+
+    /// A period or an offset: a time, of parameters.
+    fn time_of_clock(
+        &mut self,
+        what: &str,
+        expr: &'a Expr,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<ExprId, Reported> {
         let typed = self.lowering.value(expr, diagnostics)?;
         let Lowering { graph, scope, .. } = &self.lowering;
         if typed.dim.with(Dim::Of(scope.second)).is_none() {
             let found = typed.dim.dimension();
-            let message =
-                format!("a period is a time, but this is {}", scope.spelling.being(found));
+            let message = format!(
+                "the {what} of an `every` is a time, but this is {}",
+                scope.spelling.being(found)
+            );
             return Err(diagnostics.error(
                 Diagnostic::new(Code::E302, expr.span, message)
-                    .help("give it a unit of time: `every 10 [s]`"),
+                    .help("give it a unit of time: `every 10 [s] offset 2 [s]`"),
             ));
         }
         let varies =
@@ -241,15 +262,11 @@ impl<'a> Resolver<'a> {
         let symbols = graph.symbols(typed.id);
         if let Some(symbol) = symbols.iter().find(varies) {
             let varying = scope.quoted_name(*symbol).unwrap_or_else(|| "what varies".to_owned());
-            let message = format!("a period cannot depend on {varying}");
+            let message = format!("the {what} of an `every` cannot depend on {varying}");
             return Err(diagnostics.error(
                 Diagnostic::new(Code::E511, expr.span, message)
                     .help("make it of parameters and constants"),
             ));
-        }
-        if self.lowering.number(typed.id).is_some_and(|value| value.is_nan() || value <= 0.0) {
-            let message = "a period must be above zero";
-            return Err(diagnostics.error(Diagnostic::new(Code::E505, expr.span, message)));
         }
         Ok(typed.id)
     }

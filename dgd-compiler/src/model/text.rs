@@ -204,8 +204,10 @@ impl Writer<'_> {
         match automaton.origin {
             Origin::When => self.line("  ", &condition),
             Origin::Every => {
-                let period = automaton.period.map_or(String::new(), |p| self.shown("      ", p));
-                self.line("  ", &format!("every {period}"));
+                let times = automaton.period.map(|times| self.all_shown("      ", times));
+                let [first, period] = times.unwrap_or_default();
+                let offset = if first == "0" { String::new() } else { format!(" offset {first}") };
+                self.line("  ", &format!("every {period}{offset}"));
             }
             Origin::Modes => {
                 let [from, to] = [from, transition.to].map(|mode| &automaton.modes[mode].name);

@@ -303,8 +303,9 @@ impl Reader<'_> {
                 self.conditions(&reaction.conditions);
                 self.resets(&reaction.resets);
             }
-            ItemKind::Every { period, resets } => {
+            ItemKind::Every { period, offset, resets } => {
                 self.expr(period);
+                self.exprs(offset);
                 self.resets(resets);
             }
             ItemKind::Saturate { name, indices, bound, .. } => {

@@ -279,6 +279,6 @@ impl Expressions<'_> {
         });
         let numbers: Vec<f64> = numbers.collect();
         let name = if let Node::Curve(curve, _) = node { &curve.get().name } else { "numbers" };
-        Some(CurveId::of_numbers(name, &numbers))
+        Some(CurveId::of_numbers(name, &numbers, None))
     }
 }

@@ -519,16 +519,21 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Whether an expression jumps, or its slope, where what it reads moves.
+    /// Whether an expression jumps, or its slope, where what it reads moves; or ends there, and its series does not.
     fn branches(&mut self, id: ExprId) -> bool {
         match self.graph.node(id) {
             Node::Compare(_, a, b) => self.moving.contains(&a) || self.moving.contains(&b),
             Node::Call1(f, a) => {
-                let jumps =
-                    own_recurrence(f) == Some(OwnRecurrence::Magnitude) || self.is_flat(f, a);
-                jumps && self.moving.contains(&a)
+                // The series of a root passes a double zero of its argument, and is its negative from there on.
+                let ends = matches!(f.get().name, "sqrt" | "asin" | "acos" | "acosh");
+                let jumps = own_recurrence(f) == Some(OwnRecurrence::Magnitude);
+                (ends || jumps || self.is_flat(f, a)) && self.moving.contains(&a)
             }
             Node::Curve(_, a) => self.moving.contains(&a),
+            Node::Call2(f, a, exponent) if own_recurrence(f) == Some(OwnRecurrence::Power) => {
+                let is_whole = self.graph.value(exponent).is_some_and(|y| y.fract() == 0.0);
+                !is_whole && self.moving.contains(&a)
+            }
             _ => false,
         }
     }

@@ -392,10 +392,12 @@ pub enum ItemKind {
     },
     /// `when x rises above a { reset x = e }`
     When(Reaction),
-    /// `every 10 [s] { reset u = e }`: at the times 0, T, 2 T and so on.
+    /// `every 10 [s] offset 2 [s] { reset u = e }`: at the times t₀, t₀ + T, t₀ + 2 T and so on.
     Every {
         /// T.
         period: Expr,
+        /// t₀; zero where it is left out.
+        offset: Option<Expr>,
         /// Unknowns that it resets, with their new values.
         resets: Vec<Reset>,
     },

@@ -213,8 +213,9 @@ fn placeless_item(item: &Item) -> Item {
             conditions: conditions.iter().map(placeless_condition).collect(),
             resets: resets.iter().map(placeless_reset).collect(),
         }),
-        ItemKind::Every { period, resets } => ItemKind::Every {
+        ItemKind::Every { period, offset, resets } => ItemKind::Every {
             period: placeless(period),
+            offset: offset.as_ref().map(placeless),
             resets: resets.iter().map(placeless_reset).collect(),
         },
         ItemKind::Start(StartRule::Steady) => ItemKind::Start(StartRule::Steady),

@@ -43,6 +43,13 @@ pub fn print_expression(expr: &Expr) -> String {
     out
 }
 
+/// The text of an `every` up to its resets.
+pub fn print_every(period: &Expr, offset: Option<&Expr>) -> String {
+    let period = print_expression(period);
+    let offset = offset.map(|offset| format!(" offset {}", print_expression(offset)));
+    format!("every {period}{}", offset.unwrap_or_default())
+}
+
 /// Puts the parentheses into a tree that its text needs, so that printing and parsing it gives the
 /// same tree. A sum that begins with a sum needs none and becomes one, and so does a product.
 pub fn parenthesise(expr: &mut Expr) {
@@ -492,8 +499,8 @@ impl Printer {
             ItemKind::When(reaction) => {
                 self.reaction(&format!("when {}", print_condition(reaction)), &reaction.resets);
             }
-            ItemKind::Every { period, resets } => {
-                self.reaction(&format!("every {}", print_expression(period)), resets);
+            ItemKind::Every { period, offset, resets } => {
+                self.reaction(&print_every(period, offset.as_ref()), resets);
             }
             ItemKind::Start(StartRule::Steady) => self.line("start steady"),
             ItemKind::Start(StartRule::Equation { label, left, right }) => {

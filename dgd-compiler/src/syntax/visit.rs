@@ -189,8 +189,11 @@ pub fn parts_mut(item: &mut Item, visit: &mut dyn FnMut(Part<'_>)) {
             visit(Part::Expr(Role::Let(input), value));
         }
         ItemKind::When(Reaction { conditions, resets }) => reaction(conditions, resets, visit),
-        ItemKind::Every { period, resets } => {
+        ItemKind::Every { period, offset, resets } => {
             visit(Part::Expr(Role::Transition, period));
+            if let Some(offset) = offset {
+                visit(Part::Expr(Role::Transition, offset));
+            }
             reaction(&mut [], resets, visit);
         }
         ItemKind::Saturate { name, indices, bound, .. } => {

@@ -11,6 +11,7 @@
 //! full size, with the identity in the rows of differential unknowns, so that one factorisation serves all sizes and
 //! patterns.
 
+pub(crate) mod domain;
 mod newton;
 mod rates;
 pub(crate) mod readings;

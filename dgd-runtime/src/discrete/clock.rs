@@ -1,6 +1,6 @@
-//! Clocks, which tick at the times t₀ + k T.
+//! Clocks, which tick at the times t₀ + x T.
 
-use crate::system::Discrete;
+use crate::system::{Clock, Discrete};
 
 /// Times that differ by less than this, relative to their size, count as equal: the rounding of a product and a sum.
 const ONE_TIME: f64 = 4.0 * f64::EPSILON;
@@ -8,25 +8,24 @@ const ONE_TIME: f64 = 4.0 * f64::EPSILON;
 /// The clocks of a model after a start.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Clocks {
+    /// Those that drive automata last, each in the order of the model: expressions have their values of an instant
+    /// before anything acts in it.
     all: Vec<Ticking>,
     /// Times of other events, ascending: ticks within rounding of one are moved onto it.
-    marks: Vec<f64>,
+    known: Vec<f64>,
     /// Time of the next tick of any of them, s.
     next: f64,
 }
 
 /// A clock after a start.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Ticking {
-    /// Its first condition.
-    condition: usize,
-    automaton: Option<usize>,
+    clock: Clock,
     first: f64,
     period: f64,
-    /// ⌊(t − t₀)/T⌋ just after t.
+    /// The clock's discrete number.
     count: f64,
-    /// The number of the next tick, and its time.
-    next: f64,
+    /// Time of the next tick.
     at: f64,
     /// Whether it ticks where the run starts.
     begins: bool,
@@ -39,7 +38,7 @@ pub(crate) struct Tick {
     pub(crate) condition: usize,
     /// The automaton that acts.
     pub(crate) automaton: Option<usize>,
-    /// k of t₀ + k T.
+    /// x of t₀ + x T.
     pub(crate) number: f64,
     /// The discrete number of the condition from then on.
     pub(crate) count: f64,
@@ -48,16 +47,19 @@ pub(crate) struct Tick {
 impl Clocks {
     /// The clocks of a run that starts at `from`, given the conditions' times and their values afterwards.
     pub(super) fn new(discrete: &Discrete, times: &[f64], after: &[f64], from: f64) -> Self {
-        let ticking = |clock: &crate::system::Clock| {
-            let (first, period) = (times[clock.condition], times[clock.condition + 1]);
-            Ticking {
-                condition: clock.condition,
-                automaton: clock.automaton,
-                ..Ticking::new(first, period, after[clock.condition], from)
-            }
+        let ticking = |clock: &Clock| {
+            let mut one = Ticking::new(clock.clone());
+            one.place(
+                times[clock.condition],
+                times[clock.condition + 1],
+                after[clock.condition],
+                from,
+            );
+            one
         };
-        let all = discrete.clocks.iter().map(ticking).collect();
-        let mut clocks = Clocks { all, marks: Vec::new(), next: f64::INFINITY };
+        let mut all: Vec<Ticking> = discrete.clocks.iter().map(ticking).collect();
+        all.sort_by_key(|one| one.clock.automaton.is_some());
+        let mut clocks = Clocks { all, known: Vec::new(), next: f64::INFINITY };
         clocks.find_next();
         clocks
     }
@@ -67,23 +69,44 @@ impl Clocks {
         self.all.is_empty()
     }
 
+    /// Whether times of some depend on discrete numbers.
+    pub(super) fn follow(&self) -> bool {
+        self.all.iter().any(|one| one.clock.follows)
+    }
+
     /// Whether a condition is one of the two of a clock.
     pub(super) fn has(&self, condition: usize) -> bool {
-        self.all.iter().any(|one| (one.condition..one.condition + 2).contains(&condition))
+        self.all
+            .iter()
+            .any(|one| (one.clock.condition..one.clock.condition + 2).contains(&condition))
     }
 
     /// Writes the discrete numbers of the clocks' conditions, which come first in `z`.
     pub(super) fn write(&self, z: &mut [f64]) {
         for one in &self.all {
-            z[one.condition] = one.count;
+            z[one.clock.condition] = one.count;
         }
     }
 
+    /// Places those that follow others anew, given the conditions' times and values. Returns whether a discrete number
+    /// changes by that.
+    pub(super) fn place_again(&mut self, times: &[f64], after: &[f64], t: f64) -> bool {
+        let mut changes = false;
+        for one in self.all.iter_mut().filter(|one| one.clock.follows) {
+            let (before, k) = (one.count, one.clock.condition);
+            one.place(times[k], times[k + 1], after[k], t);
+            one.at = aligned(&self.known, one.at);
+            changes |= one.count != before;
+        }
+        self.find_next();
+        changes
+    }
+
     /// Moves ticks that are within rounding of one of these times onto it. The times ascend.
-    pub(crate) fn align(&mut self, marks: Vec<f64>) {
-        self.marks = marks;
+    pub(super) fn align(&mut self, known: Vec<f64>) {
+        self.known = known;
         for one in &mut self.all {
-            one.at = aligned(&self.marks, one.at);
+            one.at = aligned(&self.known, one.at);
         }
         self.find_next();
     }
@@ -96,93 +119,157 @@ impl Clocks {
 
     /// Ticks at the start of the run, for the automata that act at them; the count already includes them.
     pub(crate) fn first_ticks(&self) -> impl Iterator<Item = usize> {
-        self.all.iter().filter(|one| one.begins).filter_map(|one| one.automaton)
+        self.all.iter().filter(|one| one.begins).filter_map(|one| one.clock.automaton)
     }
 
     /// Makes the next tick.
     pub(crate) fn tick(&mut self) -> Option<Tick> {
         let one = self.all.iter_mut().find(|one| one.at == self.next)?;
-        let number = one.next;
+        let number = one.number(one.next_index())?;
         one.pass();
-        let Ticking { condition, automaton, count, .. } = *one;
-        let tick = Tick { condition, automaton, number, count };
-        one.at = aligned(&self.marks, one.at);
+        let (condition, automaton, count) = (one.clock.condition, one.clock.automaton, one.count);
+        one.at = aligned(&self.known, one.at);
         self.find_next();
-        Some(tick)
+        Some(Tick { condition, automaton, number, count })
     }
 
+    /// Ticks within rounding of the next one are at the same time.
     fn find_next(&mut self) {
         self.next = self.all.iter().map(|one| one.at).fold(f64::INFINITY, f64::min);
+        for one in &mut self.all {
+            if is_one_time(one.at, self.next, 0.0) {
+                one.at = self.next;
+            }
+        }
     }
 }
 
 impl Ticking {
-    /// A clock that never ticks has the count that `level` gives.
-    fn new(first: f64, period: f64, level: f64, from: f64) -> Self {
-        let mut clock = Ticking {
-            condition: 0,
-            automaton: None,
-            first,
-            period,
-            count: level.floor(),
-            next: f64::INFINITY,
-            at: f64::INFINITY,
-            begins: false,
-        };
-        if !first.is_finite() || !period.is_finite() || period == 0.0 {
-            return clock;
-        }
-        let passed = (from - first) / period;
-        let nearest = passed.round();
-        clock.begins = is_one_time(first + nearest * period, from, first);
-        let before = if clock.begins { nearest } else { passed.floor() };
-        if period > 0.0 {
-            (clock.count, clock.next) = (before, before + 1.0);
-        } else {
-            clock.count = if clock.begins { nearest - 1.0 } else { before };
-            clock.next = clock.count;
-        }
-        clock.at = clock.time_of(clock.next);
-        clock
+    fn new(clock: Clock) -> Self {
+        let (first, period, count) = (f64::NAN, f64::NAN, 0.0);
+        Self { clock, first, period, count, at: f64::INFINITY, begins: false }
     }
 
-    fn time_of(&self, number: f64) -> f64 {
-        self.first + number * self.period
+    /// Puts it where it is at t; `level` is x if it never ticks.
+    fn place(&mut self, first: f64, period: f64, level: f64, t: f64) {
+        (self.first, self.period) = (first, period);
+        (self.begins, self.at) = (false, f64::INFINITY);
+        if !first.is_finite() || !period.is_finite() || period == 0.0 {
+            self.count = self.count_at(level);
+            return;
+        }
+        self.count = self.count_at((t - first) / period);
+        // The tick at t may be that before or that after x, which is rounded.
+        let rises = self.rises();
+        let last = self.last_index();
+        let mut here = [last - 1.0, last, last + 1.0].into_iter().filter(|k| self.is_at(*k, t));
+        let tick = if rises { here.next_back() } else { here.next() };
+        if let Some(tick) = tick {
+            self.begins = true;
+            self.count += tick - last - if rises { 0.0 } else { 1.0 };
+        }
+        if rises && self.clock.automaton.is_some() {
+            self.count = self.count.max(-1.0);
+        }
+        self.find_time(t);
+    }
+
+    /// Whether a tick is at t.
+    fn is_at(&self, index: f64, t: f64) -> bool {
+        self.time_of(index).is_some_and(|tick| is_one_time(tick, t, self.first))
+    }
+
+    fn rises(&self) -> bool {
+        self.period > 0.0
+    }
+
+    /// The number of ticks up to x.
+    fn count_at(&self, x: f64) -> f64 {
+        match &*self.clock.marks {
+            [] => x.floor(),
+            marks => marks.partition_point(|mark| *mark <= x) as f64,
+        }
+    }
+
+    /// The last tick that is not above x, by its position among the marks or by its own number.
+    fn last_index(&self) -> f64 {
+        if self.clock.marks.is_empty() { self.count } else { self.count - 1.0 }
+    }
+
+    /// The next tick.
+    fn next_index(&self) -> f64 {
+        self.last_index() + if self.rises() { 1.0 } else { 0.0 }
+    }
+
+    /// x of a tick.
+    fn number(&self, index: f64) -> Option<f64> {
+        match &*self.clock.marks {
+            [] => {
+                (index >= 0.0 || self.clock.automaton.is_none() || !self.rises()).then_some(index)
+            }
+            marks => (index >= 0.0).then(|| marks.get(index as usize).copied()).flatten(),
+        }
+    }
+
+    fn time_of(&self, index: f64) -> Option<f64> {
+        let x = self.number(index)?;
+        let exact = self.clock.exact.and_then(|exact| exact.time(x));
+        Some(exact.unwrap_or_else(|| self.period.mul_add(x, self.first)))
     }
 
     /// Passes the next tick.
     fn pass(&mut self) {
-        if self.period > 0.0 {
-            (self.count, self.next) = (self.next, self.next + 1.0);
-        } else {
-            (self.count, self.next) = (self.next - 1.0, self.next - 1.0);
+        let now = self.at;
+        self.count += if self.rises() { 1.0 } else { -1.0 };
+        self.find_time(now);
+    }
+
+    /// Finds the time of the next tick after `now`; marks that are nearer than rounding are passed as one.
+    fn find_time(&mut self, now: f64) {
+        self.at = f64::INFINITY;
+        while let Some(next) = self.time_of(self.next_index()) {
+            if next > now && !is_one_time(next, now, self.first) {
+                self.at = next;
+                return;
+            }
+            // If the period is below rounding, time does not advance.
+            if self.clock.marks.is_empty() {
+                return;
+            }
+            self.count += if self.rises() { 1.0 } else { -1.0 };
         }
-        let next = self.time_of(self.next);
-        // If the period is below rounding, time does not advance.
-        self.at = if next > self.at { next } else { f64::INFINITY };
     }
 }
 
-fn is_one_time(a: f64, b: f64, other: f64) -> bool {
-    (a - b).abs() <= ONE_TIME * a.abs().max(b.abs()).max(other.abs())
+/// Whether two times differ by no more than rounding, where they are sums with this number.
+pub(super) fn is_one_time(a: f64, b: f64, other: f64) -> bool {
+    let distance = (a - b).abs();
+    distance.is_finite() && distance <= ONE_TIME * a.abs().max(b.abs()).max(other.abs())
 }
 
-/// The mark within rounding of a time, or else the time itself.
-fn aligned(marks: &[f64], t: f64) -> f64 {
+/// The known time within rounding of a time, or else the time itself.
+pub(super) fn aligned(known: &[f64], t: f64) -> f64 {
     if !t.is_finite() {
         return t;
     }
     let rounding = ONE_TIME * t.abs();
-    let behind = marks.partition_point(|mark| *mark < t - rounding);
-    marks.get(behind).copied().filter(|mark| *mark <= t + rounding).unwrap_or(t)
+    let behind = known.partition_point(|mark| *mark < t - rounding);
+    known.get(behind).copied().filter(|mark| *mark <= t + rounding).unwrap_or(t)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::signature::{ExactTicks, List};
 
-    fn ticks(first: f64, period: f64, from: f64, n: usize) -> (Vec<(f64, f64)>, f64) {
-        let mut clock = Ticking::new(first, period, 0.0, from);
+    fn clock(marks: &'static [f64], exact: Option<ExactTicks>) -> Ticking {
+        let marks = List::Borrowed(marks);
+        Ticking::new(Clock { condition: 0, automaton: None, marks, follows: false, exact })
+    }
+
+    fn ticks_of(mut clock: Ticking, place: [f64; 3], n: usize) -> (Vec<(f64, f64)>, f64) {
+        let [first, period, from] = place;
+        clock.place(first, period, 0.0, from);
         let count = clock.count;
         let next = |_| {
             let t = clock.at;
@@ -190,6 +277,10 @@ mod tests {
             (t, clock.count)
         };
         ((0..n).map(next).collect(), count)
+    }
+
+    fn ticks(first: f64, period: f64, from: f64, n: usize) -> (Vec<(f64, f64)>, f64) {
+        ticks_of(clock(&[], None), [first, period, from], n)
     }
 
     #[test]
@@ -203,6 +294,51 @@ mod tests {
         // 3 · 0.1 equals 0.3 only to rounding.
         assert_eq!(ticks(0.0, 0.1, 0.3, 1).1, 3.0);
         assert_eq!(ticks(f64::NAN, f64::INFINITY, 0.0, 1).0[0].0, f64::INFINITY);
+    }
+
+    #[test]
+    fn marks_are_counted_one_by_one() {
+        let marks = || clock(&[1.0, 2.0, 5.0], None);
+        let end = (f64::INFINITY, 4.0);
+        let all = vec![(1.0, 1.0), (2.0, 2.0), (5.0, 3.0), end];
+        assert_eq!(ticks_of(marks(), [0.0, 1.0, 0.0], 4), (all, 0.0));
+        assert_eq!(ticks_of(marks(), [10.0, 2.0, 14.0], 1), (vec![(20.0, 3.0)], 2.0));
+        // −t falls through them.
+        let back = vec![(-2.0, 1.0), (-1.0, 0.0)];
+        assert_eq!(ticks_of(marks(), [0.0, -1.0, -4.0], 2), (back, 2.0));
+        assert_eq!(ticks_of(marks(), [0.0, -1.0, -2.0], 1), (vec![(-1.0, 0.0)], 1.0));
+        // Marks that are one time there are passed at once.
+        let near = clock(&[1.0, 1.0 + f64::EPSILON, 2.0], None);
+        assert_eq!(ticks_of(near, [1e9, 1.0, 0.0], 2).0, [(1e9 + 1.0, 2.0), (1e9 + 2.0, 3.0)]);
+    }
+
+    #[test]
+    fn written_periods_do_not_drift() {
+        let tenths = || clock(&[], Some(ExactTicks { first: 0, period: 1, denominator: 10 }));
+        assert_eq!(ticks_of(tenths(), [0.0, 0.1, 0.25], 1).0, [(0.3, 3.0)]);
+        let far = ticks_of(tenths(), [0.0, 0.1, 99_999_999.95], 2);
+        assert_eq!(far, (vec![(1e8, 1e9), (100_000_000.1, 1e9 + 1.0)], 1e9 - 1.0));
+    }
+
+    #[test]
+    fn ticks_that_are_one_time_are_at_one_time() {
+        let mut clocks = Clocks::default();
+        for period in [0.1, 0.1 * 3.0] {
+            let mut one = clock(&[], None);
+            one.place(0.0, period, 0.0, 0.0);
+            clocks.all.push(one);
+        }
+        clocks.all[1].clock.condition = 2;
+        clocks.find_next();
+        for k in 1..1_000_000 {
+            let t = clocks.next_time();
+            let slow = clocks.tick().map(|tick| tick.condition);
+            assert_eq!(slow, Some(0));
+            if k % 3 == 0 {
+                assert_eq!(clocks.next_time(), t, "{k}");
+                assert_eq!(clocks.tick().map(|tick| tick.condition), Some(2));
+            }
+        }
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! Discrete numbers: modes and conditions on time, and when the latter switch.
 
 pub(crate) mod clock;
+mod schedule;
 pub(crate) mod state_selection;
 
-use self::clock::Clocks;
+pub(crate) use self::schedule::Schedule;
 use crate::system::{Automaton, Crossing, Discrete, Point, Signature, System, Transition, Trigger};
 
 /// The discrete numbers of a simulation that starts at `t`: every automaton in its starting mode, conditions on time as
@@ -157,110 +158,5 @@ fn mass_of_all_modes<S: System>(system: &S) -> Vec<[bool; 2]> {
             z[*k] = 0.0;
         }
         z[deciding[next]] += 1.0;
-    }
-}
-
-/// The times at which conditions on time switch after a start, and the current discrete numbers.
-#[derive(Debug, Clone)]
-pub(crate) struct Schedule {
-    pub(crate) z: Vec<f64>,
-    /// Conditions that switch after the start, by time, then by group.
-    switches: Vec<Switch>,
-    next: usize,
-    pub(crate) clocks: Clocks,
-}
-
-/// A condition that switches.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Switch {
-    pub(crate) t: f64,
-    /// Its position among the conditions.
-    pub(crate) condition: usize,
-    /// Its discrete number from then on.
-    pub(crate) after: f64,
-    /// The first condition whose time has the same derivatives.
-    group: usize,
-}
-
-impl Schedule {
-    pub(crate) fn new<S: System>(system: &S, p: &[f64], from: f64) -> Self {
-        let discrete = &system.signature().discrete;
-        let mut z: Vec<f64> = discrete.automata.iter().map(|a| a.start as f64).collect();
-        let n = discrete.n_time_conditions;
-        let (mut times, mut after) = (vec![0.0; n], vec![0.0; n]);
-        let at = Point { t: from, y: &[], u: &[], p, z: &[] };
-        system.condition_times(at, &mut times, &mut after);
-        let mut switches = Vec::new();
-        let first = z.len();
-        let clocks = Clocks::new(discrete, &times, &after, from);
-        for (condition, (&t, &after)) in times.iter().zip(&after).enumerate() {
-            if clocks.has(condition) {
-                z.push(0.0);
-                continue;
-            }
-            // A NaN time never comes.
-            z.push(if t <= from { after } else { 1.0 - after });
-            if t > from {
-                switches.push(Switch { t, condition, after, group: 0 });
-            }
-        }
-        clocks.write(&mut z[first..]);
-        let mut schedule = Self { z, switches, next: 0, clocks };
-        schedule.sort();
-        schedule
-    }
-
-    /// Uses the derivatives of the times, n_c × n_s by columns, to separate conditions that switch at one time but
-    /// would not for other parameters: these switch one after the other.
-    pub(crate) fn tell_apart(&mut self, dtimes: &[f64], n_s: usize) {
-        let n = dtimes.len().checked_div(n_s).unwrap_or(0);
-        let derivatives =
-            |condition: usize| (0..n_s).map(move |j| dtimes[j * n + condition].to_bits());
-        let earliest = |switch: &Switch| {
-            (0..switch.condition)
-                .find(|earlier| derivatives(*earlier).eq(derivatives(switch.condition)))
-                .unwrap_or(switch.condition)
-        };
-        for switch in &mut self.switches {
-            switch.group = earliest(switch);
-        }
-        self.sort();
-    }
-
-    fn sort(&mut self) {
-        self.switches.sort_by(|a, b| {
-            let by_time = a.t.total_cmp(&b.t);
-            by_time.then(a.group.cmp(&b.group)).then(a.condition.cmp(&b.condition))
-        });
-    }
-
-    /// Time at which the next condition switches or clock ticks; infinity if none does.
-    #[inline]
-    pub(crate) fn next_time(&self) -> f64 {
-        self.next_switch().min(self.clocks.next_time())
-    }
-
-    /// Time at which the next condition switches; infinity if none does.
-    #[inline]
-    pub(crate) fn next_switch(&self) -> f64 {
-        self.switches.get(self.next).map_or(f64::INFINITY, |switch| switch.t)
-    }
-
-    /// The condition that switches next.
-    pub(crate) fn next_condition(&self) -> Option<usize> {
-        self.switches.get(self.next).map(|switch| switch.condition)
-    }
-
-    /// Switches the next condition and all that switch together with it; modes are the first `n_automata` discrete
-    /// numbers.
-    pub(crate) fn switch(&mut self, n_automata: usize) {
-        let Some(first) = self.switches.get(self.next).copied() else { return };
-        while let Some(switch) = self.switches.get(self.next)
-            && switch.t == first.t
-            && switch.group == first.group
-        {
-            self.z[n_automata + switch.condition] = switch.after;
-            self.next += 1;
-        }
     }
 }

@@ -11,9 +11,9 @@ use crate::solved::Solved;
 use crate::system::Point;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Moves ticks of clocks onto requested times and samples that equal them to rounding.
+    /// Moves ticks of clocks, and times of conditions, onto requested times and samples that equal them to rounding.
     pub(super) fn align_clocks(&mut self, times: &[f64]) {
-        if !S::FEATURES.events || self.discrete.schedule.clocks.is_empty() {
+        if !S::FEATURES.events || self.discrete.schedule.is_empty() {
             return;
         }
         let inputs = self.problem.inputs;
@@ -21,7 +21,7 @@ impl<S: Solved> Simulation<'_, S> {
         let mut marks: Vec<f64> = samples.chain(times.iter().copied()).collect();
         marks.sort_by(f64::total_cmp);
         marks.dedup();
-        self.discrete.schedule.clocks.align(marks);
+        self.discrete.schedule.align(marks);
     }
 
     /// Makes the next segment of the inputs the current one.

@@ -5,7 +5,7 @@
 (unit) @type
 
 ["model" "effect" "import" "constant" "parameter" "input" "state" "unknown" "held" "unit" "size" "let" "output"
- "function" "table" "equation" "variant" "modes" "for" "part" "when" "every" "saturate" "start" "reset"
+ "function" "table" "equation" "variant" "modes" "for" "part" "when" "every" "offset" "saturate" "start" "reset"
  "kind" "form" "null" "replace" "add" "on" "by" "to"] @keyword
 ["if" "then" "else"] @conditional
 ["and" "or" "not" "rises" "above" "falls" "below"] @keyword.operator

@@ -443,13 +443,17 @@ pub const TABLE: &[Row] = &[
         } else {
             w.random.pick(&times).name.clone()
         };
+        let offset = match w.random.chance(0.3) {
+            true => format!(" offset {} [s]", w.positive()),
+            false => String::new(),
+        };
         let known = w.known.clone();
         w.known.retain(|known| known.kind != Kind::Held);
         let value = scale.quantity(&format!("tanh({})", w.scalar(d.min(1))));
         w.known = known;
         w.declare(&name, scale, Kind::Held);
         format!(
-            "held {name} {} = {start:.2}\nevery {period} {{\n  reset {name} = {value}\n}}",
+            "held {name} {} = {start:.2}\nevery {period}{offset} {{\n  reset {name} = {value}\n}}",
             scale.brackets()
         )
     }),

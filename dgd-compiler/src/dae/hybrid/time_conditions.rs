@@ -2,19 +2,15 @@
 //! x that time moves, which steps at times that parameters alone determine.
 //!
 //! Both sides of `time > t_on` depend on time linearly, and otherwise on parameters only, so that
-//! left − right = α + β time. It switches at t = −α/β, and a solver can stop there.
+//! left − right = α + β time. It switches at t = −α/β, and a solver can stop there. Where α or β depend on numbers of
+//! other clocks, as in `mod(time, 1 [d]) > 6 [h]`, so does this time: it is a clock with one mark, at zero, that
+//! follows the others.
 
+use crate::dae::hybrid::lines::{Line, Lines, ticks};
 use crate::dae::{Clock, TimeCondition};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::HashMap;
 use crate::expr::{ExprId, Graph, Node, Symbol};
-
-/// An expression α + β time; no β where it does not depend on time.
-#[derive(Debug, Clone, Copy)]
-struct Line {
-    alpha: ExprId,
-    beta: Option<ExprId>,
-}
 
 /// Conditions on time, and what stands for them in expressions.
 pub(in crate::dae) struct OnTime {
@@ -32,112 +28,81 @@ pub(in crate::dae) fn time_conditions(
     first: usize,
 ) -> OnTime {
     let nodes = graph.listed(roots);
-    let mut lines: HashMap<ExprId, Line> =
-        HashMap::with_capacity_and_hasher(nodes.len(), <_>::default());
+    let mut lines = Lines::new(nodes.len(), first);
     let (mut conditions, mut clocks) = (Vec::new(), Vec::new());
     let mut replacement = HashMap::default();
     for (id, node) in nodes {
+        let position = u32::try_from(first + conditions.len()).unwrap_or(u32::MAX);
         if let Node::Compare(comparison, a, b) = node
-            && let (Some(&a), Some(&b)) = (lines.get(&a), lines.get(&b))
-            && let Some(condition) = switch(graph, comparison, a, b)
+            && let (Some(a), Some(b)) = (lines.of(a), lines.of(b))
+            && (a.beta.is_some() || b.beta.is_some())
         {
-            let position = u32::try_from(first + conditions.len()).unwrap_or(u32::MAX);
             let number = graph.symbol(Symbol::Discrete(position));
             let half = graph.constant(0.5);
-            replacement.insert(id, graph.compare(Comparison::Greater, number, half));
-            conditions.push(condition);
+            let holds = if a.is_fixed(graph) && b.is_fixed(graph) {
+                conditions.push(switch(graph, comparison, a, b));
+                graph.compare(Comparison::Greater, number, half)
+            } else {
+                let (times, clock) = passage(graph, comparison, a, b, conditions.len());
+                conditions.extend(times);
+                clocks.push(clock);
+                let late = if is_late(comparison) { Comparison::Greater } else { Comparison::Less };
+                graph.compare(late, number, half)
+            };
+            replacement.insert(id, holds);
+            lines.insert(id, Line { alpha: holds, beta: None });
         } else if let Node::Call1(function, x) = node
             && function.get().name == "floor"
-            && let Some(&line) = lines.get(&x)
-            && let Some(steps) = steps(graph, line)
+            && let Some(line) = lines.of(x)
+            && line.beta.is_some()
         {
-            let position = u32::try_from(first + conditions.len()).unwrap_or(u32::MAX);
-            replacement.insert(id, graph.symbol(Symbol::Discrete(position)));
-            clocks.push(Clock { condition: conditions.len(), automaton: None });
-            conditions.extend(steps);
-        } else if let Some(line) = line(graph, id, node, &lines) {
-            lines.insert(id, line);
+            let (times, clock) = ticks(graph, line, conditions.len(), Vec::new());
+            conditions.extend(times);
+            clocks.push(clock);
+            let number = graph.symbol(Symbol::Discrete(position));
+            replacement.insert(id, number);
+            lines.insert(id, Line { alpha: number, beta: None });
+        } else {
+            lines.read(graph, id, node);
         }
     }
     OnTime { conditions, clocks, replacement }
 }
 
-/// An expression as a line over time, where its operands are lines.
-fn line(graph: &mut Graph, id: ExprId, node: Node, lines: &HashMap<ExprId, Line>) -> Option<Line> {
-    match node {
-        Node::Symbol(Symbol::Time) => {
-            let (zero, one) = (graph.constant(0.0), graph.constant(1.0));
-            return Some(Line { alpha: zero, beta: Some(one) });
-        }
-        Node::Symbol(Symbol::Parameter(_)) | Node::Constant(_) => {
-            return Some(Line { alpha: id, beta: None });
-        }
-        Node::Symbol(_) => return None,
-        _ => {}
-    }
-    let operands: Vec<Line> =
-        node.operands().map(|operand| lines.get(&operand).copied()).collect::<Option<_>>()?;
-    if operands.iter().all(|operand| operand.beta.is_none()) {
-        return Some(Line { alpha: id, beta: None });
-    }
-    let mut both =
-        |a: Option<ExprId>, b: Option<ExprId>, f: fn(&mut Graph, ExprId, ExprId) -> ExprId| {
-            let zero = graph.constant(0.0);
-            f(graph, a.unwrap_or(zero), b.unwrap_or(zero))
-        };
-    match (node, &operands[..]) {
-        (Node::Negate(_), [a]) => {
-            let beta = both(None, a.beta, Graph::subtract);
-            Some(Line { alpha: both(None, Some(a.alpha), Graph::subtract), beta: Some(beta) })
-        }
-        (Node::Add(..), [a, b]) => {
-            let beta = both(a.beta, b.beta, Graph::add);
-            Some(Line { alpha: both(Some(a.alpha), Some(b.alpha), Graph::add), beta: Some(beta) })
-        }
-        (Node::Subtract(..), [a, b]) => {
-            let beta = both(a.beta, b.beta, Graph::subtract);
-            let alpha = both(Some(a.alpha), Some(b.alpha), Graph::subtract);
-            Some(Line { alpha, beta: Some(beta) })
-        }
-        (Node::Multiply(..), [a, b] | [b, a]) if b.beta.is_none() => {
-            let beta = both(a.beta, Some(b.alpha), Graph::multiply);
-            let alpha = both(Some(a.alpha), Some(b.alpha), Graph::multiply);
-            Some(Line { alpha, beta: Some(beta) })
-        }
-        (Node::Divide(..), [a, b]) if b.beta.is_none() => {
-            let beta = both(a.beta, Some(b.alpha), Graph::divide);
-            let alpha = both(Some(a.alpha), Some(b.alpha), Graph::divide);
-            Some(Line { alpha, beta: Some(beta) })
-        }
-        _ => None,
-    }
+/// Whether a comparison holds above its threshold.
+fn is_late(comparison: Comparison) -> bool {
+    matches!(comparison, Comparison::Greater | Comparison::GreaterEqual)
 }
 
-/// When ⌊α + β t⌋ is zero first, or last where β is below zero, and how long it stays the same: at −α/β, for 1/β.
-/// `None` if it does not depend on time.
-fn steps(graph: &mut Graph, line: Line) -> Option<[TimeCondition; 2]> {
-    let beta = line.beta?;
-    let (one, zero) = (graph.constant(1.0), graph.constant(0.0));
-    let quotient = graph.divide(line.alpha, beta);
-    let first = graph.negate(quotient);
-    let period = graph.divide(one, beta);
-    let first = TimeCondition { at: first, after: line.alpha };
-    Some([first, TimeCondition { at: period, after: zero }])
+/// The clock with a mark where a − b passes zero.
+fn passage(
+    graph: &mut Graph,
+    comparison: Comparison,
+    a: Line,
+    b: Line,
+    condition: usize,
+) -> ([TimeCondition; 2], Clock) {
+    let difference = a.minus(graph, b);
+    let (mut times, clock) = ticks(graph, difference, condition, vec![0.0]);
+    // Where time does not move it, the comparison itself decides.
+    let zero = graph.constant(0.0);
+    let holds = graph.compare(comparison, difference.alpha, zero);
+    let [above, below] = [1.0, -1.0].map(|side| graph.constant(side));
+    let (yes, no) = if is_late(comparison) { (above, below) } else { (below, above) };
+    times[0].after = graph.select(holds, yes, no);
+    (times, clock)
 }
 
-/// When a ≷ b switches, and what it is then; `None` if the condition does not depend on time.
+/// When a ≷ b switches, and what it is then.
 ///
 /// With a − b = α + β t it switches at −α/β. Where β is zero it never does, which counts as having
 /// switched before all times.
-fn switch(graph: &mut Graph, comparison: Comparison, a: Line, b: Line) -> Option<TimeCondition> {
+fn switch(graph: &mut Graph, comparison: Comparison, a: Line, b: Line) -> TimeCondition {
     let zero = graph.constant(0.0);
-    if a.beta.is_none() && b.beta.is_none() {
-        return None;
-    }
-    let alpha = graph.subtract(a.alpha, b.alpha);
-    let beta = graph.subtract(a.beta.unwrap_or(zero), b.beta.unwrap_or(zero));
+    let difference = a.minus(graph, b);
+    let (alpha, beta) = (difference.alpha, difference.beta.unwrap_or(zero));
     let truth = |graph: &mut Graph, holds: bool| graph.constant(f64::from(u8::from(holds)));
-    let late = matches!(comparison, Comparison::Greater | Comparison::GreaterEqual);
+    let late = is_late(comparison);
     let (rising, falling) = (truth(graph, late), truth(graph, !late));
 
     let quotient = graph.divide(alpha, beta);
@@ -151,5 +116,5 @@ fn switch(graph: &mut Graph, comparison: Comparison, a: Line, b: Line) -> Option
     let still = graph.select(still, one, zero);
     let falling = graph.select(falls, falling, still);
     let after = graph.select(rises, rising, falling);
-    Some(TimeCondition { at, after })
+    TimeCondition { at, after }
 }

@@ -3,35 +3,55 @@
 use super::Curve;
 use crate::syntax::ast::{Beyond, Shape};
 
-/// The curve through points whose abscissae ascend; at least two.
+/// The curve through points whose abscissae ascend, at two at least. Of two points at one abscissa the first ends the
+/// piece before the step, and from there on the second holds.
 ///
-/// Between points it has its shape. Beyond its ends it holds their values, or it goes on with their slopes: what is
-/// refused there goes on, too, for the steps that are tried.
+/// Between points it has its shape, on each side of a step by itself. Beyond its ends it holds their values, or it goes on
+/// with their slopes: what is refused there goes on, too, for the steps that are tried.
 pub fn through(shape: Shape, beyond: Beyond, x: &[f64], y: &[f64]) -> Curve {
+    let (mut knots, mut pieces) = (Vec::with_capacity(x.len()), Vec::with_capacity(x.len() + 1));
+    let (mut begin, mut last) = (0, [0.0; 2]);
+    for section in x.chunk_by(|a, b| a != b) {
+        let end = begin + section.len();
+        let (inner, slopes) = between(shape, section, &y[begin..end]);
+        if pieces.is_empty() {
+            pieces.push([y[begin], slopes[0], 0.0, 0.0]);
+        }
+        pieces.extend(inner);
+        // The knot of a step is there already.
+        knots.extend(&section[usize::from(begin > 0)..]);
+        (begin, last) = (end, [y[end - 1], slopes[1]]);
+    }
+    pieces.push([last[0], last[1], 0.0, 0.0]);
+    if beyond == Beyond::Hold {
+        let n = pieces.len() - 1;
+        (pieces[0][1], pieces[n][1]) = (0.0, 0.0);
+    }
+    Curve { knots: knots.into(), pieces: pieces.into() }
+}
+
+/// The pieces between points without a step, and the slopes at the first and the last.
+fn between(shape: Shape, x: &[f64], y: &[f64]) -> (Vec<[f64; 4]>, [f64; 2]) {
+    let n = x.len();
+    if n == 1 {
+        return (Vec::new(), [0.0; 2]);
+    }
     let slopes = match shape {
         Shape::Linear => Vec::new(),
         Shape::Pchip => monotone_slopes(x, y),
         Shape::Natural | Shape::Cubic => natural_slopes(x, y),
     };
-    let n = x.len();
-    let mut pieces = Vec::with_capacity(n + 1);
-    for k in 0..n - 1 {
+    let pieces = (0..n - 1).map(|k| {
         let (h, delta) = (x[k + 1] - x[k], secant(x, y, k));
-        pieces.push(match slopes.get(k..k + 2) {
+        match slopes.get(k..k + 2) {
             Some(&[left, right]) => hermite(y[k], h, delta, left, right),
             _ => [y[k], delta, 0.0, 0.0],
-        });
-    }
-    let of_end = |k: usize, slope: f64| match beyond {
-        Beyond::Hold => [y[k], 0.0, 0.0, 0.0],
-        Beyond::Refuse | Beyond::Extend => [y[k], slope, 0.0, 0.0],
-    };
+        }
+    });
     let slope = |k: usize, of_secant: usize| {
         slopes.get(k).copied().unwrap_or_else(|| secant(x, y, of_secant))
     };
-    pieces.insert(0, of_end(0, slope(0, 0)));
-    pieces.push(of_end(n - 1, slope(n - 1, n - 2)));
-    Curve { knots: x.to_vec().into(), pieces: pieces.into() }
+    (pieces.collect(), [slope(0, 0), slope(n - 1, n - 2)])
 }
 
 /// The broken line that is k at the k-th of these abscissae, and goes on so beyond them that it is whole again as far

@@ -43,6 +43,18 @@ static KEPT: Mutex<BTreeMap<Key, CurveId>> = Mutex::new(BTreeMap::new());
 /// Texts, and numbers by their bits.
 type Key = (String, Option<String>, Vec<u64>);
 
+impl TableCurve {
+    /// Whether it goes through points, rather than looking numbers up.
+    pub fn is_table(&self) -> bool {
+        self.smooth != i8::MAX
+    }
+
+    /// Whether it is a table that jumps.
+    pub fn jumps(&self) -> bool {
+        self.smooth < 0 && !self.kinks.is_empty()
+    }
+}
+
 impl CurveId {
     /// Keeps a curve.
     pub fn of(curve: TableCurve) -> Self {
@@ -55,8 +67,8 @@ impl CurveId {
     }
 
     /// Numbers by their positions, the first at 0: a step for each. No event is at a step, as nothing but what counts
-    /// moves along them.
-    pub fn of_numbers(name: &str, numbers: &[f64]) -> Self {
+    /// moves along them. What a limit says is said at the first and the last of them.
+    pub fn of_numbers(name: &str, numbers: &[f64], limit: Option<String>) -> Self {
         let last = numbers.len().saturating_sub(1);
         let knots: Vec<f64> = (0..last).map(|k| k as f64 + 0.5).collect();
         let pieces: Vec<[f64; 4]> = numbers.iter().map(|number| [*number, 0.0, 0.0, 0.0]).collect();
@@ -65,8 +77,8 @@ impl CurveId {
             curve: Curve { knots: knots.into(), pieces: pieces.into() },
             smooth: i8::MAX,
             kinks: Vec::new(),
-            ends: [0.0, last as f64],
-            limit: None,
+            ends: if limit.is_some() { [0.5, last as f64 - 0.5] } else { [0.0, last as f64] },
+            limit,
         })
     }
 

@@ -107,5 +107,5 @@ pub(super) fn numbers_at(graph: &mut Graph, name: &str, numbers: &[f64], at: Exp
     if others.iter().all(|number| number.to_bits() == first.to_bits()) {
         return graph.constant(first);
     }
-    graph.intern(Node::Curve(CurveId::of_numbers(name, numbers), at))
+    graph.intern(Node::Curve(CurveId::of_numbers(name, numbers, None), at))
 }

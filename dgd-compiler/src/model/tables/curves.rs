@@ -26,7 +26,9 @@ impl<'a> Lowering<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Vec<Term>, Reported> {
         let x: Vec<f64> = points.iter().map(|point| point.at[0]).collect();
-        verify_count(table, 0, &x, points, diagnostics)?;
+        let mut places = x.clone();
+        places.dedup();
+        verify_count(table, 0, &places, points, diagnostics)?;
         let shape = shape_of(table).unwrap_or(Shape::Pchip);
         let is_fitted = |point: &Read| self.number(point.value).is_none();
         let fitted: Vec<usize> = (0..points.len()).filter(|k| is_fitted(&points[*k])).collect();
@@ -228,8 +230,14 @@ impl<'a> Maker<'a> {
         part: Part,
     ) -> CurveId {
         let curve = through(shape, self.beyond, x, y);
-        let n = x.len();
+        let steps: Vec<f64> =
+            x.windows(2).filter(|pair| pair[0] == pair[1]).map(|pair| pair[0]).collect();
+        let knots = &curve.knots;
+        let n = knots.len();
         let jumps = |k: usize| {
+            if steps.contains(&knots[k]) {
+                return true;
+            }
             let may_jump = if k == 0 || k == n - 1 {
                 self.beyond == Beyond::Hold
             } else {
@@ -239,18 +247,19 @@ impl<'a> Maker<'a> {
                 return may_jump;
             }
             let [_, c1, c2, c3] = curve.pieces[k];
-            let d = if k == 0 { 0.0 } else { x[k] - x[k - 1] };
+            let d = if k == 0 { 0.0 } else { knots[k] - knots[k - 1] };
             let (left, right) = (c1 + d * (2.0 * c2 + d * 3.0 * c3), curve.pieces[k + 1][1]);
             may_jump && (left - right).abs() > SAME_SLOPE * left.abs().max(right.abs())
         };
-        let kinks: Vec<f64> = (0..n).filter(|k| jumps(*k)).map(|k| x[k]).collect();
+        let kinks: Vec<f64> = (0..n).filter(|k| jumps(*k)).map(|k| knots[k]).collect();
         let smooth = match shape {
+            _ if !steps.is_empty() => -1,
             _ if !kinks.is_empty() => 0,
             Shape::Linear => 3,
             Shape::Pchip => 1,
             Shape::Natural | Shape::Cubic => 2,
         };
-        let ends = [x[0], x[n - 1]];
+        let ends = [knots[0], knots[n - 1]];
         let limit = (self.beyond == Beyond::Refuse).then(|| self.limit(axis, ends));
         CurveId::of(TableCurve { name, curve, smooth, kinks, ends, limit })
     }

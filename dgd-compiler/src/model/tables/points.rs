@@ -7,7 +7,7 @@ use super::curves::in_unit;
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Symbol};
 use crate::source::Span;
-use crate::syntax::ast::{ArrayKind, Expr, ExprKind, Points};
+use crate::syntax::ast::{ArrayKind, AttributeKind, Beyond, Expr, ExprKind, Points};
 use crate::units::Unit;
 
 /// A point with its arguments in SI.
@@ -15,10 +15,20 @@ pub(super) struct Read {
     pub(super) at: Vec<f64>,
     pub(super) value: ExprId,
     pub(super) span: Span,
+    /// Its position among the points as they are written.
+    place: usize,
+}
+
+/// Points at one place that are no step.
+struct Repeated {
+    what: &'static str,
+    help: &'static str,
+    /// Of the last of them, and of the first.
+    spans: (Span, Span),
 }
 
 impl<'a> Lowering<'a> {
-    /// The points, by ascending arguments; each there once.
+    /// The points, by ascending arguments; those of a step in the order in which they are written.
     pub(super) fn points(
         &mut self,
         table: Table<'a>,
@@ -30,7 +40,7 @@ impl<'a> Lowering<'a> {
         let is_file = matches!(table.points, Points::File { .. });
         let mut failed = None;
         let mut points = Vec::with_capacity(written.len());
-        for (at, value, span) in written {
+        for (place, (at, value, span)) in written.into_iter().enumerate() {
             let at: Result<Vec<f64>, Reported> = at
                 .iter()
                 .zip(units)
@@ -44,7 +54,7 @@ impl<'a> Lowering<'a> {
                 }
             };
             match (at, value) {
-                (Ok(at), Ok(value)) => points.push(Read { at, value, span }),
+                (Ok(at), Ok(value)) => points.push(Read { at, value, span, place }),
                 (Err(reported), _) | (_, Err(reported)) => failed = Some(reported),
             }
             // A wrong unit in a header is wrong in every row.
@@ -58,21 +68,65 @@ impl<'a> Lowering<'a> {
                 .zip(&b.at)
                 .fold(std::cmp::Ordering::Equal, |order, (a, b)| order.then(a.total_cmp(b)))
         };
+        // Whoever writes them downwards comes to a step from above.
+        if points.windows(2).all(|pair| in_order(&pair[0], &pair[1]).is_ge()) {
+            points.reverse();
+        }
         points.sort_by(in_order);
         let mut repeated = None;
-        for pair in points.windows(2).filter(|pair| pair[0].at == pair[1].at) {
-            let (first, second) = (pair[0].span.min(pair[1].span), pair[0].span.max(pair[1].span));
-            let place = place_of(table, units, &pair[0].at);
-            let message = format!("`{}` has two points at {place}", table.name.text);
-            repeated = Some(
-                diagnostics.error(
-                    Diagnostic::new(Code::E512, second, message)
-                        .label(first, "the other one")
-                        .help("leave one of them out; a table does not jump"),
-                ),
-            );
+        for here in points.chunk_by(|a, b| a.at == b.at) {
+            let is_end = here[0].at == points[0].at || here[0].at == points[points.len() - 1].at;
+            if let Some(fault) = self.too_many_at_one_place(table, here, is_end) {
+                let (second, first) = fault.spans;
+                let place = place_of(table, units, &here[0].at);
+                let message = format!("`{}` has {} at {place}", table.name.text, fault.what);
+                repeated = Some(
+                    diagnostics.error(
+                        Diagnostic::new(Code::E512, second, message)
+                            .label(first, "the other one")
+                            .help(fault.help),
+                    ),
+                );
+            }
         }
         repeated.map_or(Ok(points), Err)
+    }
+
+    /// What is wrong with the points at one place: a table of one argument may have two, which are a step.
+    fn too_many_at_one_place(
+        &self,
+        table: Table<'a>,
+        points: &[Read],
+        is_end: bool,
+    ) -> Option<Repeated> {
+        let goes_on = table.attributes.iter().any(|attribute| {
+            matches!(attribute.kind, AttributeKind::Beyond(Beyond::Hold | Beyond::Extend))
+        });
+        let (what, help) = match points {
+            [] | [_] => return None,
+            [_, _] if table.arguments.len() > 1 => {
+                ("two points", "leave one of them out; a table of two arguments does not jump")
+            }
+            [a, b] if a.place.abs_diff(b.place) > 1 => {
+                ("two points", "leave one of them out; those of a step follow each other")
+            }
+            [_, _] if is_end && !goes_on => (
+                "two points",
+                "leave one of them out, or say `beyond hold`: a table has no step at its end",
+            ),
+            [a, b] => {
+                let known = [a, b].map(|point| self.number(point.value));
+                if known[0].is_none() || known[0] != known[1] {
+                    return None;
+                }
+                ("the same point twice", "leave one of them out; a step has two values")
+            }
+            _ => ("more than two points", "a step has two, the values before and after it"),
+        };
+        let mut spans: Vec<Span> = points.iter().map(|point| point.span).collect();
+        spans.sort_unstable();
+        let (first, last) = (spans[0], spans[spans.len() - 1]);
+        Some(Repeated { what, help, spans: (last, first) })
     }
 
     /// A value that is an element of an array with as many elements as the table has points.

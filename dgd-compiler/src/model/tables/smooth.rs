@@ -83,6 +83,8 @@ impl<'a> Lowering<'a> {
             let values: Vec<Affine> = values.into_iter().collect::<Result<_, _>>()?;
             let x: Vec<f64> = points.iter().map(|point| point.at[0]).collect();
             let inner = x.windows(3).zip(values.windows(3));
+            // Nothing is said across a step.
+            let inner = inner.filter(|(x, _)| x[0] < x[1] && x[1] < x[2]);
             let all = inner.filter_map(|(x, y)| of_point(name, x, y, std));
             return Ok(all.collect());
         };

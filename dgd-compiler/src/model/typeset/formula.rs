@@ -61,7 +61,8 @@ pub enum Occasion {
     /// When one of these passes the other in this direction.
     When(Vec<(Formula, Crossing, Formula)>),
     /// Again and again, with this period.
-    Every(Formula),
+    /// The period, and the offset.
+    Every(Formula, Option<Formula>),
 }
 
 /// A piece of mathematics.
@@ -348,9 +349,9 @@ fn of_loop(counters: &[Counter], item: &Item) -> Option<Line> {
             Line::Equation { left, right, label }
         }
         ItemKind::When(reaction) => when(reaction),
-        ItemKind::Every { period, resets } => Line::Transition(Transition {
+        ItemKind::Every { period, offset, resets } => Line::Transition(Transition {
             modes: None,
-            occasion: Occasion::Every(expression(period)),
+            occasion: Occasion::Every(expression(period), offset.as_ref().map(expression)),
             resets: resets_of(resets),
         }),
         ItemKind::Saturate { name, indices, side, bound } => {

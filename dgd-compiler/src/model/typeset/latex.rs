@@ -58,10 +58,15 @@ fn transition(Transition { modes, occasion, resets }: &Transition) -> String {
             format!("&{} \\to {} \\text{{ when }} ", upright(from), upright(to))
         }
         (None, Occasion::When(_)) => "&\\text{when } ".to_owned(),
-        (None, Occasion::Every(_)) => "&\\text{every } ".to_owned(),
+        (None, Occasion::Every(..)) => "&\\text{every } ".to_owned(),
     };
     match occasion {
-        Occasion::Every(period) => text.push_str(&formula(period)),
+        Occasion::Every(period, offset) => {
+            text.push_str(&formula(period));
+            if let Some(offset) = offset {
+                let _ = write!(text, " \\text{{ offset }} {}", formula(offset));
+            }
+        }
         Occasion::When(conditions) => {
             for (k, (left, crossing, right)) in conditions.iter().enumerate() {
                 text.push_str(if k == 0 { "" } else { " \\text{ or } " });

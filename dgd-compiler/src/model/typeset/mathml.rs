@@ -49,10 +49,16 @@ fn write_transition(text: &mut String, transition: &Transition) -> std::fmt::Res
             write!(text, "<mtext>{from}</mtext><mo>→</mo><mtext>{to} when </mtext>")?;
         }
         (None, Occasion::When(_)) => text.push_str("<mtext>when </mtext>"),
-        (None, Occasion::Every(_)) => text.push_str("<mtext>every </mtext>"),
+        (None, Occasion::Every(..)) => text.push_str("<mtext>every </mtext>"),
     }
     match occasion {
-        Occasion::Every(period) => write_formula(text, period)?,
+        Occasion::Every(period, offset) => {
+            write_formula(text, period)?;
+            if let Some(offset) = offset {
+                text.push_str("<mtext> offset </mtext>");
+                write_formula(text, offset)?;
+            }
+        }
         Occasion::When(conditions) => {
             for (k, (left, crossing, right)) in conditions.iter().enumerate() {
                 text.push_str(if k == 0 { "" } else { "<mtext> or </mtext>" });

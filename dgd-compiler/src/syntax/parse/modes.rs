@@ -12,7 +12,7 @@ use super::{Reader, item_length, take_docs};
 use crate::diagnostics::{Code, Diagnostic, Edit, Fix};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Choice, Condition, Crossing, Item, ItemKind, Name, Reaction, Reset, StartMode, Transition,
+    Choice, Condition, Crossing, Expr, Item, ItemKind, Name, Reaction, Reset, StartMode, Transition,
 };
 
 /// The tokens before the block of a line, its docs taken out, and the block; nothing where there is
@@ -163,7 +163,7 @@ impl<'a> Reader<'a, '_> {
         Some(resets)
     }
 
-    /// `every EXPRESSION { reset x = e }`
+    /// `every EXPRESSION { reset x = e }`, perhaps with `offset EXPRESSION` before the braces.
     pub(super) fn every(
         &mut self,
         statement: &'a [Token],
@@ -171,9 +171,9 @@ impl<'a> Reader<'a, '_> {
     ) -> Option<ItemKind> {
         let (plain, block) = head_and_block(statement, docs)?;
         let input = Tokens::new(&plain, self.text, self.source);
-        let (_, period) = self.report(last_value(input.behind_first()))?;
+        let (_, (period, offset)) = self.report(times(input.behind_first()))?;
         let resets = self.some_resets("every", input.span(), block, docs)?;
-        Some(ItemKind::Every { period, resets })
+        Some(ItemKind::Every { period, offset, resets })
     }
 
     /// `{ reset x = e … }`, one to a line.
@@ -194,6 +194,17 @@ impl<'a> Reader<'a, '_> {
         self.end_of_block(&[], behind, docs)?;
         Some(resets)
     }
+}
+
+/// The period of an `every`, perhaps with its offset.
+fn times(input: Tokens<'_>) -> Parsed<'_, (Expr, Option<Expr>)> {
+    let (rest, period) = expression(input)?;
+    if rest.starts_with_word("offset") {
+        let (rest, offset) = last_value(rest.behind_first())?;
+        return Ok((rest, (period, Some(offset))));
+    }
+    let (rest, period) = last_value(input)?;
+    Ok((rest, (period, None)))
 }
 
 /// `start MODE`, perhaps with `if CONDITION`.

@@ -1,12 +1,13 @@
 //! Modes and the state of their transitions during a run.
 
 use crate::discrete::Schedule;
+use crate::discrete::clock::Tick;
 use crate::discrete::state_selection::selecting;
 use crate::integrate::events::saltation::Saltation;
 use crate::integrate::events::simultaneous::Simultaneous;
 use crate::integrate::events::watch::Samples;
 use crate::solved::Solved;
-use crate::system::{Crossing, Point, Trigger};
+use crate::system::{Crossing, Discrete, Point, Transition, Trigger};
 
 /// Intervals that have shrunk this many times in a row are expected to keep shrinking.
 const SHRINKING: usize = 4;
@@ -19,6 +20,9 @@ pub(in crate::integrate) struct Hybrid {
     selecting: Vec<bool>,
     /// For each automaton, whether its discrete number is a count.
     counting: Vec<bool>,
+    /// For each transition, the one that tells of a flutter: for a knot the one that passes it the other way, for others
+    /// the transition itself.
+    back: Vec<usize>,
     /// For each transition, whether its condition has been false since its mode was entered.
     pub(in crate::integrate) armed: Vec<bool>,
     /// How far an event function may exceed its threshold without triggering: as far as it did when the solution
@@ -46,6 +50,8 @@ pub(in crate::integrate) struct Hybrid {
     pub(in crate::integrate) occurrences: Vec<Occurrences>,
     /// Transitions at one time.
     pub(in crate::integrate) simultaneous: Simultaneous,
+    /// Ticks at one time that act.
+    pub(super) ticks: Vec<Tick>,
     /// ∂t/∂θ of the times of conditions.
     pub(super) dtimes: Vec<f64>,
     pub(in crate::integrate) saltation: Saltation,
@@ -64,7 +70,7 @@ impl Hybrid {
         let n_e = discrete.transitions().count();
         let mut dtimes = vec![0.0; discrete.n_time_conditions * n_s];
         if !dtimes.is_empty() {
-            let at = Point { t: from, y: &[], u: &[], p, z: &[] };
+            let at = Point { t: from, y: &[], u: &[], p, z: &schedule.z };
             system.condition_time_sensitivities(at, &mut dtimes);
             schedule.tell_apart(&dtimes, n_s);
         }
@@ -73,6 +79,7 @@ impl Hybrid {
             n_automata: discrete.automata.len(),
             selecting: selecting(signature).collect(),
             counting: discrete.automata.iter().map(|a| a.kind.counts()).collect(),
+            back: ways_back(discrete),
             slack: vec![0.0; n_e],
             located: None,
             uncut: f64::INFINITY,
@@ -86,6 +93,7 @@ impl Hybrid {
             crowd: (from, 0),
             occurrences: vec![Occurrences::NONE; n_e],
             simultaneous: Simultaneous::new(signature, n_s),
+            ticks: Vec::with_capacity(discrete.clocks.len()),
             dtimes,
             saltation: Saltation::new(signature, n_s),
         }
@@ -144,9 +152,10 @@ impl Hybrid {
         t - self.occurrences[k].last < calm
     }
 
-    /// Records that a corner was passed, and waits for the way back.
+    /// Records that a corner was passed, and waits for the way back. The next knot of a table is another corner: a
+    /// solution that flutters about a knot passes it the other way.
     pub(in crate::integrate) fn pass_corner(&mut self, k: usize, t: f64) {
-        self.occurrences[k].last = t;
+        self.occurrences[self.back[k]].last = t;
         self.armed[k] = false;
     }
 
@@ -159,6 +168,20 @@ impl Hybrid {
     pub(in crate::integrate) fn is_active(&self, automaton: usize, from: usize) -> bool {
         self.counting[automaton] || self.z()[automaton] == from as f64
     }
+}
+
+/// For each transition, the one by which a flutter is told.
+fn ways_back(discrete: &Discrete) -> Vec<usize> {
+    let all: Vec<(usize, &Transition)> = discrete.transitions().collect();
+    let back = |(k, (of, transition)): (usize, &(usize, &Transition))| {
+        let kind = discrete.automata[*of].kind;
+        let is_back = |(other, next): &(usize, &Transition)| {
+            other == of && next.crossing != transition.crossing
+        };
+        let counts_knots = kind.counts() && kind.only_ends_steps();
+        all.iter().position(is_back).filter(|_| counts_knots).unwrap_or(k)
+    };
+    all.iter().enumerate().map(back).collect()
 }
 
 /// Occurrences of a transition: the time of the last, the interval before it, and how many times in a row that interval

@@ -22,6 +22,10 @@ use crate::system::{Crossing, Point};
 const NARROW: f64 = 1e-13;
 /// Steps that end at corners need not be shorter than this fraction of the run, whatever their error.
 const NO_NEARER: f64 = 1e-9;
+/// A step that ends beyond a knot by less than this part of it is cut there.
+const NEARLY: f64 = 0.99;
+/// The size of a step that just passes a knot, in sizes of the step up to there.
+const BEYOND_KNOT: f64 = 1.0 + 1e-6;
 /// Bisection alone narrows any interval to rounding within this many trials.
 const MOST_TRIALS: usize = 120;
 
@@ -47,28 +51,47 @@ impl<S: Solved> Simulation<'_, S> {
             solution.statistics.rejected += 1;
             return Ok(());
         }
+        if self.has_passed_pieces(h, cut) {
+            controller.h = cut * BEYOND_KNOT;
+            solution.statistics.rejected += 1;
+            return Ok(());
+        }
         let again = self.end_at_event(h, cut, t_new, times, solution)?;
         // The transition may recur after as short an interval as last time, whatever the error allows.
         controller.h = controller.h.min(again);
         Ok(())
     }
 
+    /// Whether a step that was cut well before its end passes a knot of a table. A multistep method is cut along its
+    /// polynomial, which is that of the whole step, so that it has to make a step of its own up to there.
+    fn has_passed_pieces(&self, h: f64, cut: f64) -> bool {
+        let mut transitions = self.problem.system.signature().discrete.transitions();
+        let automata = &self.problem.system.signature().discrete.automata;
+        self.stepper.traits.is_multistep()
+            && cut < NEARLY * h
+            && self.due().and_then(|due| transitions.nth(due)).is_some_and(|(automaton, _)| {
+                let kind = automata[automaton].kind;
+                kind.counts() && kind.only_ends_steps()
+            })
+    }
+
     /// The error of a step that was cut at a corner, if it is too large: stages at its end see the slopes after the
-    /// corner, which sensitivities follow. A step nearer to the corner leaves less for the one that ends there.
+    /// corner, which sensitivities follow; and the whole step may have passed a piece of a table without a stage in it. A
+    /// step nearer to the corner leaves less for the one that ends there.
     fn error_at_corner(&self, cut: f64, times: &[f64]) -> Option<f64> {
         let span = times.last()? - times.first()?;
-        if self.directions.is_none()
-            || self.stepper.traits.is_multistep()
-            || cut <= NO_NEARER * span
-        {
+        if cut <= NO_NEARER * span {
             return None;
         }
         let mut transitions = self.problem.system.signature().discrete.transitions();
         let (automaton, _) = transitions.nth(self.due()?)?;
-        let automata = &self.problem.system.signature().discrete.automata;
+        let kind = self.problem.system.signature().discrete.automata[automaton].kind;
+        let sees_slopes = self.directions.is_some() && !self.stepper.traits.is_multistep();
+        if !kind.only_ends_steps() || !(kind.counts() || sees_slopes) {
+            return None;
+        }
         let error = self.error();
-        (automata[automaton].kind.only_ends_steps() && error > 1.0 && error.is_finite())
-            .then_some(error)
+        (error > 1.0 && error.is_finite()).then_some(error)
     }
 
     /// Accepts the step that was cut at an event, and makes the event. Returns how soon it may recur.

@@ -14,6 +14,7 @@ mod reselect;
 mod saltation;
 mod simultaneous;
 pub(in crate::integrate) mod singular_point;
+mod ticks;
 mod transitions;
 mod watch;
 

@@ -9,7 +9,7 @@ use crate::integrate::events::hybrid::Occurrences;
 use crate::integrate::simulation::Simulation;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
 use crate::solved::Solved;
-use crate::system::Signature;
+use crate::system::{AutomatonKind, Signature};
 
 /// Event functions that pass zero within this fraction of the simulated time count as simultaneous.
 const AT_ONCE: f64 = 1e-10;
@@ -132,23 +132,35 @@ impl<S: Solved> Simulation<'_, S> {
         let de = &self.discrete.saltation.de;
         let n_e = self.discrete.e.len();
         let rates = [k, other].map(|k| self.event_rate(k).0);
-        de.chunks_exact(n_e).any(|column| {
-            let (a, b) = (column[k] / rates[0], column[other] / rates[1]);
-            (a - b).abs() > SAME * a.abs().max(b.abs())
-        })
+        de.chunks_exact(n_e).any(|column| !is_same(column[k] / rates[0], column[other] / rates[1]))
     }
 
     /// Tries the transitions in both orders; ends sensitivities if the outcomes differ.
     fn verify_order(&mut self, solution: &mut Solution) {
+        let agree = self.orders_agree(solution, Self::make_all);
+        if self.directions.is_some() && !agree {
+            let discrete = &self.problem.system.signature().discrete;
+            let due = self.discrete.simultaneous.due.iter();
+            let automata = due.filter_map(|k| discrete.transitions().nth(*k)).map(|(of, _)| of);
+            self.end_sensitivities_of_order(automata.collect(), solution);
+        }
+    }
+
+    /// Whether what `make` makes has one outcome in the reverse order, too. Everything is as before then.
+    pub(super) fn orders_agree(
+        &mut self,
+        solution: &mut Solution,
+        make: impl Fn(&mut Self, bool, &mut Solution) -> Result<(), IntegrateError>,
+    ) -> bool {
         let (n_events, n_undefined) = (solution.events.len(), solution.undefined.len());
         let simultaneous = &mut self.discrete.simultaneous;
         let mut before = std::mem::take(&mut simultaneous.before);
         let mut reversed = std::mem::take(&mut simultaneous.reversed);
         self.save(&mut before);
-        let backward = self.make_all(true, solution);
+        let backward = make(self, true, solution);
         self.save(&mut reversed);
         self.restore(&before);
-        let forward = self.make_all(false, solution);
+        let forward = make(self, false, solution);
         let agree = backward.is_ok() && forward.is_ok() && self.agrees_with(&reversed);
         self.restore(&before);
         (self.discrete.simultaneous.before, self.discrete.simultaneous.reversed) =
@@ -156,10 +168,8 @@ impl<S: Solved> Simulation<'_, S> {
         solution.events.truncate(n_events);
         if self.directions.is_some() {
             solution.undefined.truncate(n_undefined);
-            if !agree {
-                self.end_sensitivities_of_order(solution);
-            }
         }
+        agree
     }
 
     fn save(&mut self, state: &mut State) {
@@ -219,13 +229,19 @@ impl<S: Solved> Simulation<'_, S> {
             && sensitivities.all(|((a, b), size)| close(*a, *b, *size))
     }
 
-    fn end_sensitivities_of_order(&mut self, solution: &mut Solution) {
+    /// Ends sensitivities where the order in which these automata act matters.
+    pub(super) fn end_sensitivities_of_order(
+        &mut self,
+        automata: Vec<usize>,
+        solution: &mut Solution,
+    ) {
         self.directions = None;
         let discrete = &self.problem.system.signature().discrete;
-        let mut names: Vec<&str> = Vec::new();
-        for k in &self.discrete.simultaneous.due {
-            let automaton = discrete.transitions().nth(*k).map(|(automaton, _)| automaton);
-            let name = automaton.map_or("", |automaton| &*discrete.automata[automaton].name);
+        let mut names: Vec<String> = Vec::new();
+        for automaton in automata {
+            let automaton = &discrete.automata[automaton];
+            let word = if automaton.kind == AutomatonKind::Every { "every " } else { "" };
+            let name = format!("{word}{}", automaton.name);
             if !names.contains(&name) {
                 names.push(name);
             }
@@ -237,4 +253,9 @@ impl<S: Solved> Simulation<'_, S> {
             cause: UndefinedCause::Simultaneous,
         });
     }
+}
+
+/// Whether derivatives of two times are equal.
+pub(super) fn is_same(a: f64, b: f64) -> bool {
+    (a - b).abs() <= SAME * a.abs().max(b.abs())
 }

@@ -1,6 +1,5 @@
 //! Transitions between modes: finds those that are due, and makes them.
 
-use crate::discrete::clock::Tick;
 use crate::discrete::{choose_sides, choose_start_modes, count_steps_of};
 use crate::error::IntegrateError;
 use crate::integrate::events::hybrid::Hybrid;
@@ -25,85 +24,6 @@ const OF_ROUNDING: f64 = f64::NEG_INFINITY;
 const ROUNDINGS: f64 = 8.0;
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Switches the conditions on time that are due now.
-    #[inline]
-    pub(in crate::integrate) fn switch_conditions(
-        &mut self,
-        solution: &mut Solution,
-    ) -> Result<(), IntegrateError> {
-        if !S::FEATURES.events {
-            return Ok(());
-        }
-        while self.discrete.next_switch() == self.t {
-            if self.discrete.schedule.next_switch() != self.t {
-                self.make_tick(solution)?;
-                continue;
-            }
-            let hybrid = &mut self.discrete;
-            let n_c = hybrid.z().len() - hybrid.n_automata;
-            let condition = hybrid.schedule.next_condition().unwrap_or(0);
-            for (tau, column) in
-                hybrid.saltation.tau.iter_mut().zip(hybrid.dtimes.chunks_exact(n_c))
-            {
-                *tau = column[condition];
-            }
-            self.begin_instant(solution);
-            self.discrete.schedule.switch(self.discrete.n_automata);
-            self.take_over(solution)?;
-            self.settle(solution)?;
-            self.mark_instant();
-        }
-        Ok(())
-    }
-
-    /// Makes the current tick of a clock, and the transition that it drives.
-    fn make_tick(&mut self, solution: &mut Solution) -> Result<(), IntegrateError> {
-        let hybrid = &mut self.discrete;
-        let Some(tick) = hybrid.schedule.clocks.tick() else { return Ok(()) };
-        let Tick { condition, automaton, number, count } = tick;
-        let n_c = hybrid.z().len() - hybrid.n_automata;
-        // t₀ + k T
-        for (tau, column) in hybrid.saltation.tau.iter_mut().zip(hybrid.dtimes.chunks_exact(n_c)) {
-            *tau = column[condition] + number * column[condition + 1];
-        }
-        self.begin_instant(solution);
-        let position = self.discrete.n_automata + condition;
-        self.discrete.schedule.z[position] = count;
-        match automaton {
-            Some(automaton) => self.act(automaton, solution)?,
-            None => self.take_over(solution)?,
-        }
-        self.settle(solution)?;
-        self.mark_instant();
-        Ok(())
-    }
-
-    /// Makes the transitions of ticks at the start of a run.
-    pub(in crate::integrate) fn make_first_ticks(
-        &mut self,
-        solution: &mut Solution,
-    ) -> Result<(), IntegrateError> {
-        if !S::FEATURES.events || self.discrete.schedule.clocks.is_empty() {
-            return Ok(());
-        }
-        let acting: Vec<usize> = self.discrete.schedule.clocks.first_ticks().collect();
-        for automaton in acting {
-            self.begin_sample();
-            self.act(automaton, solution)?;
-            self.settle(solution)?;
-        }
-        Ok(())
-    }
-
-    /// Makes the transition of an automaton that a clock drives.
-    fn act(&mut self, automaton: usize, solution: &mut Solution) -> Result<(), IntegrateError> {
-        let mut transitions = self.problem.system.signature().discrete.transitions();
-        match transitions.position(|(of, _)| of == automaton) {
-            Some(k) => self.make_transition(k, solution),
-            None => self.take_over(solution),
-        }
-    }
-
     /// Makes the transitions that are due now, one after another, until none is.
     #[inline]
     pub(in crate::integrate) fn settle(

@@ -1,5 +1,6 @@
 //! Finds the error to report if no step is small enough.
 
+use crate::algebraic::domain::domain_end;
 use crate::algebraic::readings::readings;
 use crate::error::{Evaluation, IntegrateError};
 use crate::integrate::methods::non_finite::NonFinite;
@@ -75,7 +76,11 @@ impl<S: Solved> Simulation<'_, S> {
         let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let values = readings(system, at, row);
-        IntegrateError::NotFinite { t, equation, unknown, what, values }
+        let end = match what {
+            Evaluation::Equation => domain_end(system, at, row, self.sizes.as_ref()),
+            Evaluation::Derivative => None,
+        };
+        IntegrateError::NotFinite { t, equation, unknown, what, values, end }
     }
 
     pub(in crate::integrate) fn newton_diverged(&self, h: f64, unknown: usize) -> IntegrateError {

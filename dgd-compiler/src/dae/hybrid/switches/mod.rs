@@ -28,7 +28,9 @@
 //! Filippov, Differential Equations with Discontinuous Righthand Sides (1988), §4.
 
 mod affected;
+mod driven;
 mod nested;
+mod pieces;
 mod steps;
 mod surfaces;
 mod tables;
@@ -71,6 +73,7 @@ struct Surface {
 
 /// Makes events of the switches on which the rows depend.
 pub(in crate::dae) fn locate(dae: &mut Dae, model: &Model) {
+    pieces::take_apart(dae, model);
     unrolled::unroll(dae, model);
     steps::locate(dae, model);
     nested::take_apart(dae, model);

@@ -7,10 +7,13 @@
 //!   s(x) − z − 1 rises above 0, s(x) − z falls below 0:    z = ⌊s(x)⌋
 //! ```
 //!
-//! What differs from row to row of a loop is computed row by row, without events.
+//! Of a smooth table these are all knots if what moves its argument does not depend on the solution: the control of the
+//! error sees to an argument that it knows, but not to a clock, along which every method is exact. What differs from row
+//! to row of a loop is computed row by row, without events.
 
 use std::collections::BTreeSet;
 
+use super::driven::Driven;
 use super::steps::{Replacing, of_two};
 use super::surfaces::moves;
 use crate::dae::{AutomatonKind, Dae};
@@ -22,10 +25,17 @@ use crate::model::Model;
 
 /// The argument of a table is beyond it where it is by this part of the table's width: a value that rests at an end is
 /// known to the tolerance only.
-const BEYOND: f64 = 1e-6;
+pub(super) const BEYOND: f64 = 1e-6;
 
 /// Curves that are read at an argument.
 type Read = (CurveId, ExprId);
+
+/// The knots of a table at which steps end.
+struct Stops {
+    curve: &'static TableCurve,
+    x: ExprId,
+    at: Vec<f64>,
+}
 
 /// Makes automata of the knots and the ends of tables.
 pub(super) fn locate(dae: &mut Dae, model: &Model) {
@@ -45,22 +55,32 @@ pub(super) fn locate(dae: &mut Dae, model: &Model) {
     let mut moving = moves(dae, model, &rows);
     moving.extend(moves(dae, model, &outputs));
     let is_single = |(_, x): &Read| !moving[x].sweeps;
-    let bends =
-        |read: &Read| moving[&read.1].varies && is_single(read) && !read.0.get().kinks.is_empty();
-    let bending = of_rows.iter().copied().filter(bends);
-    let knots = distinct(bending, |curve| bits(&curve.kinks));
+    let driven = Driven::of(dae, model);
+    let stops = |(curve, x): Read| -> Option<Stops> {
+        let curve = curve.get();
+        if !moving[&x].varies || moving[&x].sweeps || !curve.is_table() {
+            return None;
+        }
+        let at =
+            if driven.drives(dae, x) { curve.curve.knots.to_vec() } else { curve.kinks.clone() };
+        (!at.is_empty()).then_some(Stops { curve, x, at })
+    };
+    let mut seen = BTreeSet::new();
+    let mut knots: Vec<Stops> = of_rows.iter().copied().filter_map(stops).collect();
+    knots.retain(|stops| seen.insert((bits(&stops.at), stops.x)));
     let limited = of_rows.into_iter().chain(of_outputs).filter(is_single);
     let limits = distinct(limited.filter(|read| read.0.get().limit.is_some()), |curve| {
         let text = curve.limit.iter().flat_map(|text| text.bytes().map(u64::from));
         bits(&curve.ends).into_iter().chain(text).collect()
     });
     let before = dae.automata.len();
-    let arguments = knots.iter().chain(&limits).map(|(_, x)| *x);
+    let arguments: Vec<ExprId> =
+        knots.iter().map(|stops| stops.x).chain(limits.iter().map(|(_, x)| *x)).collect();
     let (replacement, angles) = (HashMap::default(), Vec::new());
     let replacing = Replacing { replacement, angles };
-    let built = replacing.all(dae, before, knots.len() + limits.len(), arguments);
-    for (curve, x) in knots {
-        make_knots(dae, model, curve, built[&x]);
+    let built = replacing.all(dae, before, knots.len() + limits.len(), arguments.into_iter());
+    for Stops { curve, x, at } in knots {
+        make_knots(dae, model, curve, &at, built[&x]);
     }
     for (curve, x) in limits {
         make_limit(dae, curve.get(), built[&x]);
@@ -77,12 +97,12 @@ fn distinct(all: impl Iterator<Item = Read>, what: impl Fn(&TableCurve) -> Vec<u
     all.filter(|(curve, x)| seen.insert((what(curve.get()), *x))).collect()
 }
 
-fn make_knots(dae: &mut Dae, model: &Model, curve: CurveId, x: ExprId) {
-    let TableCurve { kinks, ends, name, .. } = curve.get();
+fn make_knots(dae: &mut Dae, model: &Model, curve: &TableCurve, at: &[f64], x: ExprId) {
+    let TableCurve { ends, name, .. } = curve;
     let table = name.split('[').next().unwrap_or_default();
     let line = TableCurve {
         name: format!("segment of {table}"),
-        curve: position(kinks, ends[1] - ends[0]),
+        curve: position(at, ends[1] - ends[0]),
         smooth: 0,
         kinks: Vec::new(),
         ends: *ends,
