@@ -1,10 +1,12 @@
 //! A test case: a model with its imports and a recording of its inputs.
 
 use std::collections::BTreeMap;
+use std::fmt::Write;
 use std::fs;
 use std::io;
 use std::path::Path;
 
+use crate::facts::Fact;
 use crate::prepared::EFFECT;
 
 /// A test case for the oracles.
@@ -18,7 +20,18 @@ pub struct Case {
     pub data: String,
     /// End of the run, s.
     pub until: f64,
+    /// What is known of the solution.
+    pub facts: Vec<Fact>,
+    /// Whether another order of items is another model, since resets that coincide read each other.
+    pub is_ordered: bool,
 }
+
+/// End of a run without a recording that does not give it, s.
+const DEFAULT_UNTIL: f64 = 2.0;
+/// What a line begins with that gives the end of the run.
+const UNTIL: &str = "# until: ";
+/// The line of a model whose items have an order.
+const ORDERED: &str = "# in this order";
 
 /// Number of rows of a run between its start and end.
 const ROWS: u32 = 20;
@@ -48,10 +61,12 @@ impl Case {
         if let Ok(text) = fs::read_to_string(folder.join(EFFECT)) {
             files.insert(EFFECT.to_owned(), text);
         }
-        let mut case = Case { model, files, data, until: 2.0 };
-        if let Some(last) = case.recording().0.last() {
-            case.until = *last;
-        }
+        let facts = model.lines().filter_map(Fact::read).collect();
+        let is_ordered = model.lines().any(|line| line == ORDERED);
+        let until = model.lines().find_map(|line| line.strip_prefix(UNTIL)?.parse().ok());
+        let mut case = Case { model, files, data, until: DEFAULT_UNTIL, facts, is_ordered };
+        let last = case.recording().0.last().copied();
+        case.until = until.or(last).unwrap_or(case.until);
         Ok(case)
     }
 
@@ -63,7 +78,7 @@ impl Case {
     pub fn write(&self, path: &Path) -> io::Result<()> {
         let folder = path.parent().unwrap_or(Path::new("."));
         fs::create_dir_all(folder)?;
-        fs::write(path, &self.model)?;
+        fs::write(path, self.text())?;
         if !self.data.is_empty() {
             fs::write(path.with_extension("csv"), &self.data)?;
         }
@@ -73,6 +88,25 @@ impl Case {
             fs::write(file, text)?;
         }
         Ok(())
+    }
+
+    /// The model, and in comments behind it what [`Case::read`] has from there.
+    pub fn text(&self) -> String {
+        let mut text = self.model.clone();
+        let last = self.recording().0.last().copied();
+        let is_told = last.unwrap_or(DEFAULT_UNTIL) == self.until;
+        if !is_told && !text.lines().any(|line| line.starts_with(UNTIL)) {
+            let _ = writeln!(text, "{UNTIL}{}", self.until);
+        }
+        if self.is_ordered && !text.lines().any(|line| line == ORDERED) {
+            let _ = writeln!(text, "{ORDERED}");
+        }
+        for fact in self.facts.iter().map(Fact::to_string) {
+            if !text.lines().any(|line| line == fact) {
+                let _ = writeln!(text, "{fact}");
+            }
+        }
+        text
     }
 
     /// Sample times, s, and the columns by name, in the units of the header.

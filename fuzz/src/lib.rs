@@ -4,6 +4,7 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord, clippy::needless_range_loop)]
 
 pub mod case;
+pub mod facts;
 pub mod generated;
 pub mod grammar;
 pub mod oracle;

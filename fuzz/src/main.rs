@@ -10,7 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use dgd_fuzz::case::Case;
-use dgd_fuzz::grammar;
+use dgd_fuzz::grammar::{FAMILIES, Family, Origin};
 use dgd_fuzz::oracle::{Finding, judged, keep_panics};
 use dgd_fuzz::shrink::shrunk;
 
@@ -25,12 +25,15 @@ const STACK: usize = 64 << 20;
 struct Arguments {
     words: Vec<String>,
     seeds: (u64, u64),
+    /// None for models of the table.
+    families: Vec<Option<&'static Family>>,
     oracles: Vec<String>,
     without: Vec<String>,
     keep: Option<PathBuf>,
     findings: Option<PathBuf>,
     known: Vec<String>,
-    open: Vec<(u64, String)>,
+    /// Origins and symptoms.
+    open: Vec<(String, String)>,
     threads: usize,
     seconds: Option<u64>,
     shrink: u64,
@@ -40,6 +43,7 @@ struct Arguments {
 fn arguments() -> Result<Arguments, String> {
     let mut found =
         Arguments { seeds: (0, 100), threads: 1, shrink: 10, models: 50, ..Arguments::default() };
+    found.families = vec![None];
     let mut all = std::env::args().skip(1);
     while let Some(word) = all.next() {
         let mut value = || all.next().ok_or_else(|| format!("{word} needs a value"));
@@ -64,8 +68,21 @@ fn arguments() -> Result<Arguments, String> {
                     .lines()
                     .filter(|line| !line.starts_with('#') && !line.is_empty())
                     .filter_map(|line| line.split_once(' '))
-                    .filter_map(|(seed, key)| Some((seed.parse().ok()?, key.to_owned())))
+                    .map(|(origin, key)| (origin.to_owned(), key.to_owned()))
                     .collect();
+            }
+            // Those with known solutions, all of them or some.
+            "--family" => {
+                let named = |name: String| {
+                    Family::named(&name).map(Some).ok_or_else(|| {
+                        let all: Vec<&str> = FAMILIES.iter().map(|family| family.name).collect();
+                        format!("no family {name}; there are all, {}", all.join(", "))
+                    })
+                };
+                found.families = match value()? {
+                    all if all == "all" => FAMILIES.iter().map(Some).collect(),
+                    names => list(names).into_iter().map(named).collect::<Result<_, _>>()?,
+                };
             }
             "--oracle" => found.oracles = list(value()?),
             "--without" => found.without = list(value()?),
@@ -82,6 +99,20 @@ fn arguments() -> Result<Arguments, String> {
     Ok(found)
 }
 
+impl Arguments {
+    /// How many cases there are.
+    fn count(&self) -> u64 {
+        (self.seeds.1.saturating_sub(self.seeds.0)) * self.families.len() as u64
+    }
+
+    /// Where a case comes from: the families take turns.
+    fn origin(&self, number: u64) -> Origin {
+        let count = self.families.len() as u64;
+        let family = self.families[(number % count) as usize];
+        Origin { family, seed: self.seeds.0 + number / count }
+    }
+}
+
 fn main() -> ExitCode {
     let arguments = match arguments() {
         Ok(arguments) => arguments,
@@ -93,9 +124,9 @@ fn main() -> ExitCode {
     keep_panics();
     match arguments.words.first().map(String::as_str) {
         Some("print") => {
-            for seed in arguments.seeds.0..arguments.seeds.1 {
-                let case = grammar::case(seed, &arguments.without);
-                println!("{}{}", case.model, case.data);
+            for number in 0..arguments.count() {
+                let case = arguments.origin(number).case(&arguments.without);
+                println!("{}{}", case.text(), case.data);
             }
             ExitCode::SUCCESS
         }
@@ -116,7 +147,8 @@ struct Seen {
     cases: u64,
     /// Number of known findings.
     left_out: u64,
-    symptoms: BTreeMap<String, Vec<u64>>,
+    /// Origins by symptom.
+    symptoms: BTreeMap<String, Vec<String>>,
 }
 
 fn key(finding: &Finding) -> String {
@@ -131,9 +163,9 @@ struct Campaign {
     seen: Mutex<Seen>,
 }
 
-/// A worker's current seed, and its start time in ms.
+/// A worker's current case, and its start time in ms.
 struct Worker {
-    seed: AtomicU64,
+    number: AtomicU64,
     since: AtomicU64,
     done: AtomicBool,
 }
@@ -151,23 +183,24 @@ impl Campaign {
     fn work(&self, worker: &Worker) {
         let arguments = &self.arguments;
         while !worker.done.load(Ordering::Relaxed) {
-            let seed = self.next.fetch_add(1, Ordering::Relaxed);
+            let number = self.next.fetch_add(1, Ordering::Relaxed);
             let late = arguments.seconds.is_some_and(|most| self.elapsed() >= 1000 * most);
-            if seed >= arguments.seeds.1 || late {
+            if number >= arguments.count() || late {
                 break;
             }
-            worker.seed.store(seed, Ordering::Relaxed);
+            worker.number.store(number, Ordering::Relaxed);
             worker.since.store(self.elapsed(), Ordering::Relaxed);
-            let case = grammar::case(seed, &arguments.without);
+            let origin = arguments.origin(number);
+            let case = origin.case(&arguments.without);
             let findings = judged(&case, &arguments.oracles);
             worker.since.store(u64::MAX, Ordering::Relaxed);
-            self.take(seed, &case, findings);
+            self.take(&origin.to_string(), &case, findings);
         }
         worker.done.store(true, Ordering::Relaxed);
     }
 
     /// Counts findings, and keeps the first of each symptom.
-    fn take(&self, seed: u64, case: &Case, findings: Vec<Finding>) {
+    fn take(&self, origin: &str, case: &Case, findings: Vec<Finding>) {
         let mut new = Vec::new();
         {
             let mut seen = self.seen();
@@ -176,7 +209,7 @@ impl Campaign {
                 let key = key(&finding);
                 let is_known =
                     self.arguments.known.iter().any(|known| key.contains(known.as_str()));
-                let is_open = self.arguments.open.iter().any(|(s, k)| *s == seed && *k == key);
+                let is_open = self.arguments.open.iter().any(|(o, k)| o == origin && *k == key);
                 if is_known || is_open {
                     seen.left_out += 1;
                     continue;
@@ -185,20 +218,25 @@ impl Campaign {
                 if seeds.is_empty() {
                     new.push(finding);
                 }
-                if seeds.last() != Some(&seed) {
-                    seeds.push(seed);
+                if seeds.last().is_none_or(|last| last != origin) {
+                    seeds.push(origin.to_owned());
                 }
             }
         }
         for finding in new {
-            println!("seed {seed}: {}\n  {}", key(&finding), finding.detail.replace('\n', "\n  "));
+            println!(
+                "seed {origin}: {}\n  {}",
+                key(&finding),
+                finding.detail.replace('\n', "\n  ")
+            );
             if let Some(keep) = &self.arguments.keep {
                 let most = Duration::from_secs(self.arguments.shrink);
                 let small = shrunk(case, &finding, most);
                 let name: String = (key(&finding).chars())
                     .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
                     .collect();
-                let path = keep.join(format!("{name}-{seed}")).join("model.dgd");
+                let path =
+                    keep.join(format!("{name}-{}", origin.replace('/', "-"))).join("model.dgd");
                 if let Err(error) = small.write(&path) {
                     println!("cannot write {}: {error}", path.display());
                 }
@@ -211,12 +249,12 @@ fn run(arguments: &Arguments) -> ExitCode {
     let campaign = Arc::new(Campaign {
         arguments: arguments.clone(),
         start: Instant::now(),
-        next: AtomicU64::new(arguments.seeds.0),
+        next: AtomicU64::new(0),
         seen: Mutex::default(),
     });
     let spawn = || {
         let worker = Arc::new(Worker {
-            seed: AtomicU64::new(0),
+            number: AtomicU64::new(0),
             since: AtomicU64::new(u64::MAX),
             done: AtomicBool::new(false),
         });
@@ -233,8 +271,10 @@ fn run(arguments: &Arguments) -> ExitCode {
         thread::sleep(Duration::from_millis(20));
         let now = campaign.elapsed();
         if resident().is_some_and(|bytes| bytes > MEMORY) {
-            let seeds: Vec<u64> = workers.iter().map(|w| w.seed.load(Ordering::Relaxed)).collect();
-            println!("more than {MEMORY} bytes of memory, at one of the seeds {seeds:?}");
+            let origin =
+                |w: &Arc<Worker>| arguments.origin(w.number.load(Ordering::Relaxed)).to_string();
+            let origins: Vec<String> = workers.iter().map(origin).collect();
+            println!("more than {MEMORY} bytes of memory, at one of the seeds {origins:?}");
             return ExitCode::FAILURE;
         }
         for worker in &mut workers {
@@ -242,14 +282,14 @@ fn run(arguments: &Arguments) -> ExitCode {
             let since = worker.since.load(Ordering::Relaxed);
             if since < now && now - since > HANG.as_millis() as u64 {
                 worker.done.store(true, Ordering::Relaxed);
-                let seed = worker.seed.load(Ordering::Relaxed);
-                println!("seed {seed} hangs");
+                let origin = arguments.origin(worker.number.load(Ordering::Relaxed)).to_string();
+                println!("seed {origin} hangs");
                 let mut seen = campaign.seen();
                 seen.cases += 1;
-                if arguments.open.iter().any(|(s, key)| *s == seed && key == "hangs") {
+                if arguments.open.iter().any(|(o, key)| *o == origin && key == "hangs") {
                     seen.left_out += 1;
                 } else {
-                    seen.symptoms.entry("hangs".to_owned()).or_default().push(seed);
+                    seen.symptoms.entry("hangs".to_owned()).or_default().push(origin);
                 }
                 drop(seen);
                 *worker = spawn();
@@ -260,19 +300,26 @@ fn run(arguments: &Arguments) -> ExitCode {
     report(&seen, campaign.start);
     if let Some(path) = &arguments.findings {
         // In the form that `--open` reads.
-        let mut lines: Vec<(u64, &str)> = (seen.symptoms.iter())
-            .flat_map(|(key, seeds)| seeds.iter().map(move |seed| (*seed, key.as_str())))
+        let mut lines: Vec<(u64, &str, &str)> = (seen.symptoms.iter())
+            .flat_map(|(key, origins)| {
+                origins.iter().map(move |o| (number(o), o.as_str(), key.as_str()))
+            })
             .collect();
         lines.sort_unstable();
         let mut text = String::new();
-        for (seed, key) in &lines {
-            writeln!(text, "{seed} {key}").expect("text can be written to");
+        for (_, origin, key) in &lines {
+            writeln!(text, "{origin} {key}").expect("text can be written to");
         }
         if let Err(error) = std::fs::write(path, text) {
             println!("cannot write {}: {error}", path.display());
         }
     }
     if seen.symptoms.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// The seed of an origin, by which lists are in order.
+fn number(origin: &str) -> u64 {
+    origin.rsplit('/').next().and_then(|seed| seed.parse().ok()).unwrap_or(0)
 }
 
 /// Memory of this process, if the system reports it.
@@ -287,7 +334,7 @@ fn report(seen: &Seen, start: Instant) {
     let seconds = start.elapsed().as_secs_f64();
     println!("{cases} models in {seconds:.1} s, {left_out} known findings left out");
     for (symptom, seeds) in &seen.symptoms {
-        let some: Vec<String> = seeds.iter().take(6).map(u64::to_string).collect();
+        let some: Vec<&str> = seeds.iter().take(6).map(String::as_str).collect();
         println!("{:6} {symptom}: {}", seeds.len(), some.join(" "));
     }
 }
@@ -316,7 +363,7 @@ fn shrink(arguments: &Arguments) -> ExitCode {
     let Ok(case) = Case::read(Path::new(path)) else { return ExitCode::from(2) };
     for finding in judged(&case, &arguments.oracles) {
         let small = shrunk(&case, &finding, Duration::from_secs(arguments.shrink));
-        println!("{}\n{}{}", key(&finding), small.model, small.data);
+        println!("{}\n{}{}", key(&finding), small.text(), small.data);
     }
     ExitCode::SUCCESS
 }

@@ -8,7 +8,12 @@ pub(crate) struct Random(Pcg64);
 
 impl Random {
     pub(crate) fn new(seed: u64) -> Self {
-        Self(Pcg64::new(u128::from(seed), 20))
+        Self::in_stream(seed, 20)
+    }
+
+    /// The numbers of a seed that another stream has.
+    pub(crate) fn in_stream(seed: u64, stream: u128) -> Self {
+        Self(Pcg64::new(u128::from(seed), stream))
     }
 
     /// In [0, 1).
@@ -31,5 +36,11 @@ impl Random {
 
     pub(crate) fn pick<'a, T>(&mut self, of: &'a [T]) -> &'a T {
         &of[self.below(of.len())]
+    }
+}
+
+impl Default for Random {
+    fn default() -> Self {
+        Self::new(0)
     }
 }

@@ -4,15 +4,17 @@
 //! quantities of one dimension; equations are bounded, so that solutions stay of order one; an unknown's equation is
 //! monotone in it and reads only earlier ones, so that the structure is regular.
 
+mod known;
 mod quantity;
 mod table;
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
+use std::fmt::{self, Write};
 
 use crate::case::Case;
 use crate::prepared::EFFECT;
 use crate::random::Random;
+pub use known::{FAMILIES, Family};
 use quantity::{Kind, Known, SCALES, Scale};
 pub use table::{Place, TABLE};
 
@@ -20,6 +22,34 @@ pub use table::{Place, TABLE};
 pub fn case(seed: u64, without: &[String]) -> Case {
     let mut writer = Writer::new(seed, without);
     writer.model(seed)
+}
+
+/// Where a random model comes from.
+#[derive(Clone, Copy)]
+pub struct Origin {
+    /// Its family, if it is not made of the table.
+    pub family: Option<&'static Family>,
+    /// Its seed.
+    pub seed: u64,
+}
+
+impl Origin {
+    /// The model, without the named rows of the table.
+    pub fn case(&self, without: &[String]) -> Case {
+        match self.family {
+            Some(family) => family.case(self.seed),
+            None => case(self.seed, without),
+        }
+    }
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.family {
+            Some(family) => write!(f, "{}/{}", family.name, self.seed),
+            None => write!(f, "{}", self.seed),
+        }
+    }
 }
 
 /// Which quantities an expression may read.
@@ -239,7 +269,14 @@ impl Writer {
         let (data, until) = self.recording();
         let model = self.lines.join("\n") + "\n";
         let model = if self.steady { steady(&model).unwrap_or(model) } else { model };
-        Case { model, files: std::mem::take(&mut self.files), data, until }
+        Case {
+            model,
+            files: std::mem::take(&mut self.files),
+            data,
+            until,
+            facts: Vec::new(),
+            is_ordered: false,
+        }
     }
 
     /// Makes a state the one that the next equation determines.

@@ -1,10 +1,12 @@
 //! Properties that must hold for every model.
 
 mod engines;
+mod facts;
 mod points;
 mod printed;
 mod rewritten;
 mod runs;
+mod shifted;
 mod written;
 
 pub(crate) use engines::generated_agrees;
@@ -72,12 +74,18 @@ pub const ORACLES: &[Oracle] = &[
         what: "runs end, outputs and equations hold, sensitivities agree with differences",
         judge: runs::judge,
     },
+    Oracle {
+        name: "facts",
+        what: "all methods give what is known from how the model was written",
+        judge: facts::judge,
+    },
     Oracle { name: "methods", what: "all methods come to one solution", judge: runs::methods },
     Oracle {
         name: "rewritten",
         what: "other units, names and orders change nothing",
         judge: rewritten::judge,
     },
+    Oracle { name: "shifted", what: "a later clock changes nothing", judge: shifted::judge },
 ];
 
 thread_local! {

@@ -52,7 +52,7 @@ fn declared(ast: &mut Ast) -> Vec<String> {
 }
 
 /// The text with names replaced where they are whole words.
-fn replaced(text: &str, names: &BTreeMap<String, String>) -> String {
+pub(super) fn replaced(text: &str, names: &BTreeMap<String, String>) -> String {
     let mut out = String::new();
     let mut word = String::new();
     let mut quoted = false;
@@ -286,7 +286,7 @@ pub(super) fn judge(case: &Case, prepared: &Prepared, findings: &mut Vec<Finding
             renamed.as_ref().map(|(case, _)| case.clone()),
             renamed.as_ref().map_or(&same, |(_, names)| names),
         ),
-        ("another order", if follows { None } else { reversed(case) }, &same),
+        ("another order", if follows || case.is_ordered { None } else { reversed(case) }, &same),
         ("other units", rescaled(case), &same),
     ];
     for (what, other, names) in rewritten {

@@ -34,14 +34,14 @@ impl Rows {
     }
 
     /// Their sensitivities in the j-th direction.
-    fn derivatives(&self, k: usize, j: usize) -> Vec<f64> {
+    pub(super) fn derivatives(&self, k: usize, j: usize) -> Vec<f64> {
         let (n, n_w) = (self.solution.n, self.observations.n_w);
         [&self.solution.s(k)[j * n..(j + 1) * n], &self.observations.dw(k)[j * n_w..(j + 1) * n_w]]
             .concat()
     }
 
     /// Events up to a row.
-    fn events(&self, k: usize) -> usize {
+    pub(super) fn events(&self, k: usize) -> usize {
         let t = self.solution.times[k];
         self.solution.events.iter().filter(|event| event.t <= t).count()
     }

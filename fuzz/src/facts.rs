@@ -1,0 +1,64 @@
+//! What is known of a case from how its model was written, and not from any solver.
+
+use std::fmt;
+
+/// A value that a right solution has. It stands in a file as a comment: `# fact: E at 3 = 12.5 of 10`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fact {
+    /// An unknown or an output, or a derivative of one: `d(y)/d(k)`.
+    pub of: String,
+    /// Its time, s; that of every row if there is none.
+    pub at: Option<f64>,
+    /// The value, SI.
+    pub value: f64,
+    /// The size to which errors are relative. That of a count is 0: it is exact.
+    pub size: f64,
+}
+
+/// What a line of a file with a fact begins with.
+const BEGIN: &str = "# fact: ";
+
+impl Fact {
+    /// The fact of a line, if it has one.
+    pub(crate) fn read(line: &str) -> Option<Fact> {
+        let (head, size) = line.strip_prefix(BEGIN)?.rsplit_once(" of ")?;
+        let (head, value) = head.rsplit_once(" = ")?;
+        let (of, at) = match head.rsplit_once(" at ") {
+            Some((of, at)) => (of, Some(at.parse().ok()?)),
+            None => (head.strip_suffix(" always")?, None),
+        };
+        Some(Fact { of: of.to_owned(), at, value: value.parse().ok()?, size: size.parse().ok()? })
+    }
+
+    /// The name and the parameter of a derivative.
+    pub(crate) fn derivative(&self) -> Option<(&str, &str)> {
+        self.of.strip_prefix("d(")?.strip_suffix(')')?.split_once(")/d(")
+    }
+}
+
+impl fmt::Display for Fact {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{BEGIN}{}", self.of)?;
+        match self.at {
+            Some(at) => write!(f, " at {at}")?,
+            None => write!(f, " always")?,
+        }
+        write!(f, " = {} of {}", self.value, self.size)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn facts_are_read_as_they_are_written() {
+        for fact in [
+            Fact { of: "E".into(), at: Some(3.25), value: -1.5e-7, size: 10.0 },
+            Fact { of: "d(y[1])/d(k at 2)".into(), at: None, value: 0.1, size: 0.0 },
+        ] {
+            assert_eq!(Fact::read(&fact.to_string()), Some(fact));
+        }
+        assert_eq!(Fact::read("# fact: that is none"), None);
+    }
+}
