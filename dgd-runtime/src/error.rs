@@ -66,7 +66,7 @@ pub enum IntegrateError {
         /// What it reads, with the values at the end of the last accepted step.
         values: Vec<Reading>,
         /// Where its values end nearby.
-        end: Option<DomainEnd>,
+        end: Option<Box<DomainEnd>>,
     },
     /// Modes change without end at one time, or ever faster towards one (Zeno behaviour).
     EndlessEvents {

@@ -5,6 +5,7 @@ mod inline;
 #[path = "../support/mod.rs"]
 mod support;
 
+mod domain;
 mod ensembles;
 mod generated;
 mod index_reduction;

@@ -66,12 +66,12 @@ pub(crate) fn domain_end<S: Solved>(
     let columns = signature.jacobian.positions().filter(|(r, _)| *r == row).map(|(_, i)| i);
     for i in columns {
         let (own, size) = (at.y[i], sizes[i].max(at.y[i].abs()));
-        if !has_value(i, own) {
-            continue;
-        }
+        let is_inside = has_value(i, own);
         let mut part = NEAREST;
         while part <= FARTHEST && nearest.is_none_or(|(other, ..)| part < other) {
-            let side = [-1.0, 1.0].into_iter().find(|side| !has_value(i, own + side * part * size));
+            let side = [-1.0, 1.0]
+                .into_iter()
+                .find(|side| has_value(i, own + side * part * size) != is_inside);
             if let Some(side) = side {
                 nearest = Some((part, i, side));
                 break;
@@ -81,7 +81,9 @@ pub(crate) fn domain_end<S: Solved>(
     }
     let (part, i, side) = nearest?;
     let size = sizes[i].max(at.y[i].abs());
-    let (mut inside, mut outside) = (at.y[i], at.y[i] + side * part * size);
+    let (own, other) = (at.y[i], at.y[i] + side * part * size);
+    let (mut inside, mut outside) = if has_value(i, own) { (own, other) } else { (other, own) };
+    let is_lower = outside < inside;
     for _ in 0..HALVINGS {
         let middle = f64::midpoint(inside, outside);
         if has_value(i, middle) {
@@ -96,6 +98,6 @@ pub(crate) fn domain_end<S: Solved>(
         name: unknown.name.to_string(),
         value: unknown.unit.from_si(end),
         unit: unknown.unit.symbol.to_string(),
-        is_lower: side < 0.0,
+        is_lower,
     })
 }

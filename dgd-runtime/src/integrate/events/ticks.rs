@@ -77,12 +77,11 @@ impl<S: Solved> Simulation<'_, S> {
         self.begin_instant(solution);
         let position = self.discrete.n_automata + tick.condition;
         self.discrete.schedule.z[position] = tick.count;
-        match tick.automaton {
-            Some(automaton) => self.act(automaton, solution)?,
-            None => {
-                self.place_followers();
-                self.take_over(solution)?;
-            }
+        if let Some(automaton) = tick.automaton {
+            self.act(automaton, solution)?;
+        } else {
+            self.place_followers();
+            self.take_over(solution)?;
         }
         self.settle(solution)
     }

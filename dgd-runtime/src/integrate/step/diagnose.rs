@@ -76,10 +76,7 @@ impl<S: Solved> Simulation<'_, S> {
         let u = self.drive.at(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: self.discrete.z() };
         let values = readings(system, at, row);
-        let end = match what {
-            Evaluation::Equation => domain_end(system, at, row, self.sizes.as_ref()),
-            Evaluation::Derivative => None,
-        };
+        let end = domain_end(system, at, row, self.sizes.as_ref()).map(Box::new);
         IntegrateError::NotFinite { t, equation, unknown, what, values, end }
     }
 
