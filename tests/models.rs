@@ -586,6 +586,15 @@ fn bits(system: &impl Solved, at: &At) -> Vec<Vec<u64>> {
     let mut drdy = numbers(discrete.reset_jacobian.len());
     system.reset_sensitivities(point, &udot, &s, &mut dr, &mut drdy, &mut drdt);
     all.extend([de, dedy, dedt, dr, drdy, drdt]);
+    let (n_h, n_single) = (discrete.jump_jacobian.len(), signature.unknowns.single.len());
+    if n_h > 0 {
+        let (mut kinds, mut rests, mut h) = (numbers(n_single), numbers(n_single), numbers(n_h));
+        system.jumps(point, &mut kinds, &mut rests, &mut h);
+        let (mut drests, mut drestsdt) = (numbers(n_single * n_s), numbers(n_single));
+        let (mut dh, mut dhdt) = (numbers(n_h * n_s), numbers(n_h));
+        system.jump_sensitivities(point, &udot, &s, &mut drests, &mut drestsdt, &mut dh, &mut dhdt);
+        all.extend([kinds, rests, h, drests, drestsdt, dh, dhdt]);
+    }
     if let Ok(kept) = system.taylor_series() {
         const ORDER: usize = 12;
         let terms = vec![[0.0; MOST_ORDER + 1]; kept.unknowns.max(kept.sensitivities)];

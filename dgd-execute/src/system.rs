@@ -308,6 +308,26 @@ impl<P: Perform> System for Executed<P> {
         self.0.perform(FunctionKind::ResetSensitivities, at, udot, s, &mut [dr, drdy, drdt]);
     }
 
+    #[inline]
+    fn jumps(&self, at: Point<'_>, kinds: &mut [f64], rests: &mut [f64], jacobian: &mut [f64]) {
+        self.0.perform(FunctionKind::Jumps, at, &[], &[], &mut [kinds, rests, jacobian]);
+    }
+
+    #[inline]
+    fn jump_sensitivities(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        drests: &mut [f64],
+        drestsdt: &mut [f64],
+        djacobian: &mut [f64],
+        djacobiandt: &mut [f64],
+    ) {
+        let results = &mut [drests, drestsdt, djacobian, djacobiandt];
+        self.0.perform(FunctionKind::JumpSensitivities, at, udot, s, results);
+    }
+
     fn taylor_series(&self) -> Result<KeptSeries, NoTaylor> {
         match &self.0.program().taylor {
             Ok(Taylor { unknowns, sensitivities }) => Ok(KeptSeries {

@@ -35,6 +35,8 @@ pub struct Solution {
     pub past: Vec<f64>,
     /// Transitions between modes, in the order in which they happened.
     pub events: Vec<Event>,
+    /// States that have jumped where modes changed, without a sum that the equations conserve; each once.
+    pub jumps: Vec<Jump>,
     /// Where and why sensitivities are undefined.
     pub undefined: Vec<UndefinedSensitivity>,
     /// What another run needs to continue this one; only of a resumable run ([`Wanted::Resumed`](crate::Wanted)).
@@ -106,6 +108,32 @@ pub struct Event {
     pub to: Text,
 }
 
+/// A state that jumped on entering modes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Jump {
+    /// The time of the first jump, s.
+    pub t: f64,
+    /// Position of the unknown.
+    pub unknown: usize,
+    /// Its value just before.
+    pub from: f64,
+    /// Its value just after.
+    pub to: f64,
+    /// What it follows from.
+    pub cause: JumpCause,
+    /// How often it has jumped for that cause.
+    pub times: usize,
+}
+
+/// Why a state jumps, or should.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JumpCause {
+    /// The equations of the new modes force it, and no sum that it takes part in is conserved.
+    Forced,
+    /// Its derivative has an impulse of a size that the equations do not give; it has kept its value.
+    Lost,
+}
+
 impl fmt::Display for UndefinedSensitivity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { from, until, equation, cause } = self;
@@ -154,6 +182,15 @@ impl Solution {
         self.n = chosen.len();
     }
 
+    /// Records a jump, or counts it if the unknown has jumped before.
+    pub(crate) fn note_jump(&mut self, jump: Jump) {
+        let same = |other: &&mut Jump| other.unknown == jump.unknown && other.cause == jump.cause;
+        match self.jumps.iter_mut().find(same) {
+            Some(earlier) => earlier.times += 1,
+            None => self.jumps.push(jump),
+        }
+    }
+
     /// Number of times.
     pub fn len(&self) -> usize {
         self.times.len()
@@ -200,6 +237,7 @@ impl Solution {
             n_past: 0,
             past: Vec::new(),
             events: Vec::new(),
+            jumps: Vec::new(),
             undefined: Vec::new(),
             memory: None,
             statistics: Statistics::default(),

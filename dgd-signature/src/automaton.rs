@@ -15,6 +15,10 @@ pub struct Discrete {
     pub event_jacobian: Pattern,
     /// Where ∂r/∂y is not zero: n_r × n.
     pub reset_jacobian: Pattern,
+    /// Positions of the unknowns that are differential in some modes and algebraic in others.
+    pub by_mode: List<usize>,
+    /// Where the equations of jumps read jumps: n × n; empty if no mode ties states together.
+    pub jump_jacobian: Pattern,
 }
 
 /// The kind of an automaton.
@@ -209,6 +213,62 @@ impl Crossing {
     }
 }
 
+/// What entering a combination of modes does to an unknown, if the modes tie states together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JumpKind {
+    /// It is algebraic, and has no impulse.
+    None,
+    /// It is algebraic, and may have an impulse: its variable is the integral over the instant.
+    Impulse,
+    /// It has a derivative, and no impulse moves it.
+    Kept,
+    /// It has a derivative and jumps, and takes part in no sum that is conserved.
+    Forced,
+    /// It has a derivative and jumps, and a sum that it takes part in is conserved.
+    Shared,
+    /// It has a derivative and jumps, but the equations do not say by how much: it keeps its value.
+    Lost,
+    /// It is algebraic, and jumps with the states that it follows from.
+    Following,
+}
+
+impl JumpKind {
+    const ALL: [Self; 7] = [
+        Self::None,
+        Self::Impulse,
+        Self::Kept,
+        Self::Forced,
+        Self::Shared,
+        Self::Lost,
+        Self::Following,
+    ];
+
+    /// Its number among the results of a system.
+    pub fn number(self) -> f64 {
+        f64::from(self as u8)
+    }
+
+    /// The kind with this number.
+    pub fn of_number(number: f64) -> Self {
+        Self::ALL.into_iter().find(|kind| kind.number() == number).unwrap_or(Self::None)
+    }
+
+    /// Whether the unknown has a derivative, and so a value just before the instant that counts.
+    pub fn has_rate(self) -> bool {
+        matches!(self, Self::Kept | Self::Forced | Self::Shared | Self::Lost)
+    }
+
+    /// Whether the system has an equation for the jump or impulse.
+    pub fn has_equation(self) -> bool {
+        self == Self::Impulse || self.jumps()
+    }
+
+    /// Whether its value changes by the jump.
+    pub fn jumps(self) -> bool {
+        matches!(self, Self::Forced | Self::Shared | Self::Following)
+    }
+}
+
 impl Discrete {
     /// No modes and no conditions on time.
     pub const NONE: Self = Self {
@@ -217,6 +277,8 @@ impl Discrete {
         clocks: List::Borrowed(&[]),
         event_jacobian: Pattern::EMPTY,
         reset_jacobian: Pattern::EMPTY,
+        by_mode: List::Borrowed(&[]),
+        jump_jacobian: Pattern::EMPTY,
     };
 
     /// Number of discrete numbers n_z.
@@ -234,5 +296,18 @@ impl Discrete {
     pub fn transitions(&self) -> impl Iterator<Item = (usize, &Transition)> {
         let automata = self.automata.iter().enumerate();
         automata.flat_map(|(k, automaton)| automaton.transitions.iter().map(move |t| (k, t)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::JumpKind;
+
+    #[test]
+    fn numbers_lead_back_to_their_kinds() {
+        for kind in JumpKind::ALL {
+            assert_eq!(JumpKind::of_number(kind.number()), kind);
+        }
+        assert_eq!(JumpKind::of_number(f64::NAN), JumpKind::None);
     }
 }

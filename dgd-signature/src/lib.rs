@@ -39,7 +39,7 @@ mod unknowns;
 use std::borrow::Cow;
 
 pub use arrays::Arrays;
-pub use automaton::{Automaton, AutomatonKind, Crossing, Discrete, Transition, Trigger};
+pub use automaton::{Automaton, AutomatonKind, Crossing, Discrete, JumpKind, Transition, Trigger};
 pub use clock::{Clock, ExactTicks};
 pub use curve::Curve;
 pub use density::{Density, Distribution};

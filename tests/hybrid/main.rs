@@ -12,6 +12,7 @@ mod support;
 mod events;
 mod fits;
 mod hybrid;
+mod impulses;
 mod periodic;
 mod profiles;
 mod steps;

@@ -691,3 +691,17 @@ fn sensitivities_are_right_behind_a_corner_at_usual_tolerances() {
         assert!((slope - expected).abs() < 30.0 * tolerance, "{tolerance}: {slope} {expected}");
     }
 }
+
+#[test]
+fn a_solution_slides_along_an_unknown_that_an_equation_gives() {
+    let text = include_str!("found/slide_unknown.dgd").replacen("model x6", "", 1);
+    let unknown = system(&format!("model m\n{text}"));
+    // As with `let`: x rises to 0.8 at 0.5 s, and stays.
+    let by_let =
+        system("model m\nlet T = 0.8 - x\nstate x = 0.3\nequation x: der(x) = sign(T)/1 [s]");
+    for system in [&unknown, &by_let] {
+        let solution = run(system, &[0.0, 0.25, 2.0]);
+        let x = [1, 2].map(|k| value(system, &solution, "x", k));
+        assert_close(&x, &[0.55, 0.8], CLOSE);
+    }
+}

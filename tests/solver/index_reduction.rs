@@ -632,3 +632,105 @@ fn a_sign_that_time_does_not_change_jumps_nowhere() {
         assert!((found - expected).abs() < CLOSE, "{found} {expected}");
     }
 }
+
+#[test]
+fn an_array_beside_an_index_to_reduce_stays_an_array() {
+    let with = |other: &str| {
+        model(&format!(
+            "{other}
+            state a = 0.3
+            state b = 0.1
+            unknown pull [1/s]
+            equation a: der(a) = -a/1 [s]
+            equation b: der(b) = pull
+            equation tie: b = tanh(a)"
+        ))
+    };
+    let array = with("unknown u[1..4]\nfor i in 1..4 { equation u[i]: u[i] = 0.3*i }");
+    let alone = with("");
+    let times = every(0.5, 2.0);
+    let (found, expected) = (run(&array, &times), run(&alone, &times));
+    for name in ["a", "b", "pull"] {
+        assert_close(&values(&array, &found, name), &values(&alone, &expected, name));
+    }
+    assert_eq!(array.signature().unknowns.single.len(), 3, "the others are elements");
+    assert_close(&values(&array, &found, "u[3]"), &vec![0.9; times.len()]);
+}
+
+#[test]
+fn levels_of_an_array_that_a_connection_ties_move_together() {
+    let system = model(
+        "
+        size N = 3
+        parameter A [m^2] = 2
+        parameter q_in [m^3/s] = 0.3
+        state h[i in 1..N] [m] = i*1 [m]
+        unknown q[1..N] [m^3/s]
+        equation first: A*der(h[1]) = q_in - q[1]
+        for i in 2..N { equation level[i]: A*der(h[i]) = q[i-1] - q[i] }
+        for i in 2..N { equation tie[i]: h[i] = h[i-1] }
+        equation last: q[N] = 0 [m^3/s]
+        ",
+    );
+    let times = every(1.0, 10.0);
+    let solution = run(&system, &times);
+    // h = 1 + q_in t/(3 A), q₁ = 2 q_in/3.
+    let h: Vec<f64> = times.iter().map(|t| 1.0 + 0.05 * t).collect();
+    for name in ["h[1]", "h[2]", "h[3]"] {
+        assert_close(&values(&system, &solution, name), &h);
+    }
+    assert_close(&values(&system, &solution, "q[1]"), &vec![0.2; times.len()]);
+    let by_area: Vec<f64> = times.iter().map(|t| -0.3 * t / 12.0).collect();
+    assert_close(&slopes(&system, &solution, "h[3]", 0), &by_area);
+}
+
+#[test]
+fn points_on_a_sphere_swing_as_their_angles_say() {
+    // In planes through the vertical, so that each is a pendulum.
+    let n = 20;
+    let system = model(&format!(
+        "
+        size N = {n}
+        parameter g [m/s^2] = 9.81
+        state x[i in 1..N] [m] = sin(0.1*i)*cos(0.3*i)*1 [m]
+        state y[i in 1..N] [m] = sin(0.1*i)*sin(0.3*i)*1 [m]
+        state z[i in 1..N] [m] = -cos(0.1*i)*1 [m]
+        state u[i in 1..N] [m/s] = 0
+        state v[i in 1..N] [m/s] = 0
+        state w[i in 1..N] [m/s] = 0
+        unknown pull[1..N] [1/s^2]
+        for i in 1..N {{
+          equation way_x[i]: der(x[i]) = u[i]
+          equation way_y[i]: der(y[i]) = v[i]
+          equation way_z[i]: der(z[i]) = w[i]
+          equation force_x[i]: der(u[i]) = -pull[i]*x[i]
+          equation force_y[i]: der(v[i]) = -pull[i]*y[i]
+          equation force_z[i]: der(w[i]) = -pull[i]*z[i] - g
+          equation sphere[i]: x[i]^2 + y[i]^2 + z[i]^2 = 1 [m^2]
+        }}
+        "
+    ));
+    let times = every(0.5, 2.0);
+    let found = run(&system, &times);
+    for i in [1, 7, 20] {
+        let angle = model(&format!(
+            "
+            parameter g [m/s^2] = 9.81
+            state theta = 0.1*{i}
+            state omega [1/s] = 0
+            equation angle: der(theta) = omega
+            equation pivot: der(omega) = -g/1 [m]*sin(theta)
+            "
+        ));
+        let expected = run(&angle, &times);
+        let theta = values(&angle, &expected, "theta");
+        let by_g = slopes(&angle, &expected, "theta", 0);
+        let plane = (0.3 * f64::from(i)).cos();
+        let x: Vec<f64> = theta.iter().map(|theta| theta.sin() * plane).collect();
+        let z: Vec<f64> = theta.iter().map(|theta| -theta.cos()).collect();
+        let dz: Vec<f64> = theta.iter().zip(&by_g).map(|(theta, by)| theta.sin() * by).collect();
+        assert_close(&values(&system, &found, &format!("x[{i}]")), &x);
+        assert_close(&values(&system, &found, &format!("z[{i}]")), &z);
+        assert_close(&slopes(&system, &found, &format!("z[{i}]"), 0), &dz);
+    }
+}

@@ -317,7 +317,9 @@ fn discrete(of: &Discrete) -> TokenStream {
             }
         }
     });
-    let [event_jacobian, reset_jacobian] = [&of.event_jacobian, &of.reset_jacobian].map(pattern);
+    let [event_jacobian, reset_jacobian, jump_jacobian] =
+        [&of.event_jacobian, &of.reset_jacobian, &of.jump_jacobian].map(pattern);
+    let by_mode = of.by_mode.iter().map(|i| index(*i));
     quote! {
         Discrete {
             automata: List::Borrowed(&[#(#automata),*]),
@@ -325,6 +327,8 @@ fn discrete(of: &Discrete) -> TokenStream {
             clocks: List::Borrowed(&[#(#clocks),*]),
             event_jacobian: #event_jacobian,
             reset_jacobian: #reset_jacobian,
+            by_mode: List::Borrowed(&[#(#by_mode),*]),
+            jump_jacobian: #jump_jacobian,
         }
     }
 }

@@ -1,37 +1,63 @@
 //! Model → Dae: the list of the passes, each with what it eliminates.
 
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::families::{self, Origins};
 use super::hybrid::saturate::{n_automata, saturate};
 use super::hybrid::switches;
 use super::index::{Selections, Systems};
-use super::modes::Combinations;
 use super::rates::{Varying, take_slopes};
 use super::readers::DerivativeReader;
 use super::renumber::renumber;
 use super::rest;
 use super::start_equations;
 use super::transfer::transfer;
-use super::{Dae, delays};
+use super::{Dae, Impulses, delays};
 use crate::diagnostics::{Diagnostics, Reported};
-use crate::expr::Graph;
+use crate::expr::{ExprId, Graph};
 use crate::model::Model;
+
+/// More elements of arrays are not written out at once for index reduction.
+const MOST_WRITTEN_OUT: usize = 2_000;
 
 /// Brings a model to the form M ẏ = f.
 ///
+/// Arrays that take part in index reduction are written out, element by element; all others stay arrays.
 /// Every combination of modes is brought there by itself; the rows then choose between them.
 ///
 /// # Errors
 ///
 /// [`Reported`] where equations and unknowns do not match, or the index cannot be reduced to 1.
 pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Reported> {
+    let mut model = Cow::Borrowed(model);
+    loop {
+        // Arrays that index reduction would have to take apart.
+        let mut tied = BTreeSet::new();
+        let mut own = Diagnostics::default();
+        let attempt = assemble_as_it_is(&model, &mut tied, &mut own);
+        let elements = tied.iter().map(|array| model.arrays[*array].count as usize);
+        if attempt.is_err() && !tied.is_empty() && elements.sum::<usize>() <= MOST_WRITTEN_OUT {
+            model = Cow::Owned(families::written_out(&model, &tied));
+            continue;
+        }
+        for diagnostic in own.sorted() {
+            diagnostics.error(diagnostic.clone());
+        }
+        return attempt;
+    }
+}
+
+/// The same with the arrays that the model has; `tied` are those that keep the index from being reduced.
+fn assemble_as_it_is(
+    model: &Model,
+    tied: &mut BTreeSet<usize>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Dae, Reported> {
     let mut graph = Graph::default();
     // After this: no delay that may jump by itself. It is an unknown, whose equation has the events.
     let (model, lags) = delays::with_lags(model);
     let model = &*model;
-    // After this: no more combinations of modes than can be matched one by one.
-    let combinations = Combinations::of(model, diagnostics)?;
     // After this: no named constants, and no equation with two sides: 0 = right − left.
     let mut transferred = transfer(model, &lags, &mut graph);
     // After this: no delays within expressions. What is late is a symbol of its own.
@@ -41,7 +67,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let (mut time_conditions, clocks) =
         transferred.take_time_conditions(&mut graph, n_automata(model));
     // After this: no element of an array without the equation that determines it.
-    let mut plan = families::plan(model, &mut graph, &transferred, diagnostics)?;
+    let mut plan = families::plan(model, &mut graph, &transferred, tied, diagnostics)?;
     let origins = Origins::of(model, &transferred);
     // After this: no implicit derivatives and no index above 1, in any combination of modes.
     let mut systems = Systems::reduced(
@@ -50,7 +76,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         &mut transferred,
         &delays.inputs,
         &plan.taken,
-        combinations,
+        tied,
         diagnostics,
     )?;
     let differentiated_inputs = systems.differentiated_inputs(&transferred.equations);
@@ -69,7 +95,10 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
     let selecting = selections.automata(model, &mut graph, equations, &systems);
     // After this: no unknown without its row.
     let mut unknowns =
-        systems.rows(model, &mut graph, equations, &selections, &selecting, diagnostics)?;
+        systems.rows(model, &mut graph, equations, &selections, &selecting, diagnostics);
+    // After this: no mode without the jumps that entering it makes.
+    let outside: Vec<ExprId> = plan.expressions().map(|rhs| *rhs).collect();
+    let impulses = systems.impulses(model, &mut graph, &outside);
     // After this: no derivatives in outputs, event functions and resets.
     let rates = systems.rates(&mut graph);
     let mut reader = DerivativeReader { model, rates, graph: &mut graph, diagnostics };
@@ -96,6 +125,7 @@ pub fn assemble(model: &Model, diagnostics: &mut Diagnostics) -> Result<Dae, Rep
         start_equations,
         names: transferred.names,
         automata,
+        impulses,
         time_conditions,
         clocks,
         ..declared(model)
@@ -137,6 +167,7 @@ fn declared(model: &Model) -> Dae {
         names: BTreeMap::new(),
         variants: model.variants.clone(),
         automata: Vec::new(),
+        impulses: Impulses::default(),
         time_conditions: Vec::new(),
         clocks: Vec::new(),
     }

@@ -27,7 +27,7 @@ use crate::units::Unit;
 
 pub use assemble::assemble;
 pub use dgd_signature::{
-    AutomatonKind, Clock, Crossing, DelayedInput, DifferentiatedInput, Trigger,
+    AutomatonKind, Clock, Crossing, DelayedInput, DifferentiatedInput, JumpKind, Trigger,
 };
 pub(crate) use families::row_of;
 
@@ -93,6 +93,8 @@ pub struct Dae {
     pub variants: Vec<Variant>,
     /// `modes` blocks, `when`s and saturations; the mode of the k-th is the k-th discrete number.
     pub automata: Vec<Automaton>,
+    /// What entering modes does.
+    pub impulses: Impulses,
     /// Conditions on time; their discrete numbers follow those of the modes.
     pub time_conditions: Vec<TimeCondition>,
     /// Clocks, each in the place of two conditions on time.
@@ -130,6 +132,42 @@ pub struct Transition {
     pub trigger: Trigger,
     /// Unknowns that get a new value, and the values.
     pub resets: Vec<(Symbol, ExprId)>,
+}
+
+/// What entering modes does to single unknowns: for each its kind, a [`JumpKind`] by the modes, and
+/// what the constraint of its row leaves; the matrix of the equations for jumps and impulses. Empty
+/// where no mode ties states together.
+///
+/// ```text
+///   H d = −c(y):  d are the jumps of unknowns with a derivative, and the impulses of the others
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct Impulses {
+    /// Kinds as numbers.
+    pub kinds: Vec<ExprId>,
+    /// c; zero where the row is of an equation without a constraint.
+    pub rests: Vec<ExprId>,
+    /// H where it is not zero; unknowns without an equation for their jump have no row.
+    pub entries: Vec<JumpEntry>,
+}
+
+/// An entry of the matrix of jumps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct JumpEntry {
+    /// The unknown that has the row.
+    pub row: usize,
+    /// The unknown that jumps.
+    pub column: usize,
+    /// Its factor.
+    pub value: ExprId,
+}
+
+impl Impulses {
+    /// All expressions in it.
+    pub(crate) fn expressions(&mut self) -> impl Iterator<Item = &mut ExprId> {
+        let entries = self.entries.iter_mut().map(|entry| &mut entry.value);
+        self.kinds.iter_mut().chain(&mut self.rests).chain(entries)
+    }
 }
 
 /// A condition that switches once, at a time of parameters; or one of the two of a clock.
@@ -368,6 +406,9 @@ impl Dae {
             visit(graph, &mut condition.at);
             visit(graph, &mut condition.after);
         }
+        for expression in self.impulses.expressions() {
+            visit(graph, expression);
+        }
     }
 
     /// Number of unknowns, elements of arrays included.
@@ -386,7 +427,13 @@ impl Dae {
 
     /// The unknowns of a name: a single one, an element, or all elements of an array.
     pub fn positions(&self, name: &str) -> Vec<usize> {
-        let single = self.unknowns.iter().position(|unknown| unknown.name == name);
+        // An array that is written out is single unknowns.
+        let is_it = |other: &str| {
+            let rest = other.strip_prefix(name);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('['))
+        };
+        let single = self.unknowns.iter().enumerate().filter(|(_, unknown)| is_it(&unknown.name));
+        let single = single.map(|(i, _)| i);
         let of_array = |array: &Array| -> Vec<usize> {
             // Of an array with several indices each row is one.
             let rest = array.name.strip_prefix(name);
@@ -401,7 +448,7 @@ impl Dae {
             let element = offset.filter(|offset| *offset < array.count as usize);
             element.map(|offset| array.first + offset).into_iter().collect()
         };
-        single.into_iter().chain(self.arrays.iter().flat_map(of_array)).collect()
+        single.chain(self.arrays.iter().flat_map(of_array)).collect()
     }
 
     /// What an unknown was before the start, and which row of that: of a single one the first.

@@ -918,20 +918,20 @@ Right:
 "
 E409 "too many combinations of modes" "
 Every combination of the modes of all `modes` blocks is a system of its own, and all of them are
-checked. Eleven blocks of two modes each have 2048 combinations, more than the 1024 that are allowed.
+checked. Thirteen blocks of two modes each have 8192 combinations, more than the 4096 that are allowed.
 Modes that change together belong into one block.
 
 Wrong:
 
     modes pump_1  { off { equation flow_1: q_1 = 0 }  on { equation flow_1: q_1 = q_max } }
     modes pump_2  { off { equation flow_2: q_2 = 0 }  on { equation flow_2: q_2 = q_max } }
-    # … and so on, up to pump_11
+    # … and so on, up to pump_13
 
 Right:
 
     input on_1
     equation flow_1: q_1 = if on_1 > 0.5 then q_max else 0
-    # … and so on, up to on_11
+    # … and so on, up to on_13
 "
 E410 "bound of an unknown that a constraint determines" "
 A constraint between states is differentiated, and the states that it ties together move as it says.

@@ -61,22 +61,26 @@ pub(super) fn output_arrays(dae: &Dae) -> Vec<OutputArray> {
 
 /// What the model can have.
 pub(super) fn features(dae: &Dae) -> Features {
-    let by_mode = |unknown: &dae::Unknown| dae.graph.value(unknown.mass).is_none();
     Features {
         events: !dae.automata.is_empty() || !dae.time_conditions.is_empty(),
         past: !dae.delayed_inputs.is_empty() || !dae.delayed_unknowns.is_empty(),
-        algebraic: dae.unknowns.iter().any(|unknown| by_mode(unknown) || !unknown.differential)
+        algebraic: dae
+            .unknowns
+            .iter()
+            .any(|unknown| by_mode(dae, unknown) || !unknown.differential)
             || dae.families.iter().any(|family| !family.differential),
     }
+}
+
+/// Whether an unknown is differential in some modes and algebraic in others.
+fn by_mode(dae: &Dae, unknown: &dae::Unknown) -> bool {
+    dae.graph.value(unknown.mass).is_none()
 }
 
 /// What the model's text says beyond the signature.
 pub(super) fn source(dae: &Dae) -> ProgramSource {
     let declared = |declared: &Declared| described(&declared.doc, &declared.unit);
-    let row = |unknown: &dae::Unknown| Row {
-        by_mode: dae.graph.value(unknown.mass).is_none(),
-        span: unknown.span,
-    };
+    let row = |unknown: &dae::Unknown| Row { by_mode: by_mode(dae, unknown), span: unknown.span };
     ProgramSource {
         doc: dae.doc.clone(),
         unknowns: dae.unknowns.iter().map(|x| described(&x.doc, &x.unit)).collect(),
@@ -160,6 +164,8 @@ fn of_single(
             clocks: dae.clocks.clone().into(),
             event_jacobian: pattern(ResultKind::EventJacobian),
             reset_jacobian: pattern(ResultKind::ResetJacobian),
+            by_mode: (0..dae.unknowns.len()).filter(|i| by_mode(dae, &dae.unknowns[*i])).collect(),
+            jump_jacobian: pattern(ResultKind::JumpJacobian),
         },
         starts_at_rest: dae.starts_at_rest,
         start_equations: dae

@@ -49,6 +49,10 @@ pub enum FunctionKind {
     Resets,
     /// dr/dθ, ∂r/∂y, ∂r/∂t + ∂r/∂u u̇.
     ResetSensitivities,
+    /// What entering modes does: kinds, what constraints leave, and the matrix of jumps.
+    Jumps,
+    /// Derivatives of what constraints leave and of that matrix, along directions and along t.
+    JumpSensitivities,
     /// What delayed unknowns were before the start, with two derivatives to t.
     Histories,
     /// ∂/∂θ of that, and its slope.
@@ -147,6 +151,20 @@ pub enum ResultKind {
     ResetJacobian,
     /// ∂r/∂t + ∂r/∂u u̇, n_r.
     ResetSlopes,
+    /// Kinds of jumps as numbers, one for each single unknown.
+    JumpKinds,
+    /// What constraints leave, one for each single unknown.
+    JumpRests,
+    /// Non-zeros of the matrix of jumps and impulses.
+    JumpJacobian,
+    /// ∂/∂y S + ∂/∂θ of what constraints leave, by columns.
+    JumpRestSensitivities,
+    /// ∂/∂t + ∂/∂u u̇ of it.
+    JumpRestSlopes,
+    /// ∂/∂y S + ∂/∂θ of the non-zeros, by columns.
+    JumpJacobianSensitivities,
+    /// ∂/∂t + ∂/∂u u̇ of them.
+    JumpJacobianSlopes,
     /// φ, what each delayed unknown was before the start; 0 where the model does not say.
     History,
     /// dφ/dt.
@@ -243,6 +261,18 @@ pub static FUNCTIONS: &[FunctionSpec] = {
             &[Udot, S],
             &[R::ResetSensitivities, R::ResetJacobian, R::ResetSlopes],
         ),
+        row(K::Jumps, "jumps", &[], &[R::JumpKinds, R::JumpRests, R::JumpJacobian]),
+        row(
+            K::JumpSensitivities,
+            "jump_sensitivities",
+            &[Udot, S],
+            &[
+                R::JumpRestSensitivities,
+                R::JumpRestSlopes,
+                R::JumpJacobianSensitivities,
+                R::JumpJacobianSlopes,
+            ],
+        ),
         row(K::Histories, "histories", &[], &[R::History, R::HistoryRate, R::HistoryCurvature]),
         row(
             K::HistorySensitivities,
@@ -281,7 +311,10 @@ impl FunctionKind {
 impl ResultKind {
     /// Whether it is a matrix that only models with modes have.
     pub fn is_of_modes(self) -> bool {
-        matches!(self, ResultKind::EventJacobian | ResultKind::ResetJacobian)
+        matches!(
+            self,
+            ResultKind::EventJacobian | ResultKind::ResetJacobian | ResultKind::JumpJacobian
+        )
     }
 }
 

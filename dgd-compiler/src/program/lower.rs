@@ -269,6 +269,17 @@ impl<'a> Derivation<'a> {
         self.transitions().flat_map(|t| t.resets.iter().map(|(_, value)| *value)).collect()
     }
 
+    /// The matrix of jumps, one row for each single unknown.
+    fn jump_jacobian(&mut self) -> Vec<ExprId> {
+        let n = self.dae.unknowns.len();
+        let mut rows = vec![Vec::new(); n];
+        for entry in &self.dae.impulses.entries {
+            rows[entry.row].push((entry.column, entry.value));
+        }
+        let places: Vec<RowRange> = (0..n).map(|row| (row, None)).collect();
+        self.non_zeros(ResultKind::JumpJacobian, rows, &places)
+    }
+
     fn transitions(&self) -> impl Iterator<Item = &'a dae::Transition> {
         self.dae.automata.iter().flat_map(|automaton| &automaton.transitions)
     }
@@ -353,6 +364,22 @@ impl<'a> Derivation<'a> {
             ResultKind::ResetJacobian => self.sparse(result, &self.resets(), unknown),
             ResultKind::ResetSlopes => {
                 self.resets().iter().map(|reset| self.along_time(*reset)).collect()
+            }
+            ResultKind::JumpKinds => self.dae.impulses.kinds.clone(),
+            ResultKind::JumpRests => self.dae.impulses.rests.clone(),
+            ResultKind::JumpJacobian => self.jump_jacobian(),
+            ResultKind::JumpRestSensitivities => self.sensitivities_of(&self.dae.impulses.rests),
+            ResultKind::JumpRestSlopes => {
+                let rests = &self.dae.impulses.rests;
+                rests.iter().map(|rest| self.along_time(*rest)).collect()
+            }
+            ResultKind::JumpJacobianSensitivities => {
+                let entries = self.result(ResultKind::JumpJacobian);
+                self.sensitivities_of(&entries)
+            }
+            ResultKind::JumpJacobianSlopes => {
+                let entries = self.result(ResultKind::JumpJacobian);
+                entries.iter().map(|entry| self.along_time(*entry)).collect()
             }
             ResultKind::VaryingTau => self.varying_tau(),
             ResultKind::VaryingDtau => self.sensitivities_of(&self.varying_tau()),

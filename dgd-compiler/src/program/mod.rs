@@ -287,6 +287,7 @@ impl Program {
             ResultKind::Dwdp => Some(dwdp),
             ResultKind::EventJacobian => Some(&signature.discrete.event_jacobian),
             ResultKind::ResetJacobian => Some(&signature.discrete.reset_jacobian),
+            ResultKind::JumpJacobian => Some(&signature.discrete.jump_jacobian),
             _ => None,
         }
     }
@@ -300,6 +301,9 @@ impl Program {
             | FunctionKind::EventSensitivities
             | FunctionKind::Resets
             | FunctionKind::ResetSensitivities => !self.signature.discrete.automata.is_empty(),
+            FunctionKind::Jumps | FunctionKind::JumpSensitivities => {
+                !self.signature.discrete.jump_jacobian.is_empty()
+            }
             FunctionKind::ConditionTimes | FunctionKind::ConditionTimeSensitivities => {
                 self.signature.discrete.n_time_conditions > 0
             }

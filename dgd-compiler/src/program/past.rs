@@ -80,6 +80,7 @@ fn expressions(dae: &mut Dae) -> impl Iterator<Item = &mut ExprId> {
             let resets = transition.resets.iter_mut().map(|(_, value)| value);
             std::iter::once(&mut transition.event).chain(resets)
         }))
+        .chain(dae.impulses.expressions())
 }
 
 impl Derivation<'_> {

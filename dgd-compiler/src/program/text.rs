@@ -6,8 +6,8 @@ use dgd_signature::arrays::{Array, Family, OutputArray, Run};
 use dgd_signature::{Direction, Discrete, Signature, Transition, Trigger, Unknowns};
 
 use super::{
-    Argument, Entry, Factor, Function, Loop, NoTaylor, Operation, Place, Program, RUNS, Recurrence,
-    ResultKind, Series, Store, Taylor, ValueId,
+    Argument, Entry, Factor, Function, FunctionKind, Loop, NoTaylor, Operation, Place, Program,
+    RUNS, Recurrence, ResultKind, Series, Store, Taylor, ValueId,
 };
 use crate::expr::display::number;
 
@@ -48,7 +48,8 @@ impl fmt::Display for Program {
         let shown =
             |kind: &ResultKind| !signature.discrete.automata.is_empty() || !kind.is_of_modes();
         let of_events = [ResultKind::EventJacobian, ResultKind::ResetJacobian];
-        for kind in RUNS.into_iter().chain(of_events).filter(shown) {
+        let of_jumps = self.computes(FunctionKind::Jumps).then_some(ResultKind::JumpJacobian);
+        for kind in RUNS.into_iter().chain(of_events).filter(shown).chain(of_jumps) {
             let Some(pattern) = self.pattern(kind) else { continue };
             let single = pattern.rows.iter().zip(pattern.columns.iter());
             let mut places: Vec<String> = single.map(|(r, c)| format!("({r},{c})")).collect();

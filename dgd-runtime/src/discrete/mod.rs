@@ -116,47 +116,17 @@ pub(crate) fn count_steps_of(discrete: &Discrete, position: usize, e: &[f64], z:
 
 /// For each unknown, whether it is differential in some combination of modes.
 pub fn differential_somewhere<S: System>(system: &S) -> Vec<bool> {
-    mass_of_all_modes(system).into_iter().map(|[somewhere, _]| somewhere).collect()
+    let unknowns = &system.signature().unknowns;
+    let by_mode = changes_by_mode(system).into_iter().enumerate();
+    by_mode.map(|(i, changes)| changes || unknowns.is_differential(i)).collect()
 }
 
 /// For each unknown, whether it is differential in some combination of modes and algebraic in another.
 pub fn changes_by_mode<S: System>(system: &S) -> Vec<bool> {
-    let all = mass_of_all_modes(system).into_iter();
-    all.map(|[somewhere, everywhere]| somewhere && !everywhere).collect()
-}
-
-/// For each unknown, whether it is differential in some combination of modes and whether in all.
-fn mass_of_all_modes<S: System>(system: &S) -> Vec<[bool; 2]> {
     let signature = system.signature();
-    let unknowns = &signature.unknowns;
-    let n = unknowns.len();
-    let mut found: Vec<[bool; 2]> = (0..n).map(|i| [unknowns.is_differential(i); 2]).collect();
-    // Bounds and switches do not change M. The compiler limits the number of combinations, so that all can be tried.
-    let automata = &signature.discrete.automata;
-    let decides = |k: &usize| automata[*k].kind.has_masses_by_mode();
-    let deciding: Vec<usize> = (0..automata.len()).filter(decides).collect();
-    if deciding.is_empty() {
-        return found;
+    let mut changes = vec![false; signature.unknowns.len()];
+    for i in signature.discrete.by_mode.iter() {
+        changes[*i] = true;
     }
-    let (u, p) = (vec![0.0; signature.n_u()], vec![0.0; signature.parameters.len()]);
-    let mut z: Vec<f64> = automata.iter().map(|automaton| automaton.start as f64).collect();
-    z.resize(signature.discrete.len(), 0.0);
-    for k in &deciding {
-        z[*k] = 0.0;
-    }
-    let mut mass = vec![0.0; n];
-    loop {
-        system.mass(Point { t: 0.0, y: &[], u: &u, p: &p, z: &z }, &mut mass);
-        for ([somewhere, everywhere], mass) in found.iter_mut().zip(&mass) {
-            *somewhere |= *mass != 0.0;
-            *everywhere &= *mass != 0.0;
-        }
-        // The next combination, the first automaton fastest.
-        let next = deciding.iter().position(|k| z[*k] + 1.0 < automata[*k].modes.len() as f64);
-        let Some(next) = next else { return found };
-        for k in &deciding[..next] {
-            z[*k] = 0.0;
-        }
-        z[deciding[next]] += 1.0;
-    }
+    changes
 }

@@ -5,7 +5,7 @@
 
 use crate::algebraic::Algebraic;
 use crate::integrate::drive::Drive;
-use crate::integrate::events::Hybrid;
+use crate::integrate::events::{Hybrid, Jumps};
 use crate::integrate::late::discontinuities::Discontinuities;
 use crate::integrate::late::memory::Memory;
 use crate::integrate::late::moving_jump::MovingJumps;
@@ -55,6 +55,8 @@ pub(super) struct Simulation<'a, S: Solved> {
     pub(super) drive: Drive<'a, S>,
     /// Modes, conditions on time, and the state of the instant at which they change.
     pub(super) discrete: Hybrid,
+    /// Present if there are transitions.
+    pub(super) jumps: Option<Box<Jumps<S>>>,
     /// Present if the times of input jumps depend on parameters.
     pub(super) moving: Option<MovingJumps<S>>,
     /// Present if there are delayed unknowns.
@@ -125,6 +127,8 @@ impl<'a, S: Solved> Simulation<'a, S> {
                 .is_some()
                 .then(|| Discontinuities::new(n, sensitivity_row.clone())),
             drive,
+            jumps: (S::FEATURES.events && discrete.has_transitions())
+                .then(|| Box::new(Jumps::new(system, n_s))),
             discrete,
             moving: moving.flatten(),
             t: from,

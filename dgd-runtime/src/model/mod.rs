@@ -98,6 +98,11 @@ macro_rules! for_point_functions {
             reset_sensitivities(
                 udot: &[f64], s: &[f64], dr: &mut [f64], drdy: &mut [f64], drdt: &mut [f64]
             );
+            jumps(kinds: &mut [f64], rests: &mut [f64], jacobian: &mut [f64]);
+            jump_sensitivities(
+                udot: &[f64], s: &[f64], drests: &mut [f64], drestsdt: &mut [f64],
+                djacobian: &mut [f64], djacobiandt: &mut [f64]
+            );
             taylor(udot: &[f64], h: f64, order: usize, kept: &mut [Terms], y: &mut [f64]);
             sensitivity_taylor(
                 udot: &[f64], h: f64, order: usize, kept: &mut [Terms], y: &mut [f64], s: &mut [f64]

@@ -30,7 +30,7 @@ use crate::codegen::taylor::{KeptSeries, NoTaylor, Terms};
 
 pub use dgd_signature::{
     Automaton, AutomatonKind, Clock, Crossing, DelayedInput, DelayedUnknown, DifferentiatedInput,
-    Direction, Discrete, Features, Input, Interpolation, Labels, List, Output, Parameter,
+    Direction, Discrete, Features, Input, Interpolation, JumpKind, Labels, List, Output, Parameter,
     PastLayout, Pattern, Signature, Text, Transition, Trigger, Unit, Unknown, Unknowns, arrays,
 };
 pub use storage::Storage;
@@ -265,6 +265,33 @@ pub trait System {
         drdt: &mut [f64],
     ) {
         let _ = (at, udot, s, dr, drdy, drdt);
+    }
+
+    /// What entering the modes `at.z` does to the single unknowns, n₁ of them: their [`JumpKind`]s as numbers, c, what
+    /// the constraints of these modes leave, and the non-zeros of H, where jumps and impulses d solve
+    ///
+    /// ```text
+    ///   H d = −c(y)
+    /// ```
+    ///
+    /// in the rows of unknowns that have an equation. Only of models with a matrix of jumps.
+    fn jumps(&self, at: Point<'_>, kinds: &mut [f64], rests: &mut [f64], jacobian: &mut [f64]) {
+        let _ = (at, kinds, rests, jacobian);
+    }
+
+    /// ∂c/∂y S + ∂c/∂θ (n₁ × n_s dense by columns) and ∂c/∂t + ∂c/∂u u̇ of these, and the same for each non-zero of H.
+    #[allow(clippy::too_many_arguments)]
+    fn jump_sensitivities(
+        &self,
+        at: Point<'_>,
+        udot: &[f64],
+        s: &[f64],
+        drests: &mut [f64],
+        drestsdt: &mut [f64],
+        djacobian: &mut [f64],
+        djacobiandt: &mut [f64],
+    ) {
+        let _ = (at, udot, s, drests, drestsdt, djacobian, djacobiandt);
     }
 
     /// The number of series that [`System::taylor`] and [`System::sensitivity_taylor`] store.

@@ -2,11 +2,14 @@
 
 pub(crate) mod densities;
 pub(crate) mod equations;
+pub(crate) mod jumps;
 pub(crate) mod keeping;
 pub(crate) mod memory;
 pub(crate) mod recording;
 pub(crate) mod reservations;
 pub(crate) mod under_way;
+
+use std::collections::BTreeSet;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::{Automaton, Model, Origin, Transition};
@@ -90,6 +93,7 @@ impl Run {
             }
         };
         let conditions = conditions(&compiled.model, &sources);
+        let states = jumps::declared_states(&compiled.model);
         let system = executable(compiled.program, &args.solve)?;
         let signature = system.signature();
         let options = with_method(options, &args.solve, signature);
@@ -118,14 +122,22 @@ impl Run {
             [(run.problem(), run.times[0])],
             session,
         );
-        run.tell_what_waits(&conditions, session);
+        run.tell_of_the_start(&conditions, &states, session);
         run.tell_what_is_kept(session);
         Ok(run)
     }
 
-    /// Names the conditions that hold from the start, and therefore do nothing yet.
-    fn tell_what_waits(&self, conditions: &[String], session: Session<'_>) {
-        if conditions.is_empty() || !session.listener.hears_remarks() {
+    /// Names the conditions that hold from the start, and therefore do nothing yet, and the declared start values that
+    /// do not hold.
+    fn tell_of_the_start(
+        &self,
+        conditions: &[String],
+        states: &BTreeSet<String>,
+        session: Session<'_>,
+    ) {
+        let may_drop = jumps::may_be_dropped(self.signature(), states);
+        let looks = may_drop || !conditions.is_empty();
+        if !looks || !session.listener.hears_remarks() {
             return;
         }
         // What keeps the run from starting is said by the run.
@@ -136,6 +148,9 @@ impl Run {
             session.remark(&format!(
                 "note: `{condition}` holds at the start already, and acts only after it has been false"
             ));
+        }
+        if may_drop {
+            jumps::tell_what_is_dropped(self.signature(), states, &self.start, &start, session);
         }
     }
 

@@ -17,6 +17,7 @@ use crate::output::figure::{self, Line, Subject};
 use crate::output::provenance::Provenance;
 use crate::output::{Kind, NamedColumn, TimeTable};
 use crate::request::SensitivityRequest;
+use crate::run::jumps::tell_jumps;
 use crate::run::under_way::{stopped_by, told};
 use crate::run::{Reached, Run};
 use crate::session::Session;
@@ -84,6 +85,7 @@ pub fn sensitivity(
     session.listener.begins(false);
     let reached = told(session, run.span(), || run.simulate_with_sensitivities());
     let Reached { solution, observations, stopped } = reached?;
+    tell_jumps(run.signature(), &solution, session);
     for undefined in &solution.undefined {
         session.remark(&format!("note: {undefined}"));
     }

@@ -24,6 +24,7 @@ use crate::output::quantity::short;
 use crate::output::table::push_table;
 use crate::output::{Kind, NamedColumn, TimeTable};
 use crate::request::SimulateRequest;
+use crate::run::jumps::tell_jumps;
 use crate::run::under_way::{stopped_by, told};
 use crate::run::{Measured, Reached, Run};
 use crate::session::Session;
@@ -117,6 +118,7 @@ pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simul
     session.listener.begins(false);
     let reached = told(session, run.span(), || run.simulate_with(&wanted.elements));
     let Reached { solution, mut observations, stopped } = reached?;
+    tell_jumps(run.signature(), &solution, session);
     if let Some(seed) = request.noise_seed {
         noise::add(run.signature(), &mut observations, seed);
     }

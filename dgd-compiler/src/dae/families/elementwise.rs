@@ -1,6 +1,8 @@
 //! Elements matched one by one, where families cannot be matched as wholes, and messages about what
 //! is left over.
 
+use std::collections::BTreeSet;
+
 use super::{Assigned, Candidate, Columns, PlannedRows, elements_name};
 use crate::dae::matching::{maximum_matching, more_places, quoted};
 use crate::dae::transfer::Transferred;
@@ -34,6 +36,7 @@ pub(super) fn assign(
     graph: &Graph,
     transferred: &Transferred<'_>,
     unmatched: &Unmatched<'_>,
+    tied: &mut BTreeSet<usize>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Vec<Assigned>, Reported> {
     let Unmatched { all, left, columns, solved } = *unmatched;
@@ -65,11 +68,16 @@ pub(super) fn assign(
     let free_rows: Vec<(usize, u32)> = matching.free_rows().map(|row| passages[row]).collect();
     let free_columns: Vec<usize> =
         matching.free_columns().filter(|column| !is_solved[*column]).collect();
-    if free_rows.is_empty() && free_columns.is_empty() {
+    // Single equations and unknowns that are left over may be a matter of the index.
+    let is_single = |(row, _): &(usize, u32)| left[*row].count == 1;
+    let only_single = free_columns.iter().all(|column| *column < columns.n_single)
+        && free_rows.iter().all(is_single)
+        && free_rows.len() == free_columns.len();
+    if only_single {
         let pairs = passages.iter().zip(&matching.of_row);
-        let found = pairs.map(|(&(row, passage), column)| {
-            let column = column.unwrap_or_else(|| unreachable!("no row is free"));
-            Assigned { equation: left[row].equation, from: passage, count: 1, column }
+        let found = pairs.filter_map(|(&(row, passage), column)| {
+            let equation = left[row].equation;
+            column.map(|column| Assigned { equation, from: passage, count: 1, column })
         });
         return Ok(joined(found).into_iter().filter(|a| a.column >= columns.n_single).collect());
     }
@@ -77,12 +85,27 @@ pub(super) fn assign(
         free_rows.iter().map(|(row, passage)| (left[*row].equation, *passage)).collect();
     let ties_states = free_rows.len() == free_columns.len()
         && could_be_matched(model, graph, transferred, all, columns);
+    if ties_states {
+        let of_columns =
+            free_columns.iter().filter_map(|column| column.checked_sub(columns.n_single));
+        let read = rows.iter().flat_map(|(e, _)| graph.symbols(transferred.equations[*e].rest));
+        let read = read.filter_map(|symbol| match symbol {
+            Symbol::Element(i) | Symbol::Swept(i) => Some(i as usize),
+            _ => None,
+        });
+        tied.extend(of_columns.chain(read).map(|element| array_of(model, element)));
+    }
     Err(names.report(
         &Unpaired { items: &rows, total: n_rows },
         &Unpaired { items: &free_columns, total: columns.len() - determined },
         ties_states,
         diagnostics,
     ))
+}
+
+/// The position of the array that holds an element.
+fn array_of(model: &Model, element: usize) -> usize {
+    model.arrays.partition_point(|array| array.first as usize <= element).saturating_sub(1)
 }
 
 /// Joins passages that follow each other and determine columns that do.

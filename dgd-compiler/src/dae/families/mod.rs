@@ -7,6 +7,7 @@ mod elementwise;
 mod intervals;
 mod place;
 mod wholesale;
+mod written_out;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,6 +22,7 @@ use crate::model::Model;
 
 pub(crate) use place::row_of;
 pub(super) use place::{Origins, families, isolate, place};
+pub(super) use written_out::written_out;
 
 /// Which equations determine elements of arrays.
 #[derive(Debug, Default)]
@@ -82,7 +84,8 @@ impl Columns {
     }
 }
 
-/// Finds an equation for each element.
+/// Finds an equation for each element. Single equations that find no unknown among single ones are left to
+/// index reduction; arrays that would have to take part in it are added to `tied`, and the failure is reported.
 ///
 /// Equations of modes determine only single unknowns, so that the rows of arrays are the same in all
 /// modes. Those of the modes that the model starts in stand for the others.
@@ -90,6 +93,7 @@ pub(super) fn plan(
     model: &Model,
     graph: &mut Graph,
     transferred: &Transferred<'_>,
+    tied: &mut BTreeSet<usize>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Plan, Reported> {
     if model.arrays.is_empty() && model.families.is_empty() {
@@ -138,6 +142,7 @@ pub(super) fn plan(
                 graph,
                 transferred,
                 &Unmatched { all: &all, left: &left, columns, solved: &rows },
+                tied,
                 diagnostics,
             )?,
         };

@@ -177,6 +177,9 @@ fn each_expression(dae: &mut Dae, change: &mut dyn FnMut(&mut Graph, ExprId) -> 
             *value = change(graph, *value);
         }
     }
+    for expression in dae.impulses.expressions() {
+        *expression = change(graph, *expression);
+    }
     let names = std::mem::take(&mut dae.names);
     dae.names = names.into_iter().map(|(id, name)| (change(graph, id), name)).collect();
 }

@@ -36,6 +36,8 @@ pub(super) fn assign(
                     });
                     false
                 }
+                // A single equation may tie states together.
+                (None, _) if row.count == 1 => false,
                 (None, _) => {
                     stuck = true;
                     true
@@ -56,16 +58,18 @@ pub(super) fn assign(
         found.push(Assigned { equation: row.equation, from: 0, count: row.count, column });
     }
 
-    // Single equations are left.
+    // Single equations are left. Those that find nothing are counted with all others of single unknowns.
     let columns: Vec<usize> = free.iter().collect();
-    debug_assert!(columns.len() == open.len(), "as many columns as rows are left");
     let incidence: Vec<Vec<usize>> = open
         .iter()
         .map(|row| row.columns.iter().filter_map(|c| columns.binary_search(c).ok()).collect())
         .collect();
     let matching = maximum_matching(&incidence, columns.len());
-    for (row, column) in open.iter().zip(matching.of_row) {
-        let column = columns[column?];
+    if matching.free_columns().any(|column| columns[column] >= n_single) {
+        return None;
+    }
+    for (row, column) in open.iter().zip(&matching.of_row) {
+        let Some(column) = column.map(|column| columns[column]) else { continue };
         found.push(Assigned { equation: row.equation, from: 0, count: 1, column });
     }
     found.retain(|assigned| assigned.column >= n_single);

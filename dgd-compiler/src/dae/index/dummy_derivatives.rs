@@ -35,6 +35,8 @@ const EQUAL: f64 = 1e-9;
 pub(super) struct Block {
     /// Equations of the constraints, ascending.
     pub(super) equations: Vec<usize>,
+    /// Positions of the constraints.
+    pub(super) rows: Vec<usize>,
     /// The unknowns among which there is a choice.
     pub(super) candidates: Vec<u32>,
     /// At least one; the first keeps as states what is declared first.
@@ -73,6 +75,7 @@ pub(super) fn blocks_of(
                     choice.dummies.extend(other.dummies);
                 }
                 twin.candidates.extend(block.candidates);
+                twin.rows.extend(block.rows);
                 twin.equations.extend(block.equations);
                 twin.equations.sort_unstable();
                 twin.equations.dedup();
@@ -208,7 +211,7 @@ fn block(
         rows.iter().map(|row| reduced.constraints[*row].equation).collect();
     equations.sort_unstable();
     equations.dedup();
-    Ok(Block { equations, candidates: candidates.clone(), choices })
+    Ok(Block { equations, rows: rows.clone(), candidates: candidates.clone(), choices })
 }
 
 /// The subsets of k of n columns, those of the last columns first; `None` where there are too many.

@@ -1,7 +1,7 @@
 //! The rows of one combination of modes: derivatives are solved for, the other equations find their
 //! algebraic unknowns.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use super::dummy_derivatives::Block;
 use super::linear_derivatives::Residual;
@@ -38,40 +38,70 @@ impl Explicit {
     }
 }
 
-/// The rows of one combination of modes, in the order of the unknowns; `chosen` has the choice of
-/// each block.
+/// The row of an unknown in one combination of modes.
+#[derive(Clone)]
+pub(super) enum Place {
+    /// Whatever states are chosen.
+    Fixed(Row),
+    /// One for each choice of a block.
+    Chosen(usize, Vec<Row>),
+}
+
+impl Place {
+    /// All rows.
+    pub(super) fn rows(&self) -> &[Row] {
+        match self {
+            Place::Fixed(row) => std::slice::from_ref(row),
+            Place::Chosen(_, rows) => rows,
+        }
+    }
+}
+
+/// The rows of one combination of modes of a part, whose unknowns are `own`, in their order.
+///
+/// The choice of a block decides about its own unknowns only: its constraints determine those that are
+/// not states, and the equations without derivatives determine the algebraic unknowns, whatever is
+/// chosen.
 pub(super) fn rows_of(
     graph: &mut Graph,
     system: &Explicit,
-    chosen: &[usize],
     variables: &Variables,
     equations: &[Equation<'_>],
-) -> Vec<Row> {
+    own: &[u32],
+) -> Vec<(u32, Place)> {
     let reduced = &system.reduced;
-    let dummies: BTreeSet<u32> = system
-        .blocks
-        .iter()
-        .zip(chosen)
-        .flat_map(|(block, choice)| &block.choices[*choice].dummies)
-        .copied()
-        .collect();
-    let mut rows: Vec<Option<Row>> = vec![None; variables.len()];
-    for (&i, rate) in reduced.rates.iter().filter(|(i, _)| !dummies.contains(i)) {
+    let mut places: Vec<Option<Place>> = vec![None; variables.len()];
+    for (&i, rate) in &reduced.rates {
         let row = Row { rhs: rate.value, differential: true, equation: rate.equation, order: 0 };
-        rows[i as usize] = Some(row);
+        places[i as usize] = Some(Place::Fixed(row));
     }
-    let solved_for: BTreeSet<u32> = reduced.unknowns.iter().copied().chain(dummies).collect();
-    for (i, row) in rows.iter_mut().enumerate() {
-        let i = u32::try_from(i).unwrap_or(u32::MAX);
-        if row.is_none() && !solved_for.contains(&i) {
-            *row = Some(unused_row(graph, reduced, variables, i));
+    for (position, block) in system.blocks.iter().enumerate() {
+        let choices = block.choices.iter().map(|choice| {
+            let constraints = block.rows.iter().map(|row| &reduced.constraints[*row]);
+            matched(graph, equations, &constraints.collect::<Vec<_>>(), &choice.dummies)
+        });
+        let choices: Vec<BTreeMap<u32, Row>> = choices.collect();
+        for i in &block.candidates {
+            let Some(Place::Fixed(rate)) = &places[*i as usize] else {
+                unreachable!("constraints tie unknowns that have a derivative")
+            };
+            let row = |choice: &BTreeMap<u32, Row>| choice.get(i).unwrap_or(rate).clone();
+            let rows: Vec<Row> = choices.iter().map(row).collect();
+            places[*i as usize] = Some(Place::Chosen(position, rows));
         }
     }
-    match_algebraic(graph, reduced, equations, &mut rows);
-    let row = |row: Option<Row>| {
-        row.unwrap_or_else(|| unreachable!("as many equations as unknowns are left to be matched"))
-    };
-    rows.into_iter().map(row).collect()
+    let algebraic: Vec<&Residual> = reduced.algebraic.iter().collect();
+    let mut unknowns = reduced.unknowns.clone();
+    unknowns.sort_unstable();
+    for (i, row) in matched(graph, equations, &algebraic, &unknowns) {
+        places[i as usize] = Some(Place::Fixed(row));
+    }
+    let all = own.iter().map(|&i| {
+        let place = places[i as usize].take();
+        let unused = || Place::Fixed(unused_row(graph, reduced, variables, i));
+        (i, place.unwrap_or_else(unused))
+    });
+    all.collect()
 }
 
 /// The row of an unknown that other modes need: 0 = ẋ − z, and 0 = −z where x is algebraic;
@@ -92,31 +122,30 @@ fn unused_row(graph: &mut Graph, reduced: &Reduced, variables: &Variables, i: u3
     Row { rhs, differential: false, equation: addition.equation, order: 0 }
 }
 
-/// Gives the algebraic unknowns the equations that determine them.
-fn match_algebraic(
+/// Gives unknowns the equations that determine them: as many as there are.
+fn matched(
     graph: &Graph,
-    reduced: &Reduced,
     equations: &[Equation<'_>],
-    rows: &mut [Option<Row>],
-) {
-    let residuals: Vec<&Residual> = reduced.constraints.iter().chain(&reduced.algebraic).collect();
-    let columns: Vec<usize> = (0..rows.len()).filter(|i| rows[*i].is_none()).collect();
-    let mut position = vec![None; rows.len()];
-    for (column, unknown) in columns.iter().enumerate() {
-        position[*unknown] = Some(column);
-    }
+    residuals: &[&Residual],
+    unknowns: &[u32],
+) -> BTreeMap<u32, Row> {
+    let column: BTreeMap<u32, usize> =
+        unknowns.iter().enumerate().map(|(column, i)| (*i, column)).collect();
     let incidence: Vec<Vec<usize>> = residuals
         .iter()
         .map(|residual| {
-            let unknowns = equations[residual.equation].unknowns(graph, residual.rest);
-            unknowns.into_iter().filter_map(|i| position[i as usize]).collect()
+            let read = equations[residual.equation].unknowns(graph, residual.rest);
+            read.into_iter().filter_map(|i| column.get(&i).copied()).collect()
         })
         .collect();
-    let matching = maximum_matching(&incidence, columns.len());
-    for (residual, column) in residuals.iter().zip(&matching.of_row) {
-        // Index reduction has matched the one half, and pivots that are not zero the other.
-        let unknown = columns[column.unwrap_or_else(|| unreachable!("no row is free"))];
-        let Residual { rest, equation, order } = **residual;
-        rows[unknown] = Some(Row { rhs: rest, differential: false, equation, order });
-    }
+    let matching = maximum_matching(&incidence, unknowns.len());
+    let pairs = residuals.iter().zip(&matching.of_row);
+    pairs
+        .map(|(residual, column)| {
+            // Index reduction has matched algebraic equations, and pivots that are not zero constraints.
+            let unknown = unknowns[column.unwrap_or_else(|| unreachable!("no row is free"))];
+            let Residual { rest, equation, order } = **residual;
+            (unknown, Row { rhs: rest, differential: false, equation, order })
+        })
+        .collect()
 }

@@ -3,10 +3,12 @@
 //! | file | what it does |
 //! |---|---|
 //! | `linear_derivatives` | solves equations for derivatives |
+//! | `partition` | parts whose modes do not meet |
 //! | `pantelides` | differentiates equations until the index is 1 at most |
 //! | `dummy_derivatives` | finds which states constraints can make algebraic |
 //! | `state_selection` | chooses among them along a solution |
 //! | `explicit` | makes a row of each equation |
+//! | `impulses` | finds what entering modes does to states that they tie together |
 //! | `variables` | declared unknowns, and those that these steps add |
 //! | `identity`, `typical` | what expressions are worth, identically or at the start |
 //! | `refusal` | says why an equation cannot be differentiated |
@@ -14,8 +16,10 @@
 mod dummy_derivatives;
 mod explicit;
 mod identity;
+mod impulses;
 mod linear_derivatives;
 mod pantelides;
+mod partition;
 mod refusal;
 mod state_selection;
 mod typical;
@@ -24,14 +28,15 @@ mod variables;
 use std::collections::BTreeSet;
 
 use self::dummy_derivatives::blocks_of;
-use self::explicit::{Row, rows_of};
+use self::explicit::{Place, Row, rows_of};
 use self::linear_derivatives::{Solved, solve_for_derivatives};
-use self::pantelides::{Slopes, reduce};
+use self::pantelides::{Obstacle, Refusal, Slopes, reduce};
+use self::partition::{Part, Partition};
 use self::refusal::{no_choice, refuse, verify_bounds};
 use self::typical::Typical;
 use self::variables::Variables;
 use crate::dae::matching::verify_counts;
-use crate::dae::modes::{Combinations, in_modes};
+use crate::dae::modes::{Combinations, in_modes, select};
 use crate::dae::transfer::{Equation, Transferred};
 use crate::dae::{Automaton, DelayedInput, DifferentiatedInput, Unknown};
 use crate::diagnostics::{Diagnostics, Reported};
@@ -42,10 +47,15 @@ pub(super) use explicit::Explicit;
 pub(super) use linear_derivatives::solve_for_derivative;
 pub(super) use state_selection::Selections;
 
-/// One system for each combination of the declared modes, over unknowns that all of them share.
+/// So many combinations of modes are taken together; where there are more, parts have their own.
+const TOGETHER: usize = 1024;
+
+/// One system for each combination of the modes of each part, over unknowns that all of them share.
 pub(super) struct Systems {
-    combinations: Combinations,
-    /// In the order of the combinations.
+    partition: Partition,
+    /// Combinations of modes of each part, and where its systems begin.
+    parts: Vec<(Combinations, usize)>,
+    /// Part by part, in the order of the combinations.
     pub(super) explicit: Vec<Explicit>,
     variables: Variables,
     typical: Typical,
@@ -53,32 +63,86 @@ pub(super) struct Systems {
 
 impl Systems {
     /// Counts the equations of every combination, solves them for derivatives and reduces the index.
-    /// Equations that are `taken` determine elements of arrays.
+    /// Equations that are `taken` determine elements of arrays. Arrays whose elements would have to be
+    /// differentiated are added to `tied`, and the failure is reported.
     pub(super) fn reduced(
         model: &Model,
         graph: &mut Graph,
         transferred: &mut Transferred<'_>,
         delayed: &[DelayedInput],
         taken: &BTreeSet<usize>,
-        combinations: Combinations,
+        tied: &mut BTreeSet<usize>,
         diagnostics: &mut Diagnostics,
     ) -> Result<Systems, Reported> {
         let histories = std::mem::take(&mut transferred.histories);
-        let mut variables = Variables::declared(model, transferred.starts.clone(), histories);
         let typical = Typical::of(model, graph, &transferred.starts);
-        let equations = &transferred.equations;
+        let last = transferred.equations.len() - model.families.len();
+        let equations: BTreeSet<usize> = (0..last).filter(|e| !taken.contains(e)).collect();
+        let all = Combinations::of(model, 0..model.automata.len());
+        let is_whole = all.is_some_and(|all| all.len() <= TOGETHER);
+        let mut partition = if is_whole {
+            Partition::whole(model, equations)
+        } else {
+            let counted = verify_each_mode(model, graph, transferred, &equations, diagnostics);
+            let single: Vec<usize> = equations.iter().copied().collect();
+            let all = &transferred.equations;
+            counted.inspect_err(|_| tie_what_is_read(model, graph, all, &single, tied))?;
+            Partition::finest(model, graph, transferred, &equations)
+        };
         let delayed = delayed.iter().map(|delayed| delayed.input).collect();
         let slopes = Slopes { inputs: &model.inputs, delayed };
-        let reduction = Reduction { model, equations, slopes, typical: &typical };
-        let mut explicit = Vec::new();
-        for modes in combinations.iter() {
-            let holding = transferred.holding(&modes).into_iter();
-            let holding: Vec<usize> = holding.filter(|e| !taken.contains(e)).collect();
-            let context = in_modes(model, &modes);
-            let system = reduction.run(graph, &holding, &context, &mut variables, diagnostics)?;
-            explicit.push(system);
+        let reduction = Reduction { model, transferred, slopes, typical: &typical, is_whole };
+        loop {
+            let starts = transferred.starts.clone();
+            let mut variables = Variables::declared(model, starts, histories.clone());
+            let mut joins = BTreeSet::new();
+            let (mut parts, mut explicit) = (Vec::new(), Vec::new());
+            for (position, part) in partition.parts.iter().enumerate() {
+                let Some(combinations) = Combinations::of(model, part.automata.iter().copied())
+                else {
+                    return Err(Combinations::too_many(model, diagnostics));
+                };
+                let first = explicit.len();
+                for modes in combinations.iter() {
+                    let own = Own { partition: &partition, part: position, modes: &modes };
+                    let reduced =
+                        reduction.run(graph, own, &mut variables, tied, &mut joins, diagnostics)?;
+                    // What lacks another part is joined with it first.
+                    let Some(system) = reduced else { break };
+                    explicit.push(system);
+                }
+                parts.push((combinations, first));
+            }
+            let systems = Systems {
+                partition: partition.clone(),
+                parts,
+                explicit,
+                variables,
+                typical: typical.clone(),
+            };
+            if joins.is_empty() {
+                joins = systems.joined_by_impulses(graph);
+            }
+            if joins.is_empty() {
+                return Ok(systems);
+            }
+            partition.join(&joins);
         }
-        Ok(Systems { combinations, explicit, variables, typical })
+    }
+
+    /// The part of an unknown.
+    fn part_of(&self, i: u32) -> usize {
+        let found = match self.variables.addition(i) {
+            Some(addition) => self.partition.of_equation(addition.equation),
+            None => self.partition.of_unknown(i),
+        };
+        found.unwrap_or_else(|| unreachable!("every unknown is in a part"))
+    }
+
+    /// The systems of a part, in the order of its combinations.
+    fn systems_of(&self, part: usize) -> &[Explicit] {
+        let (combinations, first) = &self.parts[part];
+        &self.explicit[*first..first + combinations.len()]
     }
 
     /// The inputs that equations have been differentiated through, each once.
@@ -107,36 +171,69 @@ impl Systems {
         selections: &Selections,
         selecting: &[Automaton],
         diagnostics: &mut Diagnostics,
-    ) -> Result<Vec<Unknown>, Reported> {
-        let combinations = self.combinations.and(selections.sizes(), model, diagnostics)?;
-        let mut rows: Vec<Vec<Row>> = vec![Vec::new(); self.variables.len()];
-        for modes in combinations.iter() {
-            let (modes, choices) = modes.split_at(model.automata.len());
-            let combination = self.combinations.position(modes);
-            let chosen = selections.chosen(combination, choices);
-            let system = &self.explicit[combination];
-            let one = rows_of(graph, system, &chosen, &self.variables, equations);
-            for (all, row) in rows.iter_mut().zip(one) {
-                all.push(row);
+    ) -> Vec<Unknown> {
+        let n = u32::try_from(self.variables.len()).unwrap_or(u32::MAX);
+        let mut own: Vec<Vec<u32>> = vec![Vec::new(); self.parts.len()];
+        (0..n).for_each(|i| own[self.part_of(i)].push(i));
+        let mut places: Vec<Vec<Place>> = vec![Vec::new(); self.variables.len()];
+        for (part, own) in own.iter().enumerate() {
+            for system in self.systems_of(part) {
+                for (i, place) in rows_of(graph, system, &self.variables, equations, own) {
+                    places[i as usize].push(place);
+                }
             }
         }
-        verify_bounds(model, graph, equations, &self.explicit, &rows, diagnostics);
-        let selected = selecting.iter().map(|automaton| automaton.start);
-        let modes: Vec<usize> =
-            Combinations::start_modes(model).into_iter().chain(selected).collect();
-        let start = combinations.position(&modes);
-        let unknowns = self.variables.unknowns.iter().cloned().zip(rows);
-        Ok(unknowns
-            .map(|(unknown, rows)| complete(graph, equations, &combinations, start, unknown, &rows))
-            .collect())
+        verify_bounds(model, graph, equations, &self.explicit, &places, diagnostics);
+        let start_modes = Combinations::start_modes(model);
+        let automata = model.automata.len();
+        let unknowns = (0..n).zip(self.variables.unknowns.iter().cloned()).zip(places);
+        unknowns
+            .map(|((i, unknown), places)| {
+                let (combinations, first) = &self.parts[self.part_of(i)];
+                let start = combinations.position(&start_modes);
+                let mut merge = |value: &mut dyn FnMut(&mut Graph, &Row) -> ExprId| {
+                    let values = places.iter().enumerate().map(|(combination, place)| {
+                        let rows = place.rows().iter();
+                        let values: Vec<ExprId> = rows.map(|row| value(graph, row)).collect();
+                        let Place::Chosen(block, _) = place else { return values[0] };
+                        match selections.automaton_of(first + combination, *block) {
+                            Some(k) => select(graph, automata + k, &values),
+                            None => values[0],
+                        }
+                    });
+                    let values = values.collect();
+                    combinations.merge(graph, values)
+                };
+                let rhs = merge(&mut |_, row| row.rhs);
+                let mass =
+                    merge(&mut |graph, row| graph.constant(f64::from(u8::from(row.differential))));
+                let at_start = match &places[start] {
+                    Place::Fixed(row) => row,
+                    Place::Chosen(block, rows) => {
+                        let automaton = selections.automaton_of(first + start, *block);
+                        &rows[automaton.map_or(0, |k| selecting[k].start)]
+                    }
+                };
+                Unknown {
+                    mass,
+                    differential: at_start.differential,
+                    rhs,
+                    equation: labels(equations, places.iter().flat_map(Place::rows)),
+                    span: equations[at_start.equation].span,
+                    ..unknown
+                }
+            })
+            .collect()
     }
 
     /// ẏ of each unknown, where it is given in all modes.
     pub(super) fn rates(&self, graph: &mut Graph) -> Vec<Option<ExprId>> {
         let mut rate_of = |i: u32| {
-            let rates = self.explicit.iter().map(|s| s.reduced.rates.get(&i).map(|r| r.value));
+            let part = self.part_of(i);
+            let systems = self.systems_of(part).iter();
+            let rates = systems.map(|s| s.reduced.rates.get(&i).map(|r| r.value));
             let rates = rates.collect::<Option<Vec<ExprId>>>()?;
-            Some(self.combinations.merge(graph, rates))
+            Some(self.parts[part].0.merge(graph, rates))
         };
         let unknowns = 0..u32::try_from(self.variables.len()).unwrap_or(u32::MAX);
         unknowns.map(&mut rate_of).collect()
@@ -146,80 +243,171 @@ impl Systems {
 /// What the reduction of every combination of modes reads.
 struct Reduction<'a> {
     model: &'a Model,
-    equations: &'a [Equation<'a>],
+    transferred: &'a Transferred<'a>,
     slopes: Slopes<'a>,
     typical: &'a Typical,
+    /// Whether all is one part.
+    is_whole: bool,
+}
+
+/// A combination of the modes of a part.
+#[derive(Clone, Copy)]
+struct Own<'a> {
+    partition: &'a Partition,
+    part: usize,
+    modes: &'a [usize],
+}
+
+impl Own<'_> {
+    fn part(&self) -> &Part {
+        &self.partition.parts[self.part]
+    }
+
+    /// Adds that this part needs the one of another unknown.
+    fn join(&self, variables: &Variables, i: u32, joins: &mut BTreeSet<(usize, usize)>) {
+        let other = match variables.addition(i) {
+            Some(addition) => self.partition.of_equation(addition.equation),
+            None => self.partition.of_unknown(i),
+        };
+        joins.extend(other.map(|other| (self.part, other)));
+    }
 }
 
 impl Reduction<'_> {
-    /// The system of the equations that hold in one combination, its states still to be chosen.
-    /// `context` names the modes for messages.
+    /// The system of the equations of a part that hold in one combination, its states still to be chosen;
+    /// nothing where it has to be joined with another one.
     fn run(
         &self,
         graph: &mut Graph,
-        holding: &[usize],
-        context: &str,
+        own: Own<'_>,
         variables: &mut Variables,
+        tied: &mut BTreeSet<usize>,
+        joins: &mut BTreeSet<(usize, usize)>,
         diagnostics: &mut Diagnostics,
-    ) -> Result<Explicit, Reported> {
-        let Reduction { model, equations, ref slopes, typical } = *self;
-        verify_counts(model, graph, equations, holding, context, diagnostics)?;
-        let solved = solve_for_derivatives(graph, equations, holding, variables);
-        let in_use = in_use(graph, model.unknowns.len(), &solved);
-        let reduced = reduce(graph, solved, &in_use, variables, equations, slopes);
-        let reduced = reduced.map_err(|refusal| {
-            refuse(model, equations, variables, context, &refusal, diagnostics)
-        })?;
+    ) -> Result<Option<Explicit>, Reported> {
+        let Reduction { model, transferred, ref slopes, typical, is_whole } = *self;
+        let equations = &transferred.equations;
+        let part = own.part();
+        let automata = part.automata.iter().copied();
+        let mut modes = Combinations::start_modes(model);
+        for (automaton, mode) in automata.clone().zip(own.modes) {
+            modes[automaton] = *mode;
+        }
+        let holding = transferred.holding(&modes).into_iter();
+        let holding: Vec<usize> = holding.filter(|e| part.equations.contains(e)).collect();
+        let context = &in_modes(model, automata, own.modes);
+        if is_whole {
+            let counted = verify_counts(model, graph, equations, &holding, context, diagnostics);
+            counted.inspect_err(|_| tie_what_is_read(model, graph, equations, &holding, tied))?;
+        }
+        let solved = solve_for_derivatives(graph, equations, &holding, variables);
+        let in_use = in_use(graph, part, variables, &solved);
+        let reduced = match reduce(graph, solved, &in_use, part, variables, equations, slopes) {
+            Ok(reduced) => reduced,
+            Err(Refusal { obstacle: Obstacle::Foreign(i), .. }) => {
+                own.join(variables, i, joins);
+                return Ok(None);
+            }
+            Err(refusal) => {
+                tied.extend(refusal.elements.iter().map(|i| array_of(model, *i)));
+                return Err(refuse(model, equations, variables, context, &refusal, diagnostics));
+            }
+        };
+        if reduced.algebraic.len() < reduced.unknowns.len() {
+            // Equations of other parts determine the rest.
+            let before = joins.len();
+            for (other, part) in own.partition.parts.iter().enumerate() {
+                let mut reads =
+                    part.equations.iter().flat_map(|e| graph.symbols(equations[*e].rest));
+                if other != own.part
+                    && reads.any(|symbol| match symbol {
+                        Symbol::Unknown(i) => reduced.unknowns.contains(&i),
+                        _ => false,
+                    })
+                {
+                    joins.insert((own.part, other));
+                }
+            }
+            if joins.len() == before {
+                verify_counts(model, graph, equations, &holding, context, diagnostics)?;
+            }
+            return Ok(None);
+        }
         let blocks = blocks_of(graph, &reduced, variables, &|symbol| typical.value(symbol));
         let blocks = blocks.map_err(|rows| {
             let rows = rows.into_iter().map(|row| &reduced.constraints[row]);
             no_choice(equations, rows, context, diagnostics)
         })?;
-        Ok(Explicit { reduced, blocks })
+        Ok(Some(Explicit { reduced, blocks }))
     }
 }
 
-/// The unknowns of a combination of modes: those that are declared, and those that its equations
+/// Counts the equations in the modes to start in, and with each block in each of its other modes.
+fn verify_each_mode(
+    model: &Model,
+    graph: &Graph,
+    transferred: &Transferred<'_>,
+    counted: &BTreeSet<usize>,
+    diagnostics: &mut Diagnostics,
+) -> Result<(), Reported> {
+    let verify = |modes: &[usize], context: &str, diagnostics: &mut Diagnostics| {
+        let holding = transferred.holding(modes).into_iter();
+        let holding: Vec<usize> = holding.filter(|e| counted.contains(e)).collect();
+        verify_counts(model, graph, &transferred.equations, &holding, context, diagnostics)
+    };
+    let start = Combinations::start_modes(model);
+    verify(&start, "", diagnostics)?;
+    for (k, automaton) in model.automata.iter().enumerate() {
+        for mode in (0..automaton.modes.len()).filter(|mode| *mode != start[k]) {
+            let mut modes = start.clone();
+            modes[k] = mode;
+            let context = in_modes(model, std::iter::once(k), &[mode]);
+            verify(&modes, &context, diagnostics)?;
+        }
+    }
+    Ok(())
+}
+
+/// Adds the arrays that single equations read: they may be what keeps these from being matched.
+fn tie_what_is_read(
+    model: &Model,
+    graph: &Graph,
+    equations: &[Equation<'_>],
+    single: &[usize],
+    tied: &mut BTreeSet<usize>,
+) {
+    let symbols = single.iter().flat_map(|e| graph.symbols(equations[*e].rest));
+    let elements = symbols.filter_map(|symbol| match symbol {
+        Symbol::Element(i) | Symbol::ElementRate(i) => Some(i),
+        _ => None,
+    });
+    tied.extend(elements.map(|i| array_of(model, i)));
+}
+
+/// The position of the array that holds an element.
+fn array_of(model: &Model, element: u32) -> usize {
+    model.arrays.partition_point(|array| array.first <= element).saturating_sub(1)
+}
+
+/// The unknowns of a part in a combination of modes: those that are declared, and those that its equations
 /// have needed.
-fn in_use(graph: &Graph, declared: usize, solved: &Solved) -> Vec<u32> {
+fn in_use(graph: &Graph, part: &Part, variables: &Variables, solved: &Solved) -> Vec<u32> {
     let rests = solved.algebraic.iter().map(|residual| residual.rest);
     let read = graph.reachable(rests.chain(solved.rates.values().map(|rate| rate.value)));
-    let added = read.into_iter().filter_map(|id| match graph.node(id) {
+    let read = read.into_iter().filter_map(|id| match graph.node(id) {
         Node::Symbol(Symbol::Unknown(i)) => Some(i),
         _ => None,
     });
-    let declared = 0..u32::try_from(declared).unwrap_or(u32::MAX);
-    let mut all: Vec<u32> = declared.chain(added).chain(solved.rates.keys().copied()).collect();
+    let added = read.chain(solved.rates.keys().copied()).filter(|i| variables.is_of(*i, part));
+    let mut all: Vec<u32> = part.unknowns.iter().copied().chain(added).collect();
     all.sort_unstable();
     all.dedup();
     all
 }
 
-/// The unknown with its rows in all combinations; `start` is the one that it starts in.
-fn complete(
-    graph: &mut Graph,
-    equations: &[Equation<'_>],
-    combinations: &Combinations,
-    start: usize,
-    unknown: Unknown,
-    rows: &[Row],
-) -> Unknown {
-    let rhs = combinations.merge(graph, rows.iter().map(|row| row.rhs).collect());
-    let masses = rows.iter().map(|row| f64::from(u8::from(row.differential)));
-    let masses = masses.map(|mass| graph.constant(mass)).collect();
-    Unknown {
-        mass: combinations.merge(graph, masses),
-        differential: rows[start].differential,
-        rhs,
-        equation: labels(equations, rows),
-        span: equations[rows[start].equation].span,
-        ..unknown
-    }
-}
-
 /// Labels of the equations of an unknown's rows, each once and in an order that does not depend on
 /// that of the file.
-fn labels(equations: &[Equation<'_>], rows: &[Row]) -> String {
+fn labels<'a>(equations: &[Equation<'_>], rows: impl Iterator<Item = &'a Row>) -> String {
     let mut labels: Vec<String> = Vec::new();
     for row in rows {
         let mut label = equations[row.equation].label.to_owned();

@@ -16,10 +16,11 @@
 //! Stat. Comput. 9 (1988) 213–231, algorithm 4.1; here with the derivatives that equations give
 //! directly (`linear_derivatives`) substituted.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::identity::is_constant;
 use super::linear_derivatives::{Rate, Residual, Solved};
+use super::partition::Part;
 use super::variables::Variables;
 use crate::dae::matching::maximum_matching;
 use crate::dae::transfer::Equation;
@@ -34,6 +35,8 @@ const MOST_DERIVATIVES: u32 = 8;
 pub(super) struct Reduced {
     /// Derivatives of all unknowns that have one.
     pub(super) rates: BTreeMap<u32, Rate>,
+    /// Those of them whose derivative only a differentiated equation needs.
+    pub(super) following: BTreeSet<u32>,
     /// Unknowns without a derivative, and as many equations that determine them.
     pub(super) unknowns: Vec<u32>,
     pub(super) algebraic: Vec<Residual>,
@@ -57,6 +60,8 @@ pub(super) enum Obstacle {
     Late,
     /// It reads an element of an array.
     Element,
+    /// It reads an unknown of another part.
+    Foreign(u32),
     /// Its derivatives never have an unknown that it could determine.
     NoUnknown,
 }
@@ -68,6 +73,8 @@ pub(super) struct Refusal {
     pub(super) obstacle: Obstacle,
     /// Unknowns that would be determined by it.
     pub(super) wanting: Vec<u32>,
+    /// Elements of arrays in what would be differentiated.
+    pub(super) elements: Vec<u32>,
 }
 
 /// Which inputs have a slope.
@@ -85,11 +92,12 @@ impl Slopes<'_> {
     }
 }
 
-/// Reduces the index to 1; `in_use` are the unknowns of these modes.
+/// Reduces the index to 1; `in_use` are the unknowns of the part in these modes.
 pub(super) fn reduce(
     graph: &mut Graph,
     solved: Solved,
     in_use: &[u32],
+    part: &Part,
     variables: &mut Variables,
     equations: &[Equation<'_>],
     slopes: &Slopes<'_>,
@@ -98,6 +106,7 @@ pub(super) fn reduce(
     let mut reduction = Reduction {
         graph,
         equations,
+        part,
         variables,
         slopes,
         columns: in_use.iter().copied().filter(|i| !rates.contains_key(i)).collect(),
@@ -120,6 +129,7 @@ pub(super) fn reduce(
 struct Reduction<'a> {
     graph: &'a mut Graph,
     equations: &'a [Equation<'a>],
+    part: &'a Part,
     variables: &'a mut Variables,
     slopes: &'a Slopes<'a>,
     /// Unknowns without a derivative.
@@ -152,7 +162,8 @@ impl Reduction<'_> {
     fn unknowns_of(&self, row: usize) -> Vec<u32> {
         let Residual { rest, equation, .. } = self.reduced.algebraic[row];
         let mut unknowns = self.equations[equation].unknowns(self.graph, rest);
-        unknowns.retain(|i| !self.reduced.rates.contains_key(i));
+        unknowns
+            .retain(|i| !self.reduced.rates.contains_key(i) && self.variables.is_of(*i, self.part));
         unknowns
     }
 
@@ -205,6 +216,7 @@ impl Reduction<'_> {
         for &unknown in &met.unknowns {
             let rate = self.variables.rate_of(unknown, origin.equation, self.graph);
             let value = self.graph.symbol(Symbol::Unknown(rate));
+            self.reduced.following.insert(unknown);
             self.reduced.rates.insert(unknown, Rate { value, equation: origin.equation });
             self.columns.push(rate);
             for matched in self.of_row.iter_mut().filter(|matched| **matched == Some(unknown)) {
@@ -215,11 +227,12 @@ impl Reduction<'_> {
         for row in met.rows {
             let Residual { rest, equation, order } = self.reduced.algebraic[row];
             let derivative = self.along_time(rest, equation);
-            let derivative = derivative.map_err(|obstacle| self.refusal(equation, obstacle))?;
+            let derivative =
+                derivative.map_err(|obstacle| self.refusal(equation, obstacle, rest))?;
             let reads_unknowns =
                 self.graph.symbols(derivative).iter().any(|s| matches!(s, Symbol::Unknown(_)));
             if !reads_unknowns || order == MOST_DERIVATIVES {
-                return Err(self.refusal(equation, Obstacle::NoUnknown));
+                return Err(self.refusal(equation, Obstacle::NoUnknown, rest));
             }
             self.reduced.constraints.push(self.reduced.algebraic[row]);
             self.reduced.algebraic[row] = Residual { rest: derivative, equation, order: order + 1 };
@@ -228,10 +241,14 @@ impl Reduction<'_> {
     }
 
     /// The refusal of an equation, with the unknowns that have none yet.
-    fn refusal(&self, equation: usize, obstacle: Obstacle) -> Refusal {
+    fn refusal(&self, equation: usize, obstacle: Obstacle, rest: ExprId) -> Refusal {
         let taken = |i: &u32| self.of_row.contains(&Some(*i));
         let wanting = self.columns.iter().copied().filter(|i| !taken(i)).collect();
-        Refusal { equation, obstacle, wanting }
+        let elements = self.graph.symbols(rest).into_iter().filter_map(|symbol| match symbol {
+            Symbol::Element(i) => Some(i),
+            _ => None,
+        });
+        Refusal { equation, obstacle, wanting, elements: elements.collect() }
     }
 
     /// D e.
@@ -254,9 +271,9 @@ impl Reduction<'_> {
                 None => slope,
                 Some(unknown) if unknown < n => {
                     let unknown = u32::try_from(unknown).unwrap_or(u32::MAX);
-                    let Some(rate) = self.reduced.rates.get(&unknown) else {
-                        unreachable!("the search has met every unknown of the equation")
-                    };
+                    // The search has met every unknown of the part.
+                    let rate = self.reduced.rates.get(&unknown);
+                    let rate = rate.ok_or(Obstacle::Foreign(unknown))?;
                     self.graph.multiply(slope, rate.value)
                 }
                 Some(input) => {

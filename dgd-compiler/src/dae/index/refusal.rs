@@ -1,6 +1,6 @@
 //! Messages about equations that cannot be differentiated.
 
-use super::explicit::{Explicit, Row};
+use super::explicit::{Explicit, Place};
 use super::linear_derivatives::Residual;
 use super::pantelides::{Obstacle, Refusal};
 use super::variables::Variables;
@@ -19,7 +19,7 @@ pub(super) fn refuse(
     refusal: &Refusal,
     diagnostics: &mut Diagnostics,
 ) -> Reported {
-    let Refusal { equation, obstacle, wanting } = refusal;
+    let Refusal { equation, obstacle, wanting, .. } = refusal;
     let Equation { label, span, .. } = &equations[*equation];
     let loose = quoted(wanting.iter().map(|i| variables.unknowns[*i as usize].name.as_str()));
     let input = |i: &usize| &model.inputs[*i].declared;
@@ -35,6 +35,7 @@ pub(super) fn refuse(
         }
         Obstacle::Jump(function) => format!("`{function}` in it jumps"),
         Obstacle::Element => "it reads an element of an array".to_owned(),
+        Obstacle::Foreign(_) => "it reads an unknown of another part".to_owned(),
         Obstacle::Late => "it reads an unknown late".to_owned(),
         Obstacle::NoUnknown => "its derivatives say nothing new".to_owned(),
     };
@@ -55,6 +56,7 @@ pub(super) fn refuse(
         ),
         Obstacle::Jump(_) => ("write the constraint as an expression that is smooth", None),
         Obstacle::Element => ("give the element an unknown of its own in the constraint", None),
+        Obstacle::Foreign(_) => ("describe it by fewer modes", None),
         Obstacle::Late => ("let what arrives late act through a lag", None),
         Obstacle::NoUnknown => {
             ("leave out what other equations say already, or let it read another unknown", None)
@@ -96,7 +98,7 @@ pub(super) fn verify_bounds(
     graph: &Graph,
     equations: &[Equation<'_>],
     systems: &[Explicit],
-    rows: &[Vec<Row>],
+    places: &[Vec<Place>],
     diagnostics: &mut Diagnostics,
 ) {
     for saturation in &model.saturations {
@@ -107,7 +109,8 @@ pub(super) fn verify_bounds(
             .map(|constraint| constraint.equation);
         let forced = || {
             let Symbol::Unknown(i) = unknown else { return None };
-            rows[i as usize].iter().find(|row| row.order > 0).map(|row| row.equation)
+            let mut rows = places[i as usize].iter().flat_map(Place::rows);
+            rows.find(|row| row.order > 0).map(|row| row.equation)
         };
         let Some(Equation { label, span, .. }) = tied.or_else(forced).map(|e| &equations[e]) else {
             continue;

@@ -52,10 +52,9 @@ impl Selections {
         self.dummies.iter().map(Vec::len)
     }
 
-    /// The choice of each block of a combination, where the automata are in these modes.
-    pub(in crate::dae) fn chosen(&self, combination: usize, modes: &[usize]) -> Vec<usize> {
-        let of_blocks = self.of_blocks[combination].iter();
-        of_blocks.map(|automaton| automaton.map_or(0, |k| modes[k])).collect()
+    /// The automaton that chooses for a block of a combination; nothing where there is one choice.
+    pub(super) fn automaton_of(&self, combination: usize, block: usize) -> Option<usize> {
+        self.of_blocks[combination][block]
     }
 
     /// The automata.
@@ -66,11 +65,16 @@ impl Selections {
         equations: &[Equation<'_>],
         systems: &Systems,
     ) -> Vec<Automaton> {
-        let Systems { combinations, explicit: systems, variables, typical } = systems;
-        let start = combinations.position(&Combinations::start_modes(model));
+        let Systems { parts, explicit: systems, variables, typical, .. } = systems;
         (0..self.dummies.len())
             .map(|k| {
-                let pivots = self.pivots(k, systems);
+                let all = self.pivots(k, systems);
+                // All its blocks are of one part.
+                let first = all.iter().position(Option::is_some).unwrap_or(0);
+                let after = parts.partition_point(|(_, begin)| *begin <= first);
+                let (combinations, begin) = &parts[after - 1];
+                let pivots = &all[*begin..begin + combinations.len()];
+                let start = combinations.position(&Combinations::start_modes(model));
                 let size = |pivot: ExprId| graph.evaluate(pivot, &|s| typical.value(s)).abs();
                 let at_start = pivots[start].as_ref().map_or(0, |pivots| first_mode(pivots, &size));
                 let n = self.dummies[k].len();

@@ -4,6 +4,7 @@ use crate::expr::{ExprId, Graph, Symbol};
 use crate::model::Model;
 
 /// Declared values of parameters, and of unknowns at the start.
+#[derive(Clone)]
 pub(super) struct Typical {
     parameters: Vec<f64>,
     starts: Vec<f64>,

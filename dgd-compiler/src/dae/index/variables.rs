@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::partition::Part;
 use crate::dae::Unknown;
 use crate::expr::display::listing;
 use crate::expr::{ExprId, Graph, Symbol};
@@ -74,6 +75,14 @@ impl Variables {
     /// What an unknown stands for; nothing where the model declares it.
     pub(super) fn addition(&self, variable: u32) -> Option<&Addition> {
         (variable as usize).checked_sub(self.declared).map(|position| &self.additions[position])
+    }
+
+    /// Whether an unknown is one of a part.
+    pub(super) fn is_of(&self, variable: u32, part: &Part) -> bool {
+        match self.addition(variable) {
+            Some(addition) => part.equations.contains(&addition.equation),
+            None => part.unknowns.contains(&variable),
+        }
     }
 
     /// The unknown `der(x)` of an unknown x.

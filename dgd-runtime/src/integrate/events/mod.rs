@@ -9,6 +9,7 @@
 //! that follow from it one after another until nothing is due.
 
 mod hybrid;
+mod jump;
 mod locate;
 mod reselect;
 mod saltation;
@@ -19,3 +20,4 @@ mod transitions;
 mod watch;
 
 pub(in crate::integrate) use hybrid::Hybrid;
+pub(in crate::integrate) use jump::Jumps;

@@ -46,6 +46,6 @@ impl<S: Solved> Simulation<'_, S> {
         }
         self.discrete.saltation.tau.fill(0.0);
         self.begin_instant(solution);
-        self.take_over(solution)
+        self.take_over(None, solution)
     }
 }

@@ -17,7 +17,8 @@
 //! ```
 //!
 //! "Just before" is before the whole instant: an unknown that becomes differential in a transition
-//! which a jump of an input triggers keeps the value it had before that jump.
+//! which a jump of an input triggers keeps the value it had before that jump. Where modes tie states
+//! together, these jump (`jump.rs`).
 //!
 //! # Source
 //!
@@ -43,8 +44,10 @@ pub(in crate::integrate) struct Saltation {
     y_left: Vec<f64>,
     total_left: Vec<f64>,
     /// D.
-    total: Vec<f64>,
+    pub(in crate::integrate) total: Vec<f64>,
     mass: Vec<f64>,
+    /// Whether unknowns had derivatives in the old modes.
+    had_rate: Vec<bool>,
     pub(in crate::integrate) de: Vec<f64>,
     dedy: Vec<f64>,
     dedt: Vec<f64>,
@@ -69,6 +72,7 @@ impl Saltation {
             total_left: zeros(n * n_s),
             total: zeros(n * n_s),
             mass: zeros(n),
+            had_rate: vec![false; n],
             de: zeros(n_e * n_s),
             dedy: zeros(discrete.event_jacobian.len()),
             dedt: zeros(n_e),
@@ -262,24 +266,21 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Applies the current discrete numbers: unknowns that become differential keep their values, the algebraic ones
-    /// are solved for, and sensitivities follow.
+    /// Applies the current discrete numbers: unknowns that become differential keep their values, or jump if
+    /// `transition`, the one that has been made, ties them together; the algebraic ones are solved for, and sensitivities
+    /// follow.
     pub(in crate::integrate) fn take_over(
         &mut self,
+        transition: Option<usize>,
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
-        let Problem { system, p, .. } = *self.problem;
         if self.discrete.has_transitions() {
-            self.select_states();
-            let mut mass = std::mem::take(&mut self.discrete.saltation.mass);
-            let u = self.drive.at(self.t, self.y.as_ref());
-            let at = Point { t: self.t, y: &[], u, p, z: self.discrete.z() };
-            system.mass(at, &mut mass);
-            self.keep_what_becomes_differential(&mass);
-            self.algebraic.enter_modes(&mass);
-            self.discrete.saltation.mass = mass;
+            self.enter_modes(transition);
         }
         self.make_values_consistent()?;
+        if transition.is_some() {
+            self.tell_jumps(solution);
+        }
         if self.directions.is_some() {
             self.linearize_values();
             let f = self.stepper.f.as_ref();
@@ -298,31 +299,64 @@ impl<S: Solved> Simulation<'_, S> {
                 self.make_sensitivities_consistent(solution);
             }
         }
-        self.remember_differential();
+        self.remember_states();
         Ok(())
     }
 
-    /// Unknowns that were algebraic in the old modes and are differential with this mass matrix start from their values
-    /// before the instant.
-    fn keep_what_becomes_differential(&mut self, mass: &[f64]) {
+    /// Enters the current modes, with what these make of the unknowns that have derivatives.
+    fn enter_modes(&mut self, transition: Option<usize>) {
+        let mut mass = std::mem::take(&mut self.discrete.saltation.mass);
+        let mut had_rate = std::mem::take(&mut self.discrete.saltation.had_rate);
+        for (i, had) in had_rate.iter_mut().enumerate() {
+            *had = self.has_rate(i, self.algebraic.mass.as_ref());
+        }
+        self.take_mass(&mut mass);
+        self.evaluate_jumps();
+        self.keep_what_gets_a_derivative(&had_rate, &mass);
+        if let Some(k) = transition {
+            self.jump_onto_constraints(k, &had_rate);
+        }
+        if self.select_states() {
+            self.take_mass(&mut mass);
+        }
+        self.algebraic.enter_modes(&mass);
+        self.discrete.saltation.mass = mass;
+        self.discrete.saltation.had_rate = had_rate;
+    }
+
+    /// The diagonal of M in the current modes.
+    fn take_mass(&mut self, mass: &mut [f64]) {
+        let Problem { system, p, .. } = *self.problem;
+        let u = self.drive.at(self.t, self.y.as_ref());
+        system.mass(Point { t: self.t, y: &[], u, p, z: self.discrete.z() }, mass);
+    }
+
+    /// Whether an unknown has a derivative, as a state or because constraints determine it.
+    fn has_rate(&self, i: usize, mass: &[f64]) -> bool {
+        mass[i] != 0.0 || self.jumps.as_deref().is_some_and(|jumps| jumps.has_rate(i))
+    }
+
+    /// Unknowns that had no derivative in the old modes and have one now start from their values before the instant.
+    fn keep_what_gets_a_derivative(&mut self, had_rate: &[bool], mass: &[f64]) {
         let n = mass.len();
-        let saltation = &mut self.discrete.saltation;
-        for (i, (before, after)) in self.algebraic.mass.as_ref().iter().zip(mass).enumerate() {
-            if *before == 0.0 && *after != 0.0 {
-                self.y.as_mut()[i] = saltation.y_left[i];
-                for j in 0..saltation.tau.len() {
-                    saltation.total[j * n + i] = saltation.total_left[j * n + i];
-                }
+        for (i, had) in had_rate.iter().enumerate() {
+            if *had || !self.has_rate(i, mass) {
+                continue;
+            }
+            let saltation = &mut self.discrete.saltation;
+            self.y.as_mut()[i] = saltation.y_left[i];
+            for j in 0..saltation.tau.len() {
+                saltation.total[j * n + i] = saltation.total_left[j * n + i];
             }
         }
     }
 
-    /// Remembers the differential unknowns, so that later transitions of the instant keep them.
-    fn remember_differential(&mut self) {
+    /// Remembers the unknowns with derivatives, so that later transitions of the instant keep them.
+    fn remember_states(&mut self) {
         let n = self.y.as_ref().len();
-        let saltation = &mut self.discrete.saltation;
-        for (i, mass) in self.algebraic.mass.as_ref().iter().enumerate() {
-            if *mass != 0.0 {
+        for i in 0..n {
+            if self.has_rate(i, self.algebraic.mass.as_ref()) {
+                let saltation = &mut self.discrete.saltation;
                 saltation.y_left[i] = self.y.as_ref()[i];
                 for j in 0..saltation.tau.len() {
                     saltation.total_left[j * n + i] = saltation.total[j * n + i];

@@ -153,6 +153,7 @@ impl<S: Solved> Simulation<'_, S> {
         make: impl Fn(&mut Self, bool, &mut Solution) -> Result<(), IntegrateError>,
     ) -> bool {
         let (n_events, n_undefined) = (solution.events.len(), solution.undefined.len());
+        let jumps = solution.jumps.clone();
         let simultaneous = &mut self.discrete.simultaneous;
         let mut before = std::mem::take(&mut simultaneous.before);
         let mut reversed = std::mem::take(&mut simultaneous.reversed);
@@ -166,6 +167,7 @@ impl<S: Solved> Simulation<'_, S> {
         (self.discrete.simultaneous.before, self.discrete.simultaneous.reversed) =
             (before, reversed);
         solution.events.truncate(n_events);
+        solution.jumps = jumps;
         if self.directions.is_some() {
             solution.undefined.truncate(n_undefined);
         }
@@ -198,6 +200,7 @@ impl<S: Solved> Simulation<'_, S> {
         hybrid.occurrences.copy_from_slice(&state.occurrences);
         hybrid.crowd = state.crowd;
         self.algebraic.enter_modes(&state.mass);
+        self.evaluate_jumps();
         self.linearized = false;
     }
 

@@ -39,7 +39,7 @@ impl<S: Solved> Simulation<'_, S> {
             self.begin_instant(solution);
             self.discrete.schedule.switch();
             self.place_followers();
-            self.take_over(solution)?;
+            self.take_over(None, solution)?;
             self.settle(solution)?;
             self.mark_instant();
         }
@@ -81,7 +81,7 @@ impl<S: Solved> Simulation<'_, S> {
             self.act(automaton, solution)?;
         } else {
             self.place_followers();
-            self.take_over(solution)?;
+            self.take_over(None, solution)?;
         }
         self.settle(solution)
     }
@@ -150,7 +150,7 @@ impl<S: Solved> Simulation<'_, S> {
         let mut transitions = self.problem.system.signature().discrete.transitions();
         match transitions.position(|(of, _)| of == automaton) {
             Some(k) => self.make_transition(k, solution),
-            None => self.take_over(solution),
+            None => self.take_over(None, solution),
         }
     }
 }

@@ -294,7 +294,7 @@ impl<S: Solved> Simulation<'_, S> {
                 self.discrete.slack[other] = slack;
             }
         }
-        self.take_over(solution)?;
+        self.take_over(automaton.kind.is_declared().then_some(k), solution)?;
         if automaton.kind.counts() || transition.trigger == Trigger::Clock {
             return Ok(());
         }

@@ -23,6 +23,8 @@ pub struct ConsistentStart {
     pub z: Vec<f64>,
     /// Positions of the transitions whose conditions hold here: they act only after these have been false.
     pub waiting: Vec<usize>,
+    /// Algebraic unknowns whose start values, as the model gives them, are not those of the equations; with these values.
+    pub dropped: Vec<(usize, f64)>,
 }
 
 /// Start values at `t` that satisfy the algebraic equations, and their derivatives.
@@ -54,6 +56,7 @@ pub fn consistent_start<S: Solved>(
     let at = Point { t, y: &[], u: u.as_ref(), p: problem.p, z: &z };
     start_values(problem, at, y.as_mut()).map_err(IntegrateError::Initial)?;
     S::find_start(problem, t, options, y.as_mut(), None).map_err(IntegrateError::Initial)?;
+    let given = y.as_ref().to_vec();
     let mut e = vec![0.0; signature.discrete.transitions().count()];
     let at = Point { t, y: y.as_ref(), u: u.as_ref(), p: problem.p, z: &[] };
     choose_start_modes(system, at, &mut e, &mut z);
@@ -83,7 +86,14 @@ pub fn consistent_start<S: Solved>(
         .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref())
         .map_err(|Singular { row }| algebraic.singular(system, at, row, jacobian.as_ref()))
         .map_err(IntegrateError::Initial)?;
-    Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec(), z, waiting })
+    let is_off = |i: usize, given: f64| {
+        let (y, size) = (y.as_ref()[i], sizes.as_ref()[i]);
+        let bearable = tolerances.rtol * y.abs().max(given.abs()) + tolerances.atol * size;
+        mass.as_ref()[i] == 0.0 && (y - given).abs() > bearable
+    };
+    let dropped = given.iter().copied().enumerate().filter(|(i, given)| is_off(*i, *given));
+    let dropped = dropped.collect();
+    Ok(ConsistentStart { y: y.as_ref().to_vec(), ydot: f.as_ref().to_vec(), z, waiting, dropped })
 }
 
 /// Writes the model's start values, with replacements, into `y`.

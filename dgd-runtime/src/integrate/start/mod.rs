@@ -74,6 +74,7 @@ impl<S: Solved> Simulation<'_, S> {
             Some(memory) => self.recall_modes(memory),
         }
         self.select_first_states();
+        self.evaluate_jumps();
         self.begin_switches();
         if let Some(memory) = self.resumed {
             self.recall_bounds(memory);

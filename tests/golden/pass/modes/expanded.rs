@@ -303,6 +303,8 @@ pub mod tank {
                 clocks: List::Borrowed(&[]),
                 event_jacobian: Pattern::single(&[0, 1], &[0, 1]),
                 reset_jacobian: Pattern::single(&[0], &[0]),
+                by_mode: List::Borrowed(&[0]),
+                jump_jacobian: Pattern::single(&[], &[]),
             },
             starts_at_rest: false,
             start_equations: List::Borrowed(&[]),

@@ -279,6 +279,8 @@ pub mod tables {
                     &[0, 0, 0, 0, 0, 0],
                 ),
                 reset_jacobian: Pattern::single(&[], &[]),
+                by_mode: List::Borrowed(&[]),
+                jump_jacobian: Pattern::single(&[], &[]),
             },
             starts_at_rest: false,
             start_equations: List::Borrowed(&[]),

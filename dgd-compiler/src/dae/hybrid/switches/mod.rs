@@ -21,7 +21,8 @@
 //!
 //! α is an algebraic unknown, so that it may act through other algebraic unknowns, and several
 //! surfaces can slide at the same time. The solution leaves the surface where α leaves [0, 1]. For a
-//! surface that reads algebraic unknowns there is no ė, and no sliding.
+//! surface that reads algebraic unknowns there is no ė, and no sliding, unless equations give these
+//! directly.
 //!
 //! # Source
 //!
@@ -30,6 +31,7 @@
 mod affected;
 mod driven;
 mod nested;
+mod opened;
 mod pieces;
 mod steps;
 mod surfaces;
@@ -93,10 +95,25 @@ fn make_events(dae: &mut Dae, model: &Model) {
     }
     // Those that only stop steps come last, as rows read the others by their positions.
     surfaces.sort_by_key(|surface| surface.passage != Passage::Jump);
+    open(dae, model, &mut surfaces);
     replace_switches(dae, model, &mut surfaces);
     for surface in &surfaces {
         let automaton = automaton(dae, model, surface);
         dae.automata.push(automaton);
+    }
+}
+
+/// Puts what gives algebraic unknowns in the place of these, where a value jumps and the surface then has a
+/// rate.
+fn open(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
+    for surface in surfaces.iter_mut().filter(|surface| surface.passage == Passage::Jump) {
+        let Some(e) = opened::opened(dae, surface.e).filter(|e| *e != surface.e) else { continue };
+        let varying = Varying { model, delayed: &dae.delayed_inputs };
+        let rows = Rows { unknowns: &dae.unknowns, families: &dae.families };
+        let mut trial = dae.graph.clone();
+        if varying.terms(&mut trial, e, rows).is_some() {
+            surface.e = e;
+        }
     }
 }
 

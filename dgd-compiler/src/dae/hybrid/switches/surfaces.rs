@@ -116,7 +116,7 @@ fn moves_of(symbol: Symbol, is_linear: &[bool]) -> Moves {
 }
 
 /// Whether an expression that is another's multiple at some places is so everywhere.
-fn is_smooth(graph: &Graph, e: ExprId) -> bool {
+pub(super) fn is_smooth(graph: &Graph, e: ExprId) -> bool {
     graph.listed([e]).into_iter().all(|(_, node)| match node {
         Node::Select(..) | Node::Compare(..) | Node::Curve(..) => false,
         Node::Call1(function, _) => !matches!(function.get().name, "abs" | "sign"),
