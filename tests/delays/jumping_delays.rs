@@ -313,3 +313,24 @@ fn a_length_that_is_an_unknown() {
         length + p[1]
     });
 }
+
+/// A delay of the solution reaches breaks that are nearly one, at the start and after a corner there.
+#[test]
+fn methods_agree_where_a_delay_of_the_solution_reaches_its_breaks() {
+    let system = system(
+        "model kept
+         state x = 0.2
+         state q = 0.3
+         state y = 0
+         equation x: der(x) = delay(x, 0.5 [s] + 0.2 [s]*x)/1 [s]
+         equation q: der(q) = 0.3/1 [s]
+         equation y: der(y) = min(max(q, 0.3), q)/1 [s]",
+    );
+    let problem = Problem { system: &system, p: &[], inputs: &Inputs::none(), start: &[] };
+    for method in METHODS {
+        let options = Options { method, ..options(1e-9) };
+        let Ok(solution) = simulate(&problem, &[0.0, 1.2649], &options) else { continue };
+        let x = solution.y(1)[0];
+        assert!((x - 0.499_939_350_687).abs() < 1.5e-8, "{}: {x}", method.name);
+    }
+}

@@ -142,30 +142,31 @@ impl History {
 
         let window = begin.saturating_sub(self.first)..end - self.first;
         let (at, within) = self.extended(piece - self.first, alpha, window);
-        let is_frozen = within != alpha;
+        let beyond = alpha - within;
         let sloped = self.sloped(at);
         let here = self.piece(at, within);
         let (basis, _, differences) = here;
-        let (rates, mut per_h, rate_differences) =
+        let (rates, per_h, rate_differences) =
             if sloped == at { here } else { self.piece(sloped, within) };
-        if is_frozen {
-            per_h = 0.0;
-        }
+        // What lies further beyond is a straight line.
+        let bent = if beyond == 0.0 { per_h * per_h } else { 0.0 };
         for &Read { delayed: k, watched, .. } in &self.lags[index].reads {
             let x = basis.read(differences, n, watched)[0];
             let [_, slope, bend] = rates.read(rate_differences, n, watched);
             past.held[k] = 1.0;
-            past.set(k, [x, slope * per_h, bend * per_h * per_h]);
+            let slope = slope * per_h;
+            past.set(k, [x + slope * beyond, slope, bend * bent]);
             for j in 0..self.n_s {
                 let i = (j + 1) * n_w + watched;
-                past.s[j * n_v + k] = basis.read(differences, n, i)[0];
-                past.s_rate[j * n_v + k] = rates.read(rate_differences, n, i)[1] * per_h;
+                let slope = rates.read(rate_differences, n, i)[1] * per_h;
+                past.s[j * n_v + k] = basis.read(differences, n, i)[0] + slope * beyond;
+                past.s_rate[j * n_v + k] = slope;
             }
         }
     }
 
-    /// The piece of a window that continues beyond it to α, if that is outside the piece `at`, and how far: by no more
-    /// than the length of a piece, since polynomials grow beyond all bounds.
+    /// The piece of a window that continues to α, if that is outside the piece `at`, and up to where: no further than
+    /// by its own length, since polynomials grow beyond all bounds.
     fn extended(&self, at: usize, alpha: f64, window: Range<usize>) -> (usize, f64) {
         let [t0, t1] = self.ends[at];
         let length = |piece: usize| self.ends[piece][1] - self.ends[piece][0];

@@ -46,13 +46,15 @@ impl History {
 
     /// Makes the delay read values on the other side of the mark, at `t`, to which delays have been looked up.
     pub(in crate::integrate) fn pass(&mut self, at: &Discontinuity, t: f64) {
-        let alpha = t - self.tau(at.lag);
+        let tau = self.tau(at.lag);
+        let alpha = t - tau;
         let lag = &mut self.lags[at.lag];
         let mark = lag.mark - usize::from(at.back) - self.first_mark;
         lag.mark = if at.back { lag.mark - 1 } else { lag.mark + 1 };
         if lag.constant().is_none() {
             // The step ends there to the tolerance only: such an error does not lead back.
-            let error = 2.0 * (alpha - self.marks[mark].t).abs();
+            let tolerance = self.tolerances.rtol * tau.abs();
+            let error = 2.0 * (alpha - self.marks[mark].t).abs() + tolerance;
             lag.slack = if at.back { [0.0, error] } else { [error, 0.0] };
         }
         self.crossing = None;
