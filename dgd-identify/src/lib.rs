@@ -49,7 +49,8 @@ pub use minimise::trust_region::{
     Minimum, NormalEquations, Region, StoppingRule, Termination, minimise, minimise_watched,
 };
 pub use noise::loss::{Loss, LossAt};
-pub use noise::{Noise, too_few_for_noise};
+pub use noise::shape::Shape;
+pub use noise::{Judged, Noise, too_few_for_noise};
 pub use output_error::beginning::{NoiseCorrelation, counts_from};
 pub use output_error::fit::{Criteria, Fit};
 pub use output_error::linearised::{Departure, Nonlinear, nonlinear, operating_points};

@@ -8,7 +8,7 @@ use dgd_runtime::{Inputs, Observations, Options, Problem, simulate, simulate_wit
 
 use crate::error::TrialFailure;
 use crate::keep_by_fields;
-use crate::noise::density::{Counting, Likelihood, Seen, Spoilt};
+use crate::noise::density::{Counting, Likelihood, Seen, Spoilt, Term};
 use crate::noise::loss::Robust;
 use crate::output_error::linearised;
 
@@ -241,6 +241,7 @@ impl Sums {
     fn add_likely(
         &mut self,
         seen: Seen,
+        term: Term,
         distribution: Distribution,
         slopes: &[f64],
         of_sigma: &[f64],
@@ -250,7 +251,7 @@ impl Sums {
         };
         self.samples += 1;
         self.squares += (seen.simulated - seen.measured).powi(2);
-        let term = likelihood.add(seen, distribution);
+        likelihood.add(seen, term, distribution);
         if slopes.iter().chain(of_sigma).any(|slope| !slope.is_finite()) {
             self.without_sensitivity += 1;
             return;
@@ -365,7 +366,9 @@ impl Sample<'_> {
             return None;
         };
         let seen = Seen { measured, simulated: w[output], sigma: counting.deviation(k, w) };
-        let spoilt = seen.spoilt(distribution);
+        let shape = counting.shape();
+        let spoilt =
+            seen.spoilt(distribution).or_else(|| shape.and_then(|shape| shape.spoilt(seen)));
         if spoilt.is_none() {
             if !columns.is_empty() {
                 write_slopes(dw, w.len(), output, columns, of_output);
@@ -375,7 +378,18 @@ impl Sample<'_> {
                     of_sigma.fill(0.0);
                 }
             }
-            sums.add_likely(seen, distribution, of_output, of_sigma);
+            let term = match shape {
+                Some(shape) => {
+                    // What σ has of the output is in the scale.
+                    let growth = seen.sigma * shape.growth(seen.simulated);
+                    for (of_sigma, of_output) in of_sigma.iter_mut().zip(&*of_output) {
+                        *of_sigma -= growth * of_output;
+                    }
+                    shape.term(seen, distribution)
+                }
+                None => seen.term(distribution),
+            };
+            sums.add_likely(seen, term, distribution, of_output, of_sigma);
         }
         spoilt
     }

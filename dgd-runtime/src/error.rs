@@ -52,6 +52,8 @@ pub enum IntegrateError {
         parameter: Option<String>,
         /// Its local error, in units of the tolerance.
         error: f64,
+        /// The switch that the step passes, if it does.
+        switch: Option<String>,
     },
     /// An equation or its derivative is not finite, however small the step.
     NotFinite {
@@ -352,21 +354,30 @@ impl fmt::Display for IntegrateError {
             Self::Inputs(error) => error.fmt(f),
             Self::PerSample(error) => error.fmt(f),
             Self::Initial(error) => error.fmt(f),
-            Self::StepSizeTooSmall { t, h, unknown, parameter: None, error } => write!(
-                f,
-                "the step size fell to {} s at t = {t} s, where the local error of \
-                 `{unknown}` is still {} times the tolerance",
-                short(*h, 2),
-                short(*error, 3)
-            ),
-            Self::StepSizeTooSmall { t, h, unknown, parameter: Some(parameter), error } => write!(
-                f,
-                "the step size fell to {} s at t = {t} s, where the local error of the \
-                 sensitivity of `{unknown}` to `{parameter}` is still {} times the \
-                 tolerance",
-                short(*h, 2),
-                short(*error, 3)
-            ),
+            Self::StepSizeTooSmall { t, h, unknown, parameter, error, switch } => {
+                let what = match parameter {
+                    None => format!("`{unknown}`"),
+                    Some(parameter) => format!("the sensitivity of `{unknown}` to `{parameter}`"),
+                };
+                let (h, error) = (short(*h, 2), short(*error, 3));
+                write!(
+                    f,
+                    "the step size fell to {h} s at t = {t} s, where the local error of {what} is still {error} times the \
+                     tolerance; "
+                )?;
+                match switch {
+                    Some(switch) => write!(
+                        f,
+                        "the step passes `{switch}`, and no shorter one leads beyond it: check what the equations of \
+                         `{unknown}` are on its other side"
+                    ),
+                    None => write!(
+                        f,
+                        "the solution ends there, if `{unknown}` or its rate grows beyond all bounds; otherwise the \
+                         `nominal` of `{unknown}` is far smaller than what matters of it"
+                    ),
+                }
+            }
             Self::NotFinite { t, equation, unknown, what, values, end } => {
                 match what {
                     Evaluation::Equation => write!(f, "equation `{equation}`")?,

@@ -18,6 +18,10 @@ pub fn rounded(value: f64, digits: i32) -> String {
         return "–".to_owned();
     }
     let size = decade(value.abs());
+    // 9.96 is 10 to two digits, of which the leading one is in the next decade.
+    let is_next = |digits| fixed(value.abs() / 10_f64.powi(size), digits).starts_with("10");
+    let is_written = WRITTEN_OUT.contains(&size);
+    let size = if !is_written && is_next(digits - 1) { size + 1 } else { size };
     if WRITTEN_OUT.contains(&size) {
         fixed(value, (digits - 1 - size).max(0))
     } else {
@@ -118,6 +122,10 @@ mod tests {
             (-1e10, 2, "−10¹⁰"),
             (9.379_770_62e7, 2, "9.4·10⁷"),
             (2.50e-7, 3, "2.5·10⁻⁷"),
+            (9.96e-32, 2, "10⁻³¹"),
+            (-9.9996e7, 3, "−10⁸"),
+            (9.996e-4, 3, "0.001"),
+            (999_999.0, 3, "999999"),
         ] {
             assert_eq!(short(value, digits), shown);
         }

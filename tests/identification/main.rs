@@ -7,6 +7,7 @@ mod recorded;
 #[path = "../support/mod.rs"]
 mod support;
 
+mod criteria;
 mod filtering;
 mod filters;
 mod filters_with_a_past;
@@ -14,6 +15,7 @@ mod nist;
 mod output_error;
 mod process_noise;
 mod regression;
+mod relative_noise;
 mod smoothness;
 mod uncertainty;
 

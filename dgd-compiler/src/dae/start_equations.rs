@@ -111,7 +111,7 @@ fn declared_at(model: &Model, n_single: usize, i: usize) -> Span {
 /// The report on start equations and states of different number.
 fn miscounted(model: &Model, n_single: usize, determined: &BTreeSet<usize>) -> Diagnostic {
     let counted = |n: usize, one: &str, many: &str| match n {
-        0 => format!("no {one}"),
+        0 => format!("no {many}"),
         1 => format!("1 {one}"),
         n => format!("{n} {many}"),
     };

@@ -14,7 +14,7 @@ use crate::source::Span;
 use crate::syntax::ast::{
     Attribute, AttributeKind, Expr, ExprKind, Item, Name, Unit as WrittenUnit,
 };
-use crate::units::Unit;
+use crate::units::{Unit, which_is_meant};
 
 /// What the declaration of an unknown, or of an array of them, says.
 pub(super) struct UnknownDeclaration<'a> {
@@ -278,7 +278,8 @@ impl<'a> Resolver<'a> {
                     ),
                 )
                 .here(self.lowering.scope.spelling.this_is(l))
-                .label(right.span, self.lowering.scope.spelling.this_is(r)),
+                .label(right.span, self.lowering.scope.spelling.this_is(r))
+                .maybe_help(which_is_meant(l, r)),
             ));
         };
         Ok(Equation {
@@ -311,7 +312,8 @@ pub(super) fn unit_read(
     );
     Err(diagnostics.error(
         Diagnostic::new(Code::E302, name.span, message)
-            .label(declared_at, "the unknown is declared here"),
+            .label(declared_at, "the unknown is declared here")
+            .maybe_help(which_is_meant(unit.dimension, declared.dimension)),
     ))
 }
 

@@ -18,7 +18,7 @@ use crate::syntax::ast::{
     UnknownKind,
 };
 use crate::syntax::own_units;
-use crate::units::{Dimension, Unit};
+use crate::units::{Dimension, Unit, which_is_meant};
 
 /// What is chosen and set from outside the model file.
 #[derive(Debug, Clone, Default)]
@@ -524,7 +524,8 @@ impl<'a> Lowering<'a> {
                         self.scope.spelling.being(found)
                     ),
                 )
-                .here(self.scope.spelling.this_is(found)),
+                .here(self.scope.spelling.this_is(found))
+                .maybe_help(which_is_meant(found, unit.dimension)),
             ));
         }
         // A size given with a unit of its own: 0.5 °C is half a kelvin.

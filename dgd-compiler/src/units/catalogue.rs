@@ -152,15 +152,17 @@ pub static CATALOGUE: &[Row] = &[
     // Base units; the kilogram is a gram with a prefix.
     Row::si("m", LENGTH, "metre"),
     Row::of("g", MASS, (1.0, 1e3), "gram").with_prefixes(),
-    Row::si("s", TIME, "second"),
+    Row::si("s", TIME, "second").or(&["sec"]),
     Row::si("A", CURRENT, "ampere"),
     Row::si("K", TEMPERATURE, "kelvin"),
     Row::si("mol", AMOUNT, "mole"),
     Row::si("cd", LUMINOUS_INTENSITY, "candela"),
     // Numbers and angles
-    Row::of("%", NUMBER, (1.0, 1e2), "percent: 0.01"),
+    Row::of("%", NUMBER, (1.0, 1e2), "percent: 0.01").or(&["percent"]),
     Row::of("ppm", NUMBER, (1.0, 1e6), "parts per million"),
+    Row::of("ppb", NUMBER, (1.0, 1e9), "parts per billion: 10⁻⁹"),
     Row::si("rad", NUMBER, "radian: 1"),
+    Row::of("rev", NUMBER, (std::f64::consts::TAU, 1.0), "revolution: 2π rad"),
     Row::si("sr", NUMBER, "steradian: 1"),
     Row::of("deg", NUMBER, (std::f64::consts::PI, 180.0), "degree of arc: π/180").or(&["°"]),
     // Time
@@ -213,21 +215,30 @@ pub static CATALOGUE: &[Row] = &[
     Row::of("psig", PRESSURE, PSI, "psi above the standard atmosphere").counted_from(Datum::Gauge),
     Row::of("ksi", PRESSURE, (1e3 * PSI.0, PSI.1), "1000 psi"),
     Row::of("atm", PRESSURE, (STANDARD_ATMOSPHERE, 1.0), "standard atmosphere: 101325 Pa"),
+    Row::of("torr", PRESSURE, (STANDARD_ATMOSPHERE, 760.0), "torr: 1/760 of an atmosphere")
+        .or(&["Torr"])
+        .with_prefixes(),
     Row::of("mmHg", PRESSURE, (133_322_387_415.0, 1e9), "millimetre of mercury"),
     Row::of("inHg", PRESSURE, (133_322_387_415.0 * 25.4, 1e9), "inch of mercury"),
     Row::of("mmH2O", PRESSURE, (980_665.0, 1e5), "millimetre of water"),
     Row::of("inH2O", PRESSURE, (980_665.0 * 25.4, 1e5), "inch of water"),
     // Energy, power
     Row::si("J", ENERGY, "joule"),
+    Row::si("Nm", ENERGY, "newton metre, of torque: 1 J"),
+    Row::of("eV", ENERGY, (1_602_176_634.0, 1e28), "electronvolt: 1.602176634e-19 J")
+        .with_prefixes(),
     Row::of("cal", ENERGY, (4184.0, 1e3), "thermochemical calorie: 4.184 J").with_prefixes(),
     Row::of("Wh", ENERGY, (3600.0, 1.0), "watt-hour").with_prefixes(),
     Row::si("W", POWER, "watt"),
+    Row::si("VA", POWER, "volt-ampere, of apparent power: 1 W"),
+    Row::si("var", POWER, "volt-ampere reactive: 1 W"),
     Row::of("hp", POWER, (550.0 * 0.3048 * POUND_FORCE.0, POUND_FORCE.1), "mechanical horsepower"),
     // Viscosity
     Row::of("P", VISCOSITY, (1.0, 10.0), "poise: 0.1 Pa·s").with_prefixes(),
     Row::of("St", DIFFUSIVITY, (1.0, 1e4), "stokes: 1 cm²/s").with_prefixes(),
     // Electricity
     Row::si("C", CHARGE, "coulomb"),
+    Row::of("Ah", CHARGE, (3600.0, 1.0), "ampere-hour: 3600 C").with_prefixes(),
     Row::si("V", VOLTAGE, "volt"),
     Row::si("ohm", RESISTANCE, "ohm").or(&["Ohm", "\u{3a9}", "\u{2126}"]),
     Row::si("S", CONDUCTANCE, "siemens"),
@@ -309,6 +320,16 @@ pub fn describe(dimension: Dimension) -> String {
         [one] => format!("{above}/{one}"),
         several => format!("{above}/({})", several.join("*")),
     }
+}
+
+/// What to ask where two dimensions ought to be one, and a `C` may have been meant for a `°C`.
+pub fn which_is_meant(one: Dimension, other: Dimension) -> Option<String> {
+    let apart = one.over(other)?;
+    let is_meant = |a: Dimension, b: Dimension| a.over(b) == Some(apart);
+    (is_meant(CHARGE, TEMPERATURE) || is_meant(TEMPERATURE, CHARGE)).then(|| {
+        "is `C` the coulomb here, or a degree Celsius? A temperature is in `°C` or `degC`, a charge in `C`, `A*s` or `Ah`"
+            .to_owned()
+    })
 }
 
 /// Converts a value at the model's edge, between units of one dimension.

@@ -6,7 +6,7 @@ mod grammar;
 mod own;
 mod read;
 
-pub use catalogue::{convert, describe};
+pub use catalogue::{convert, describe, which_is_meant};
 pub use dimension::{Dimension, Exponent};
 pub use own::{OwnUnit, OwnUnits};
 pub use read::{UnitError, UnitErrorKind, parse_unit, parse_unit_with, read_unit};

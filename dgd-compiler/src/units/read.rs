@@ -27,6 +27,18 @@ pub enum UnitErrorKind {
         /// What was probably meant.
         suggestion: Option<String>,
     },
+    /// A logarithm of a ratio is no unit.
+    Logarithm {
+        /// The symbol.
+        symbol: String,
+    },
+    /// A symbol is units without an operator between them.
+    Product {
+        /// The symbol.
+        symbol: String,
+        /// The same with operators.
+        product: String,
+    },
     /// The text does not follow the grammar of units.
     Malformed {
         /// What could stand there.
@@ -57,7 +69,9 @@ impl UnitError {
 
     fn code(&self) -> Code {
         match self.kind {
-            UnitErrorKind::Unknown { .. } => Code::E305,
+            UnitErrorKind::Unknown { .. }
+            | UnitErrorKind::Logarithm { .. }
+            | UnitErrorKind::Product { .. } => Code::E305,
             UnitErrorKind::Malformed { .. } | UnitErrorKind::OutOfRange => Code::E306,
         }
     }
@@ -67,6 +81,13 @@ impl UnitError {
         match &self.kind {
             UnitErrorKind::Unknown { suggestion, .. } => {
                 suggestion.as_ref().map(|unit| format!("did you mean `{unit}`?"))
+            }
+            UnitErrorKind::Logarithm { .. } => Some(
+                "of a level x, a plain number, `10^(x/20)` is the ratio of amplitudes, and `10^(x/10)` that of powers"
+                    .to_owned(),
+            ),
+            UnitErrorKind::Product { product, .. } => {
+                Some(format!("units of a product are joined by `*`: `{product}`"))
             }
             UnitErrorKind::Malformed { .. } => Some(
                 "units are written like `kg/m^3`, `Pa*s^2/m^6`, `m^(5/2)/s` or `1/(m*s)`"
@@ -80,7 +101,12 @@ impl UnitError {
 impl fmt::Display for UnitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.kind {
-            UnitErrorKind::Unknown { symbol, .. } => write!(f, "there is no unit `{symbol}`"),
+            UnitErrorKind::Unknown { symbol, .. } | UnitErrorKind::Product { symbol, .. } => {
+                write!(f, "there is no unit `{symbol}`")
+            }
+            UnitErrorKind::Logarithm { symbol } => {
+                write!(f, "`{symbol}` is the logarithm of a ratio, and no unit")
+            }
             UnitErrorKind::Malformed { expected } => {
                 write!(f, "malformed unit: expected {expected}")
             }
@@ -187,7 +213,6 @@ struct Found {
 
 /// Words that are not units, without a plural's s, and the units they stand for.
 const SPELLED_OUT: &[(&str, &str)] = &[
-    ("sec", "s"),
     ("second", "s"),
     ("minute", "min"),
     ("hour", "h"),
@@ -214,8 +239,14 @@ const SPELLED_OUT: &[(&str, &str)] = &[
     ("kelvin", "K"),
     ("celsiu", "degC"),
     ("degree", "deg"),
-    ("percent", "%"),
+    ("revolution", "rev"),
 ];
+
+/// No three units with prefixes are longer, in bytes.
+const LONGEST_PRODUCT: usize = 24;
+
+/// Logarithms of ratios that are written as units are.
+const LOGARITHMS: &[&str] = &["dB", "dBA", "dBm", "dBV", "dBu", "dBi", "dBFS", "Np"];
 
 fn look_up(factor: &grammar::Factor, own: &OwnUnits) -> Result<Found, UnitError> {
     let whole = format!("{}{}", factor.symbol, factor.digits);
@@ -236,8 +267,20 @@ fn look_up(factor: &grammar::Factor, own: &OwnUnits) -> Result<Found, UnitError>
         let (dimension, offset, datum) = (row.dimension, row.offset, row.datum);
         return Ok(Found { dimension, factor, offset, datum, digits });
     }
+    let range = factor.range.clone();
+    if LOGARITHMS.contains(&whole.as_str()) {
+        return Err(UnitError { range, kind: UnitErrorKind::Logarithm { symbol: whole } });
+    }
     let meant = SPELLED_OUT.iter().find(|(word, _)| whole.trim_end_matches('s') == *word);
     let spellings = all_spellings();
+    let differs_by_case =
+        || spellings.iter().any(|known| known.to_lowercase() == whole.to_lowercase());
+    if let Some(product) = product(&factor.symbol, &factor.digits)
+        && meant.is_none()
+        && !differs_by_case()
+    {
+        return Err(UnitError { range, kind: UnitErrorKind::Product { symbol: whole, product } });
+    }
     let suggestion = if let Some((_, symbol)) = meant {
         Some((*symbol).to_owned())
     } else {
@@ -245,8 +288,42 @@ fn look_up(factor: &grammar::Factor, own: &OwnUnits) -> Result<Found, UnitError>
             own.iter().map(|(symbol, _)| symbol).chain(spellings.iter().map(String::as_str));
         suggestion(&whole, known).map(str::to_owned)
     };
-    let kind = UnitErrorKind::Unknown { symbol: whole, suggestion };
-    Err(UnitError { range: factor.range.clone(), kind })
+    Err(UnitError { range, kind: UnitErrorKind::Unknown { symbol: whole, suggestion } })
+}
+
+/// Units written one behind the other, as `Pas`, with the operators between them; the power is that of the last.
+fn product(symbol: &str, digits: &str) -> Option<String> {
+    // `bars` is a plural.
+    let is_plural = symbol.strip_suffix('s').is_some_and(|stem| {
+        stem.len() > 2 && stem.chars().all(char::is_lowercase) && find(stem).is_some()
+    });
+    let parts = if is_plural { None } else { split(symbol) };
+    let power = if digits.is_empty() { String::new() } else { format!("^{digits}") };
+    parts.map(|parts| format!("{}{power}", parts.join("*")))
+}
+
+/// Two units, or else three, that are this symbol together.
+fn split(symbol: &str) -> Option<Vec<&str>> {
+    if symbol.len() > LONGEST_PRODUCT {
+        return None;
+    }
+    if let Some((first, second)) = pair(symbol) {
+        return Some(vec![first, second]);
+    }
+    first_units(symbol).find_map(|(first, rest)| {
+        let (second, third) = pair(rest)?;
+        Some(vec![first, second, third])
+    })
+}
+
+fn pair(symbol: &str) -> Option<(&str, &str)> {
+    first_units(symbol).find(|(_, rest)| find(rest).is_some())
+}
+
+/// The units that a symbol begins with, the longest first, and what is behind each.
+fn first_units(symbol: &str) -> impl Iterator<Item = (&str, &str)> {
+    let ends = symbol.char_indices().rev().map(|(at, _)| at).filter(|at| *at > 0);
+    ends.map(|at| symbol.split_at(at)).filter(|(first, _)| find(first).is_some())
 }
 
 #[cfg(test)]
@@ -322,6 +399,21 @@ mod tests {
             ("mph", 0.447_04),
             ("knot", 1852.0 / 3600.0),
             ("ppm", 1e-6),
+            ("ppb", 1e-9),
+            ("percent", 0.01),
+            ("rev", 2.0 * std::f64::consts::PI),
+            ("rev/min", 2.0 * std::f64::consts::PI / 60.0),
+            ("msec", 1e-3),
+            ("torr", 133.322_368_421_052_63),
+            ("mTorr", 0.133_322_368_421_052_63),
+            ("Nm", 1.0),
+            ("kNm", 1e3),
+            ("Nm/rad", 1.0),
+            ("eV", 1.602_176_634e-19),
+            ("MeV", 1.602_176_634e-13),
+            ("kVA", 1e3),
+            ("Mvar", 1e6),
+            ("mAh", 3.6),
         ] {
             let error = (unit(text).factor / factor - 1.0).abs();
             assert!(error <= ROUNDING, "{text}: {} {factor}", unit(text).factor);
@@ -375,6 +467,29 @@ mod tests {
         let error = read("stroek").expect_err("no unit");
         assert_eq!(error.help().as_deref(), Some("did you mean `stroke`?"));
         assert!(read("kstroke").is_err() && parse_unit("stroke").is_err());
+    }
+
+    #[test]
+    fn units_without_an_operator_are_told_with_one() {
+        for (text, product) in [
+            ("Pas", "Pa*s"),
+            ("Vs", "V*s"),
+            ("mPas", "mPa*s"),
+            ("kgm", "kg*m"),
+            ("kgm2/s", "kg*m^2"),
+            ("Nms", "Nm*s"),
+            ("VAh", "VA*h"),
+        ] {
+            let help = parse_unit(text).expect_err("no unit").help().unwrap_or_default();
+            assert!(help.ends_with(&format!("`{product}`")), "{text}: {help}");
+        }
+        for (text, meant) in [("KPa", "kPa"), ("bars", "bar"), ("KW", "kW"), ("rads/s", "rad")] {
+            let help = parse_unit(text).expect_err("no unit").help().unwrap_or_default();
+            assert_eq!(help, format!("did you mean `{meant}`?"), "{text}");
+        }
+        let error = parse_unit("dB/m").expect_err("no unit");
+        assert!(error.to_string().contains("logarithm") && error.range == (0..2), "{error}");
+        assert!(error.help().unwrap_or_default().contains("`10^(x/20)`"));
     }
 
     #[test]

@@ -83,6 +83,13 @@ pub struct Tuning {
     pub noise: Vec<Option<f64>>,
 }
 
+impl Tuning {
+    /// Standard deviations before the first row, SI: states, then parameters.
+    pub fn start_stds(&self) -> Vec<f64> {
+        self.states.iter().chain(&self.parameters).map(|walk| walk.start).collect()
+    }
+}
+
 /// What to track.
 #[derive(Debug, Clone)]
 pub struct FilterProblem<'a> {

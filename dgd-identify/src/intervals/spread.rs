@@ -91,8 +91,7 @@ impl Fit {
         problem: &OutputErrorProblem<'_>,
     ) -> Result<Option<Spread>, EstimateError> {
         // Parts are weighed by σ of outputs, and single samples may have their own.
-        let is_likelihood =
-            |noise: &Option<Noise>| matches!(noise, Some(Noise::Density(_) | Noise::Recorded));
+        let is_likelihood = |noise: &Option<Noise>| noise.is_some_and(Noise::is_likelihood);
         if problem.noise.iter().any(is_likelihood) {
             return Ok(None);
         }

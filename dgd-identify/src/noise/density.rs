@@ -28,6 +28,7 @@ use dgd_runtime::special::lgamma;
 use crate::error::TrialFailure;
 use crate::keep_by_fields;
 use crate::noise::loss::Scaled;
+use crate::noise::shape::Shape;
 
 /// How the samples of an output count.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +41,8 @@ pub(crate) enum Counting<'a> {
     Density(Density),
     /// By their likelihood, with a σ for each sample time.
     Rows(&'a [f64], Distribution),
+    /// By their likelihood in the scale in which that σ is even.
+    Stabilised(Density, Shape),
 }
 
 impl Counting<'_> {
@@ -47,9 +50,9 @@ impl Counting<'_> {
     pub(crate) fn distribution(self) -> Option<Distribution> {
         match self {
             Self::Squares | Self::Robust(_) => None,
-            Self::Density(Density { distribution, .. }) | Self::Rows(_, distribution) => {
-                Some(distribution)
-            }
+            Self::Density(Density { distribution, .. })
+            | Self::Rows(_, distribution)
+            | Self::Stabilised(Density { distribution, .. }, _) => Some(distribution),
         }
     }
 
@@ -57,15 +60,23 @@ impl Counting<'_> {
     pub(crate) fn deviation(self, k: usize, w: &[f64]) -> f64 {
         match self {
             Self::Squares | Self::Robust(_) => f64::NAN,
-            Self::Density(density) => w[density.deviation],
+            Self::Density(density) | Self::Stabilised(density, _) => w[density.deviation],
             Self::Rows(deviations, _) => deviations[k],
+        }
+    }
+
+    /// The scale in which σ is even, where samples count in that.
+    pub(crate) fn shape(self) -> Option<Shape> {
+        match self {
+            Self::Stabilised(_, shape) => Some(shape),
+            Self::Squares | Self::Robust(_) | Self::Density(_) | Self::Rows(..) => None,
         }
     }
 
     /// The output that computes σ.
     pub(crate) fn computed_by(self) -> Option<usize> {
         match self {
-            Self::Density(density) => Some(density.deviation),
+            Self::Density(density) | Self::Stabilised(density, _) => Some(density.deviation),
             Self::Squares | Self::Robust(_) | Self::Rows(..) => None,
         }
     }
@@ -128,40 +139,61 @@ impl Seen {
         (wants_logarithm && simulated <= 0.0).then_some(Spoilt::Logarithm(simulated))
     }
 
+    /// Simulated less measured over σ; of logarithms where the noise is log-normal.
+    pub(crate) fn residual(self, distribution: Distribution) -> f64 {
+        let Self { measured, simulated, sigma } = self;
+        match distribution {
+            Distribution::Normal | Distribution::Student { .. } => (simulated - measured) / sigma,
+            Distribution::LogNormal => (simulated.ln() - measured.ln()) / sigma,
+        }
+    }
+
     /// What it adds.
     pub(crate) fn term(self, distribution: Distribution) -> Term {
         let Self { measured, simulated, sigma } = self;
-        let normal = |r: f64, slope: f64| Term {
-            cost: r * r,
-            logarithm: (TAU * sigma * sigma).ln(),
-            by_output: r * slope,
-            by_deviation: (1.0 - r * r) / sigma,
-            of_output: slope * slope,
-            of_deviation: 2.0 / (sigma * sigma),
-        };
+        let r = self.residual(distribution);
         match distribution {
-            Distribution::Normal => normal((simulated - measured) / sigma, 1.0 / sigma),
+            Distribution::Normal | Distribution::Student { .. } => {
+                Term::of(r, 1.0 / sigma, sigma, distribution)
+            }
             Distribution::LogNormal => {
-                let r = (simulated.ln() - measured.ln()) / sigma;
-                let term = normal(r, 1.0 / (sigma * simulated));
+                let term = Term::of(r, 1.0 / (sigma * simulated), sigma, distribution);
                 Term { logarithm: term.logarithm + 2.0 * measured.ln(), ..term }
             }
-            Distribution::Student { freedom } => {
-                let r = (simulated - measured) / sigma;
-                let weight = (freedom + 1.0) / (freedom + r * r);
-                let rest = 0.5 * (freedom * PI).ln() + lgamma(0.5 * freedom)
-                    - lgamma(0.5 * (freedom + 1.0));
-                let variance = sigma * sigma;
-                Term {
-                    cost: (freedom + 1.0) * (r * r / freedom).ln_1p(),
-                    logarithm: 2.0 * (sigma.ln() + rest),
-                    by_output: weight * r / sigma,
-                    by_deviation: (1.0 - weight * r * r) / sigma,
-                    of_output: (freedom + 1.0) / (freedom + 3.0) / variance,
-                    of_deviation: 2.0 * freedom / (freedom + 3.0) / variance,
-                }
-            }
         }
+    }
+}
+
+impl Term {
+    /// Of a residual r that is a normal deviate, or Student's: `slope` is ∂r/∂w, and r falls as 1/σ.
+    pub(super) fn of(r: f64, slope: f64, sigma: f64, distribution: Distribution) -> Self {
+        let Distribution::Student { freedom } = distribution else {
+            return Term {
+                cost: r * r,
+                logarithm: (TAU * sigma * sigma).ln(),
+                by_output: r * slope,
+                by_deviation: (1.0 - r * r) / sigma,
+                of_output: slope * slope,
+                of_deviation: 2.0 / (sigma * sigma),
+            };
+        };
+        let weight = (freedom + 1.0) / (freedom + r * r);
+        let rest =
+            0.5 * (freedom * PI).ln() + lgamma(0.5 * freedom) - lgamma(0.5 * (freedom + 1.0));
+        let variance = sigma * sigma;
+        Term {
+            cost: (freedom + 1.0) * (r * r / freedom).ln_1p(),
+            logarithm: 2.0 * (sigma.ln() + rest),
+            by_output: weight * r * slope,
+            by_deviation: (1.0 - weight * r * r) / sigma,
+            of_output: (freedom + 1.0) / (freedom + 3.0) * slope * slope,
+            of_deviation: 2.0 * freedom / (freedom + 3.0) / variance,
+        }
+    }
+
+    /// The same for readings of which another σ than this is the scatter.
+    pub(super) fn with_spread(self, other: f64, sigma: f64) -> Self {
+        Term { logarithm: self.logarithm + 2.0 * (other / sigma).ln(), ..self }
     }
 }
 
@@ -200,9 +232,8 @@ pub(crate) struct Likelihood {
 keep_by_fields!(Likelihood { cost, logarithms, variances });
 
 impl Likelihood {
-    /// Adds a sample, and gives its derivatives.
-    pub(crate) fn add(&mut self, seen: Seen, distribution: Distribution) -> Term {
-        let term = seen.term(distribution);
+    /// Adds a sample.
+    pub(crate) fn add(&mut self, seen: Seen, term: Term, distribution: Distribution) {
         self.cost += term.cost;
         self.logarithms += term.logarithm;
         let scale = match distribution {
@@ -210,7 +241,6 @@ impl Likelihood {
             Distribution::LogNormal => seen.sigma * seen.simulated,
         };
         self.variances += scale * scale;
-        term
     }
 }
 

@@ -4,12 +4,16 @@
 //! |---|---|
 //! | `loss` | what an error adds, where squares are not robust enough |
 //! | `density` | the likelihood of readings whose scatter is computed |
+//! | `shape` | how that scatter grows with the output, and what makes it even |
 
 pub(crate) mod density;
 pub(crate) mod loss;
+pub(crate) mod shape;
 
-use dgd_runtime::signature::Density;
+use dgd_runtime::signature::{Density, Distribution};
 
+use crate::noise::density::Seen;
+use crate::noise::shape::Shape;
 use crate::recording::{Recording, Sums};
 
 /// Where the weight of an output comes from.
@@ -23,6 +27,49 @@ pub enum Noise {
     Density(Density),
     /// Each sample has its own, in [`Recording::deviations`].
     Recorded,
+    /// As the model says, with readings and outputs in a scale in which it is even: the first part of a search.
+    Stabilised(Density, Shape),
+}
+
+/// A reading, judged by the standard deviation that it has by itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged {
+    /// Measured less simulated over σ; of logarithms where the noise is log-normal.
+    pub residual: f64,
+    /// Its distribution where the model is right.
+    pub distribution: Distribution,
+    /// −2 ln of its density, SI.
+    pub deviance: f64,
+}
+
+impl Noise {
+    /// Whether samples have standard deviations of their own, and count by their likelihood.
+    pub fn is_likelihood(self) -> bool {
+        match self {
+            Self::Known(_) | Self::Estimated => false,
+            Self::Density(_) | Self::Recorded | Self::Stabilised(..) => true,
+        }
+    }
+
+    /// Sample k of an output, where the model has the outputs `w`; `None` where all samples of the output have one σ.
+    pub fn judge(
+        self,
+        recording: &Recording,
+        output: usize,
+        k: usize,
+        w: &[f64],
+    ) -> Option<Judged> {
+        let (sigma, distribution) = match self {
+            Self::Known(_) | Self::Estimated | Self::Stabilised(..) => return None,
+            Self::Density(density) => (w[density.deviation], density.distribution),
+            Self::Recorded => (recording.deviations_of(output)?[k], Distribution::Normal),
+        };
+        let measured = recording.measured[output].as_ref()?[k];
+        let seen = Seen { measured, simulated: w[output], sigma };
+        let term = seen.term(distribution);
+        let deviance = term.cost + term.logarithm;
+        Some(Judged { residual: -seen.residual(distribution), distribution, deviance })
+    }
 }
 
 /// Fewer samples of an output do not say how large its noise is.

@@ -11,7 +11,7 @@ use crate::output_error::stepping::Stepping;
 use crate::output_error::weighing::{
     Weighted, curvature_and_influence, effective_priors, information, misfits,
 };
-use crate::output_error::{OutputErrorProblem, Starts};
+use crate::output_error::{OutputErrorProblem, Starts, least_noise};
 use crate::recording::{Misfit, Sums};
 use crate::uncertainty::{Correlated, Estimate, Uncertainty, Undetermined};
 use crate::variables::Variables;
@@ -43,8 +43,8 @@ pub struct Fit {
     pub samples_without_sensitivity: usize,
     /// Samples and priors less estimates that are not at a bound.
     pub degrees_of_freedom: usize,
-    /// −2 ln of the likelihood: Σ n ln(2πσ²) + Σ ρ(e/σ). Comparable between fits to the same
-    /// samples by the same loss, whatever their noise.
+    /// −2 ln of the likelihood: Σ n ln(2πσ²) + Σ ρ(e/σ), with estimated σ where it is least, √(Σ e²/n). Comparable
+    /// between fits to the same samples by the same loss, whatever their noise.
     pub deviance: f64,
     /// Simulated against measured, by recording and output, those that are not fitted too.
     pub misfits: Vec<Vec<Misfit>>,
@@ -234,7 +234,7 @@ pub(crate) fn finish(
         robust.map(|sums| sums.light).sum()
     };
     let free = held.iter().filter(|held| !**held).count();
-    let deviance = logarithms + at.normal.cost;
+    let deviance = logarithms + at.normal.cost + to_most_likely(problem, at, sigma);
     let has_tails = problem.noise.iter().any(|noise| {
         let Some(Noise::Density(density)) = noise else { return false };
         matches!(density.distribution, Distribution::Student { .. })
@@ -271,6 +271,24 @@ pub(crate) fn finish(
         uncertainty,
         slopes,
     }
+}
+
+/// What −2 ln of the likelihood changes by where estimated noise becomes the most likely one, √(Σ e²/n): σ of a fit is
+/// larger by its degrees of freedom. Nothing under a loss other than squares, which is no likelihood.
+fn to_most_likely(problem: &OutputErrorProblem<'_>, at: &Weighted, sigma: &[Option<f64>]) -> f64 {
+    let least = least_noise(problem);
+    let of = |i: usize| {
+        let all = at.sums.iter().map(|of_recording| &of_recording[i]);
+        let (samples, squares) =
+            all.fold((0.0, 0.0), |(n, sum), one| (n + one.samples as f64, sum + one.squares));
+        let (Some(sigma), true) = (sigma[i], samples > 0.0) else { return 0.0 };
+        let likely = f64::sqrt(squares / samples).max(least[i]);
+        let weights = 1.0 / (likely * likely) - 1.0 / (sigma * sigma);
+        2.0 * samples * (likely / sigma).ln() + weights * squares
+    };
+    let is_estimated = |i: &usize| problem.noise[*i] == Some(Noise::Estimated);
+    let outputs = (0..sigma.len()).filter(is_estimated);
+    if problem.loss == Loss::Squares { outputs.map(of).sum() } else { 0.0 }
 }
 
 /// The root of the mean variance of an output's readings, where they count by their likelihood.

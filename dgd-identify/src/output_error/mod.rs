@@ -18,6 +18,7 @@ pub(crate) mod fit;
 pub(crate) mod linearised;
 pub(crate) mod multi_start;
 pub(crate) mod prior;
+mod readings;
 pub(crate) mod stepping;
 pub(crate) mod weighing;
 
@@ -162,6 +163,8 @@ pub fn fit(problem: &OutputErrorProblem<'_>) -> Result<Fit, EstimateError> {
         digest.of(&"simulations of a fit").of(&problem.p).of(&problem.free).of(&problem.recordings)
     });
     let mut total = Total::default();
+    let problem = &readings::with_tolerance(problem, &variables, &z, &mut total);
+    z = readings::closer(problem, &variables, z, data, of, &mut total)?;
     let mut accuracy = Accuracy::first(problem, &variables, &z)?;
     let mut last: Option<(Accuracy, Ended)> = None;
     let (accuracy, Ended { z, at, sigma }) = loop {
@@ -427,7 +430,9 @@ fn verify_readings(problem: &OutputErrorProblem<'_>) -> Result<(), EstimateError
         let is_log = match noise {
             Noise::Known(_) | Noise::Estimated => continue,
             Noise::Recorded => false,
-            Noise::Density(density) => density.distribution == Distribution::LogNormal,
+            Noise::Density(density) | Noise::Stabilised(density, _) => {
+                density.distribution == Distribution::LogNormal
+            }
         };
         if problem.loss != Loss::Squares {
             return Err(EstimateError::LossOfDensity { output: output.to_string() });
@@ -470,7 +475,8 @@ fn rounding(problem: &OutputErrorProblem<'_>, sigma: &[Option<f64>]) -> f64 {
     ROUNDING * largest
 }
 
-fn least_noise(problem: &OutputErrorProblem<'_>) -> Vec<f64> {
+/// The least noise of each output that is worth telling from none.
+pub(crate) fn least_noise(problem: &OutputErrorProblem<'_>) -> Vec<f64> {
     let outputs = problem.system.signature().outputs.iter().enumerate();
     let rtol = problem.options.rtol;
     outputs
@@ -483,7 +489,7 @@ fn first_noise(problem: &OutputErrorProblem<'_>, least: &[f64]) -> Vec<Option<f6
     let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
         Noise::Known(sigma) => Some(sigma),
         // What counts by its likelihood has its σ within the sums.
-        Noise::Density(_) | Noise::Recorded => Some(1.0),
+        Noise::Density(_) | Noise::Recorded | Noise::Stabilised(..) => Some(1.0),
         Noise::Estimated => {
             Some(noise::scatter(problem.recordings, i).unwrap_or(0.0).max(least[i]))
         }
@@ -512,7 +518,7 @@ fn noise_of_medians(
     let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
         Noise::Known(sigma) => Some(sigma),
         // What counts by its likelihood has its σ within the sums.
-        Noise::Density(_) | Noise::Recorded => Some(1.0),
+        Noise::Density(_) | Noise::Recorded | Noise::Stabilised(..) => Some(1.0),
         Noise::Estimated => {
             let recordings = problem.recordings.iter().zip(&observations);
             let sizes = recordings.flat_map(|(recording, simulated)| {
@@ -536,7 +542,7 @@ fn estimated_noise(
     let of = |(i, noise): (usize, &Option<Noise>)| match (*noise)? {
         Noise::Known(sigma) => Some(sigma),
         // What counts by its likelihood has its σ within the sums.
-        Noise::Density(_) | Noise::Recorded => Some(1.0),
+        Noise::Density(_) | Noise::Recorded | Noise::Stabilised(..) => Some(1.0),
         Noise::Estimated => {
             noise::of_residuals(sums, i, spread).map(|next| next.max(least[i])).or(sigma[i])
         }

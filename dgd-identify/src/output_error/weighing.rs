@@ -61,6 +61,7 @@ fn counting<'r>(
 ) -> Vec<Counting<'r>> {
     let of = |i: usize| match noise[i] {
         Some(Noise::Density(density)) => Counting::Density(density),
+        Some(Noise::Stabilised(density, shape)) => Counting::Stabilised(density, shape),
         Some(Noise::Recorded) => {
             let rows = recording.deviations_of(i);
             rows.map_or(Counting::Squares, |rows| Counting::Rows(rows, Distribution::Normal))

@@ -239,7 +239,7 @@ fn known(prepared: &Prepared<'_>, rows: &Rows<'_>, kind: usize) -> Option<f64> {
         RowOf::Equation(_) => None,
         RowOf::Output(i) => match prepared.problem.noise[i] {
             Some(Noise::Known(sigma)) => Some(sigma),
-            Some(Noise::Estimated | Noise::Density(_) | Noise::Recorded) | None => None,
+            Some(_) | None => None,
         },
     }
 }

@@ -51,8 +51,12 @@ impl Folder {
 }
 
 impl Place for Folder {
+    fn may_cut_off(&self) -> bool {
+        true
+    }
+
     fn read(&self, key: &str) -> Result<Option<String>, JobError> {
-        // What is damaged is no result, and says so where it is read.
+        // What is not UTF-8 is no document.
         let bytes = self.found(key, fs::read(self.folder.join(key)))?;
         Ok(bytes.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()))
     }

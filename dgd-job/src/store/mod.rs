@@ -7,7 +7,8 @@
 //! ```
 //!
 //! A file is there whole or not at all, and says by being there that the piece is done. So it is asked for, and nobody
-//! has to be told.
+//! has to be told. One that is cut off all the same, by a disk that was full or a copy that ended early, is no result:
+//! the piece is open, and done again.
 
 mod folder;
 
@@ -25,6 +26,11 @@ use folder::Folder;
 
 /// What holds texts by keys, as `done/ab/abcd….json`: each is there whole or not at all.
 pub trait Place: Debug + Send + Sync {
+    /// Whether a text may be there in part, so that it has to be read to know. Not where the place itself keeps texts whole.
+    fn may_cut_off(&self) -> bool {
+        false
+    }
+
     /// The text of a key; nothing where there is none.
     ///
     /// # Errors
@@ -127,6 +133,11 @@ fn key(name: &str, state: State) -> String {
     format!("{}/{shard}/{name}.json", state.name())
 }
 
+/// Whether a text is a document to its end.
+fn is_whole(text: &str) -> bool {
+    serde_json::from_str::<serde::de::IgnoredAny>(text).is_ok()
+}
+
 impl Store {
     /// Opens the results of this build, and makes the folder where there is none.
     ///
@@ -186,11 +197,19 @@ impl Store {
     /// It cannot be said. The same of all that follow.
     pub fn state(&self, name: &str) -> Result<Option<State>, JobError> {
         for state in [State::Done, State::Failed] {
-            if self.place.has(&key(name, state))? {
+            if self.has_whole(&key(name, state))? {
                 return Ok(Some(state));
             }
         }
         Ok(None)
+    }
+
+    /// Whether there is a text, and that is a document to its end.
+    fn has_whole(&self, key: &str) -> Result<bool, JobError> {
+        if !self.place.may_cut_off() {
+            return self.place.has(key);
+        }
+        Ok(self.place.read(key)?.is_some_and(|text| is_whole(&text)))
     }
 
     /// The text of a result.
@@ -200,7 +219,9 @@ impl Store {
     /// As of [`Store::state`].
     pub fn read(&self, name: &str) -> Result<Option<(State, String)>, JobError> {
         for state in [State::Done, State::Failed] {
-            if let Some(text) = self.place.read(&key(name, state))? {
+            let text = self.place.read(&key(name, state))?;
+            let counts = |text: &String| !self.place.may_cut_off() || is_whole(text);
+            if let Some(text) = text.filter(counts) {
                 return Ok(Some((state, text)));
             }
         }
@@ -234,7 +255,8 @@ impl Store {
         for state in [State::Failed, State::Done] {
             for key in self.place.keys(&format!("{}/", state.name()))? {
                 let name = key.rsplit('/').next().and_then(|name| name.strip_suffix(".json"));
-                if let Some(name) = name.filter(|name| !name.starts_with('.')) {
+                let Some(name) = name.filter(|name| !name.starts_with('.')) else { continue };
+                if self.has_whole(&key)? {
                     all.insert(name.to_owned(), state);
                 }
             }
@@ -271,13 +293,13 @@ mod tests {
         let store = Store::open(&at, &identity("b")).expect("it is made");
         let (one, two) = ("00112233445566778899aabbccddeeff", "ff112233445566778899aabbccddeeff");
         assert_eq!((store.state(one), store.read(one)), (Ok(None), Ok(None)));
-        store.put(one, State::Failed, "no\n").expect("writable");
-        store.put(two, State::Done, "yes\n").expect("writable");
+        store.put(one, State::Failed, "\"no\"\n").expect("writable");
+        store.put(two, State::Done, "\"yes\"\n").expect("writable");
         let states =
             BTreeMap::from([(one.to_owned(), State::Failed), (two.to_owned(), State::Done)]);
         assert_eq!(store.all(), Ok(states));
-        store.put(one, State::Done, "after all\n").expect("writable");
-        assert_eq!(store.read(one), Ok(Some((State::Done, "after all\n".to_owned()))));
+        store.put(one, State::Done, "\"after all\"\n").expect("writable");
+        assert_eq!(store.read(one), Ok(Some((State::Done, "\"after all\"\n".to_owned()))));
         assert!(!store.path(one, State::Failed).exists());
         // A draft is not a result.
         let torn = store.path(two, State::Done).with_file_name(format!(".{two}.json.host-1-0.tmp"));
@@ -285,6 +307,28 @@ mod tests {
         assert_eq!(store.all().map(|all| all.len()), Ok(2));
         store.tidy();
         assert!(!torn.exists());
+    }
+
+    #[test]
+    fn what_is_cut_off_is_no_result_wherever_it_is_cut() {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let store = Store::open(folder.path(), &identity("b")).expect("it is made");
+        let name = "00112233445566778899aabbccddeeff";
+        let text = json_text(&json!({ "state": "done", "result": { "a": [1, 2], "b": "}" } }));
+        for state in [State::Done, State::Failed] {
+            store.put(name, state, &text).expect("writable");
+            assert_eq!(store.state(name), Ok(Some(state)));
+            let document = text.trim_end();
+            for end in 0..document.len() {
+                fs::write(store.path(name, state), &document[..end]).expect("writable");
+                assert_eq!((store.state(name), store.read(name)), (Ok(None), Ok(None)), "{end}");
+                assert_eq!(store.all(), Ok(BTreeMap::new()), "{end}");
+            }
+        }
+        store.put(name, State::Failed, &text).expect("writable");
+        assert_eq!(store.read(name), Ok(Some((State::Failed, text.clone()))), "done is cut off");
+        store.put(name, State::Done, &text).expect("writable");
+        assert_eq!(store.read(name), Ok(Some((State::Done, text))), "it is replaced");
     }
 
     #[test]

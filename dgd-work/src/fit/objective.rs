@@ -269,11 +269,7 @@ fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>
             )));
         }
     }
-    if outputs
-        .iter()
-        .zip(&task.noise)
-        .any(|(_, used)| matches!(used, Some(Noise::Density(_) | Noise::Recorded)))
-    {
+    if outputs.iter().zip(&task.noise).any(|(_, used)| used.is_some_and(Noise::is_likelihood)) {
         densities::refuse(task.system.signature(), "the objective of a fit")?;
         return Err(WorkError::Usage(
             "the objective of a fit takes no column of standard deviations: leave out `std(…)`"

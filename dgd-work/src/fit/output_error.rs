@@ -8,12 +8,14 @@ use super::multi_start::Minima;
 use super::page::traces::traces;
 use super::refit::options_of_refit;
 use super::report::bad_fit::why_bad;
+use super::report::excess::Excess;
 use super::report::information::Origins;
 use super::report::intervals::Intervals;
 use super::report::left_out::LeftOut;
 use super::report::left_over::LeftOver;
 use super::report::outcome::{Outcome, name_of};
 use super::report::quality::Quality;
+use super::report::standard::Standard;
 use super::task::Task;
 use super::{FitFigure, Found};
 use crate::error::WorkError;
@@ -91,10 +93,12 @@ pub(super) fn run(
         .map_err(|error| task.failed(error, &request.data))?;
     let mut reservations = reservations::of_recordings(&task.system, &fit.p, &task.train);
     reservations.extend(task.repeated(request));
-    let quality = Quality::of(signature, &task.train, &train, &fit);
     if task.few.hide_stds() {
         fit.forget_uncertainty();
     }
+    let standard = Standard { noise: &problem.noise, fit: &fit };
+    let quality = Quality::of(signature, &task.train, &train, standard);
+    let excess = Excess::all(signature, &task.train, &train, standard);
     let ended = is_converged && !task.few.hide_stds() && !task.session.listener.is_stopped();
     let left_over = LeftOver::find(&result, &fit, &quality, ended)
         .map_err(|error| task.failed(error, &request.data))?;
@@ -113,9 +117,10 @@ pub(super) fn run(
         left_out: &left_out,
         left_over,
         quality,
+        excess,
         quality_valid: valid
             .as_ref()
-            .map(|tested| Quality::of(signature, &tested.recordings, &tested.evaluation, &fit)),
+            .map(|tested| Quality::of(signature, &tested.recordings, &tested.evaluation, standard)),
         train,
         valid,
         linearised: linearised.transpose()?,
@@ -133,7 +138,7 @@ pub(super) fn run(
             Some((&task.train, &outcome.train)),
             outcome.valid.as_ref().map(|tested| (&*tested.recordings, &tested.evaluation)),
         ],
-        |i, e| fit.weight(i, e),
+        |recording, i, k, w| standard.of(recording, i, k, w),
     );
     let json = outcome.to_json();
     let bad = why_bad(&json).filter(|_| is_converged);

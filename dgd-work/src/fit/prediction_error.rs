@@ -112,7 +112,7 @@ pub(super) fn run(task: &Task<'_>, request: &FitRequest) -> Result<Found, WorkEr
             Some((&task.train, &outcome.train)),
             outcome.valid.as_ref().map(|tested| (&*tested.recordings, &tested.evaluation)),
         ],
-        |_, _| 1.0,
+        |_, _, _, _| None,
     );
     Ok(Found {
         json: outcome.to_json(),
@@ -138,7 +138,7 @@ fn problem<'a>(task: &'a Task<'_>, request: &FitRequest) -> PredictionErrorProbl
                 let parameter = densities::parameter_of(&task.compiled.model, density);
                 parameter.map_or_else(refused, Level::Parameter)
             }
-            Noise::Recorded => refused(),
+            Noise::Recorded | Noise::Stabilised(..) => refused(),
         })
     };
     let Options { rtol, atol, .. } = given.options;

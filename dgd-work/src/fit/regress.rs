@@ -127,7 +127,12 @@ fn simulated_traces(
         Some(Ok(tested)) => Some((&*tested.recordings, &tested.evaluation)),
         Some(Err(_)) | None => None,
     });
-    page::traces::traces(task.system.signature(), [&request.data, &request.valid], of, |_, _| 1.0)
+    page::traces::traces(
+        task.system.signature(),
+        [&request.data, &request.valid],
+        of,
+        |_, _, _, _| None,
+    )
 }
 
 fn follow_options(request: &RegressionRequest) -> FollowOptions {

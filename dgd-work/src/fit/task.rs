@@ -26,6 +26,7 @@ use crate::fit::report::few_samples::FewSamples;
 use crate::fit::report::left_out::LeftOut;
 use crate::fit::report::linearised::{self, Linearised};
 use crate::fit::report::outcome::Tested;
+use crate::fit::report::standard::Standard;
 use crate::model::Compilation;
 use crate::output::provenance::{self, DataFile, Provenance};
 use crate::request::{Estimator, FitRequest, LinearizeAt};
@@ -213,8 +214,9 @@ impl<'s> Task<'s> {
             }
         }
         let model = model.map_err(|error| named(&error, &request.data));
+        let standard = Standard { noise: &problem.noise, fit };
         let signature = self.system.signature();
-        Ok(Linearised::new(signature, place, points, &self.train, train, fit, model))
+        Ok(Linearised::new(signature, place, points, &self.train, train, standard, model))
     }
 
     pub(super) fn problem(&self) -> OutputErrorProblem<'_> {
@@ -269,9 +271,8 @@ impl<'s> Task<'s> {
         if self.valid.is_empty() {
             return Ok(None);
         }
-        let of_fit = |(noise, sigma): (&Option<Noise>, &Option<f64>)| match noise {
-            Some(Noise::Density(_) | Noise::Recorded) => *noise,
-            _ => sigma.map(Noise::Known),
+        let of_fit = |(noise, sigma): (&Option<Noise>, &Option<f64>)| {
+            noise.filter(|noise| noise.is_likelihood()).or(sigma.map(Noise::Known))
         };
         let noise = problem.noise.iter().zip(&fit.noise).map(of_fit).collect();
         let held_out =

@@ -8,9 +8,7 @@ use std::io::{self, Read, Write};
 
 use dgd_compiler::pipeline::{Compiled, Directions};
 use dgd_identify::Of;
-use dgd_identify::filter::{
-    Alarm, Filter, FilterError, FilterProblem, Row, Sample, Tracked as Estimate,
-};
+use dgd_identify::filter::{Alarm, Filter, FilterError, FilterProblem, Row, Sample};
 use dgd_page::Markup;
 use dgd_plot::Figure;
 use dgd_runtime::{Inputs, Problem, System, start_from_outputs};
@@ -28,7 +26,7 @@ use report::Report;
 use rows::{LeftOut, Rows};
 use settings::{Asked, Settings};
 
-/// An estimate that is still so uncertain, in parts of the first uncertainty, has learnt nothing.
+/// An estimate that is still so uncertain, in parts of its uncertainty before the first correction, has learnt nothing.
 const UNLEARNT: f64 = 0.9;
 
 /// How rows are written as they come.
@@ -181,7 +179,7 @@ impl Tracking<'_> {
             tracking: &self,
             report: &report,
             kept: Vec::new(),
-            tally: Tally::new(row.clone()),
+            tally: Tally::new(row.clone(), settings.tuning.start_stds()),
         };
         self.session.listener.begins(false);
         let ended = output.write(&settings, filter, row, rows, out, format);
@@ -327,7 +325,8 @@ fn is_gone(written: io::Result<()>) -> Result<bool, WorkError> {
 
 /// What there is to say of all rows.
 struct Tally {
-    first: Row,
+    /// Standard deviations of states and parameters before the first correction, SI.
+    first: Vec<f64>,
     last: Row,
     rows: usize,
     failures: usize,
@@ -340,9 +339,9 @@ struct Tally {
 }
 
 impl Tally {
-    fn new(row: Row) -> Self {
+    fn new(row: Row, first: Vec<f64>) -> Self {
         Tally {
-            first: row.clone(),
+            first,
             last: row,
             rows: 0,
             failures: 0,
@@ -357,6 +356,9 @@ impl Tally {
     /// Counts a row, and says at once what cannot wait.
     fn take(&mut self, row: &Row, session: Session<'_>) {
         self.rows += 1;
+        if self.samples + row.samples == 0 {
+            self.first = stds(row).collect();
+        }
         self.samples += row.samples;
         self.squares += row.normalised_square;
         let innovations = row.innovations.iter().flatten();
@@ -413,13 +415,9 @@ impl Tally {
         let names = problem.states().into_iter().map(|i| signature.unknowns.name(i));
         let parameters = problem.parameters().into_iter();
         let names = names.chain(parameters.map(|i| signature.parameters[i].name.clone()));
-        let all = |row: &Row| -> Vec<Estimate> {
-            row.states.iter().chain(&row.parameters).copied().collect()
-        };
-        let (first, last) = (all(&self.first), all(&self.last));
         let unlearnt: Vec<String> = names
-            .zip(first.iter().zip(&last))
-            .filter(|(_, (first, last))| first.std > 0.0 && last.std >= UNLEARNT * first.std)
+            .zip(self.first.iter().zip(stds(&self.last)))
+            .filter(|(_, (first, last))| **first > 0.0 && *last >= UNLEARNT * **first)
             .map(|(name, _)| format!("`{name}`"))
             .collect();
         if self.rows > 1 && !unlearnt.is_empty() {
@@ -427,6 +425,11 @@ impl Tally {
         }
         said
     }
+}
+
+/// Standard deviations of states, then parameters, SI.
+fn stds(row: &Row) -> impl Iterator<Item = f64> {
+    row.states.iter().chain(&row.parameters).map(|tracked| tracked.std)
 }
 
 /// A filter that cannot begin or go on as the end of the command.

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::expr::intrinsics::UnitRule;
 use crate::source::Span;
-use crate::units::{Dimension, Exponent, Unit, describe};
+use crate::units::{Dimension, Exponent, Unit, describe, which_is_meant};
 
 pub(super) use misplaced::{quotient_for_derivative, unit_of_declaration};
 
@@ -99,6 +99,7 @@ impl Spelling {
             Diagnostic::new(Code::E301, other.span, message)
                 .here(self.this_is(b))
                 .label(one.span, self.this_is(a))
+                .maybe_help(which_is_meant(a, b))
         })
     }
 

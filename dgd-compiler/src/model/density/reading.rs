@@ -94,7 +94,9 @@ impl<'a> Resolver<'a> {
                 ))));
         }
         let deviation = self.deviation(output, expr, &output.unit, diagnostics)?;
-        Ok(match self.lowering.number(deviation) {
+        // What reads the output is a formula, whatever the output happens to be.
+        let known = self.lowering.number(deviation).filter(|_| !reads(expr, output.name));
+        Ok(match known {
             Some(known) => Noise::Known(known),
             None => Noise::Formula(Formula {
                 distribution: Distribution::Normal,

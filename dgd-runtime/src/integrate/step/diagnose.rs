@@ -16,7 +16,8 @@ impl<S: Solved> Simulation<'_, S> {
         IntegrateError::SingularIteration { t: self.t, h, equation }
     }
 
-    pub(in crate::integrate) fn step_size_too_small(&self, h: f64) -> IntegrateError {
+    pub(in crate::integrate) fn step_size_too_small(&mut self, h: f64) -> IntegrateError {
+        let switch = self.passed_switch(h);
         let signature = self.problem.system.signature();
         let (y, y_new) = (self.y.as_ref(), self.stepper.y_new.as_ref());
         let n = y.len();
@@ -46,7 +47,30 @@ impl<S: Solved> Simulation<'_, S> {
             unknown: signature.unknowns.name(index % n).to_string(),
             parameter,
             error,
+            switch,
         }
+    }
+
+    /// The switch that the step of the size h, which was tried last, passes.
+    fn passed_switch(&mut self, h: f64) -> Option<String> {
+        let Problem { system, p, .. } = *self.problem;
+        let discrete = &system.signature().discrete;
+        let n_e = discrete.transitions().count();
+        let z = self.discrete.z().to_vec();
+        let mut at = |t: f64, y: &[f64]| {
+            let mut e = vec![0.0; n_e];
+            let at = Point { t, y, u: self.drive.at(t, y), p, z: &z };
+            system.event_functions(at, &mut e);
+            e
+        };
+        let before = at(self.t, self.y.as_ref());
+        let after = at(self.t + h, self.stepper.y_new.as_ref());
+        let passes = |k: usize| before[k] * after[k] <= 0.0 && before[k] != after[k];
+        let mut transitions = discrete.transitions().enumerate();
+        let (_, (automaton, _)) = transitions.find(|(k, (automaton, transition))| {
+            self.discrete.is_active(*automaton, transition.from) && passes(*k)
+        })?;
+        Some(discrete.automata[automaton].name.to_string())
     }
 
     pub(in crate::integrate) fn not_finite(&mut self, h: f64) -> IntegrateError {

@@ -25,9 +25,9 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
         };
         let Some((first, i, _)) = trace(0) else { continue };
         let Some(measured) = &first.measured[i] else { continue };
-        let own = |k: usize| {
-            trace(k).map(|(trace, i, factor)| scaled(trace.residuals[i].as_ref(), factor))
-        };
+        let unit_of_errors = noise(first, i);
+        let own =
+            |k: usize| trace(k).map(|(own, i, factor)| errors_of(own, i, factor, unit_of_errors));
         let residuals: Vec<Vec<f64>> =
             (0..all.contenders.len()).map(|k| own(k).unwrap_or_default()).collect();
         let line = |name: &str, values: Vec<f64>, meaning| Line {
@@ -58,7 +58,7 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
         });
         errors.push(Panel {
             title: Text::name(&output.name).then(Text::plain(", measured less simulated")),
-            y_label: Text::default().with_unit(&output.unit),
+            y_label: Text::default().with_unit("σ"),
             series: series.collect(),
             ..Panel::default()
         });
@@ -66,6 +66,19 @@ pub(super) fn of_recording(all: &Comparison, recording: usize) -> Figure {
     beside(&subjects, errors, Text::plain("Time").with_unit("s"))
 }
 
-fn scaled(residuals: Option<&Vec<f64>>, factor: f64) -> Vec<f64> {
-    residuals.into_iter().flatten().map(|e| e * factor).collect()
+/// The standard deviation of an output's readings, where they have one.
+fn noise(trace: &Trace, output: usize) -> Option<f64> {
+    let changes = trace.deviances[output].is_some();
+    let (raw, standard) = (trace.residuals[output].as_ref()?, trace.standard[output].as_ref()?);
+    let mut pairs = raw.iter().zip(standard).map(|(e, z)| (e / z).abs());
+    pairs.find(|sigma| sigma.is_finite() && *sigma > 0.0).filter(|_| !changes)
+}
+
+/// Residuals over their own standard deviations where those change, and over that of the first contender, `sigma`,
+/// otherwise: so that they show which contender leaves less.
+fn errors_of(own: &Trace, output: usize, factor: f64, sigma: Option<f64>) -> Vec<f64> {
+    match sigma.filter(|_| own.deviances[output].is_none()) {
+        Some(sigma) => own.residuals[output].iter().flatten().map(|e| e * factor / sigma).collect(),
+        None => own.standard[output].clone().unwrap_or_default(),
+    }
 }

@@ -84,7 +84,7 @@ pub fn compare(request: &CompareRequest, session: Session<'_>) -> Result<Compari
     let (places, fits): (Vec<usize>, Vec<Fitted>) = fitted.into_iter().unzip();
     let named: Vec<Named> = places.iter().map(|place| named[*place].clone()).collect();
     let common = Common::of(&fits)?;
-    let score = |(k, fitted): (usize, &Fitted)| common.score(k, fitted.estimates.len());
+    let score = |(k, fitted): (usize, &Fitted)| common.score(k, &fitted.estimates);
     let scores: Vec<Score> = fits.iter().enumerate().map(score).collect();
     // The first of the fitted ones may not be the first that was named.
     let is_first_within = request.nested && places.first() == Some(&0);

@@ -50,7 +50,8 @@ pub(super) fn all(
 
 fn of(null: usize, alternative: usize, scores: &[Score]) -> Option<LikelihoodRatio> {
     let (small, large) = (&scores[null], &scores[alternative]);
-    let degrees_of_freedom = large.estimates.checked_sub(small.estimates).filter(|n| *n > 0)?;
+    let all = |score: &Score| score.estimates + score.at_bounds;
+    let degrees_of_freedom = all(large).checked_sub(all(small)).filter(|n| *n > 0)?;
     let statistic = small.deviance? - large.deviance?;
     let p_value = chi_square_tail(statistic, degrees_of_freedom as f64);
     Some(LikelihoodRatio { null, alternative, statistic, degrees_of_freedom, p_value })
@@ -62,8 +63,12 @@ mod tests {
 
     #[test]
     fn only_what_is_nested_with_more_estimates_has_a_ratio() {
-        let score =
-            |deviance: f64, estimates| Score { deviance: Some(deviance), estimates, samples: 100 };
+        let score = |deviance: f64, estimates| Score {
+            deviance: Some(deviance),
+            estimates,
+            at_bounds: 0,
+            samples: 100,
+        };
         // χ²₂ beyond 5.991: one of twenty.
         let scores = [score(105.991_464_5, 3), score(100.0, 5), score(90.0, 3)];
         let found = of(0, 1, &scores).expect("a ratio");

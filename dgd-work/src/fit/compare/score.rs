@@ -5,12 +5,15 @@
 //!   AIC = −2 ln L + 2 k                   BIC = −2 ln L + k ln N
 //! ```
 //!
-//! k counts parameters and start values that were estimated, and a noise for each output; N all samples. Residuals
-//! are taken as white and normally distributed.
+//! k counts parameters and start values that were estimated and are not at a bound, and a noise for each output; N all
+//! samples. Residuals are taken as white and normally distributed. An output whose readings have standard deviations of
+//! their own, by a formula or recorded, counts by their density instead, and has no noise besides.
 //!
 //! Sources: Akaike, IEEE Trans. Automat. Contr. 19 (1974) 716–723; Schwarz, Ann. Statist. 6 (1978) 461–464.
 
 use std::f64::consts::PI;
+
+use dgd_identify::Estimate;
 
 use crate::error::WorkError;
 use crate::fit::Fitted;
@@ -33,6 +36,8 @@ pub(super) struct CommonOutput {
 struct Samples {
     measured: Vec<f64>,
     residuals: Vec<f64>,
+    /// −2 ln of the density of each, where they have standard deviations of their own.
+    deviances: Option<Vec<f64>>,
 }
 
 /// The samples that all contenders are judged by.
@@ -49,8 +54,10 @@ pub(super) struct Common {
 pub struct Score {
     /// −2 ln L; none where an output is followed without any error.
     pub deviance: Option<f64>,
-    /// Parameters, start values and noises that were estimated.
+    /// Parameters, start values and noises that were estimated and are not at a bound.
     pub estimates: usize,
+    /// Those at a bound.
+    pub at_bounds: usize,
     /// Samples of all outputs.
     pub samples: usize,
 }
@@ -107,10 +114,14 @@ impl Common {
         self.samples[0][0].iter().map(|one| one.residuals.len()).sum()
     }
 
-    /// Of a contender of which so many parameters and start values were estimated.
-    pub(super) fn score(&self, contender: usize, estimates: usize) -> Score {
-        let deviance = deviance(self.samples[0][contender].iter().map(|one| &*one.residuals));
-        Score { deviance, estimates: estimates + self.outputs.len(), samples: self.samples() }
+    /// Of a contender with these parameters and start values.
+    pub(super) fn score(&self, contender: usize, estimates: &[Estimate]) -> Score {
+        let outputs = &self.samples[0][contender];
+        let deviance = deviance(outputs.iter());
+        let levels = outputs.iter().filter(|one| one.deviances.is_none()).count();
+        let at_bounds = estimates.iter().filter(|estimate| estimate.at_bound.is_some()).count();
+        let estimates = estimates.len() - at_bounds + levels;
+        Score { deviance, estimates, at_bounds, samples: self.samples() }
     }
 
     pub(super) fn agreement(
@@ -119,20 +130,23 @@ impl Common {
         output: usize,
         is_valid: bool,
     ) -> Option<Agreement> {
-        let Samples { measured, residuals } =
+        let Samples { measured, residuals, .. } =
             &self.samples[usize::from(is_valid)][contender][output];
         Agreement::of(measured.iter().zip(residuals).map(|(y, e)| (*y, y - e)))
     }
 }
 
 /// −2 ln L of residuals, output by output.
-fn deviance<'a>(outputs: impl Iterator<Item = &'a [f64]>) -> Option<f64> {
-    let of = |residuals: &[f64]| {
+fn deviance<'a>(outputs: impl Iterator<Item = &'a Samples>) -> Option<f64> {
+    let of = |Samples { residuals, deviances, .. }: &Samples| -> f64 {
+        if let Some(deviances) = deviances {
+            return deviances.iter().sum();
+        }
         let n = residuals.len() as f64;
         let mean_square = residuals.iter().map(|e| e * e).sum::<f64>() / n;
         n * ((2.0 * PI * mean_square).ln() + 1.0)
     };
-    let sum: f64 = outputs.filter(|residuals| !residuals.is_empty()).map(of).sum();
+    let sum: f64 = outputs.filter(|one| !one.residuals.is_empty()).map(of).sum();
     sum.is_finite().then_some(sum)
 }
 
@@ -163,11 +177,17 @@ fn samples(fits: &[Fitted], output: &CommonOutput, contender: usize, is_valid: b
             (0..fits.len()).map(|k| residuals(of(k).nth(r)?, k)).collect();
         let (i, factor) = output.places[contender];
         let (Some(all), Some(measured)) = (all, &trace.measured[i]) else { continue };
+        // Densities are per SI unit, and errors in the unit of the first contender.
+        let unit = fits[contender].signature.outputs[i].unit.factor / factor;
+        let in_unit = 2.0 * unit.abs().ln();
         for (k, y) in measured.iter().enumerate() {
             if all.iter().all(|one| one[k].is_finite()) {
                 // A constant offset of the unit does not change a fit.
                 found.measured.push(y * factor);
                 found.residuals.push(all[contender][k]);
+                if let Some(deviances) = &trace.deviances[i] {
+                    found.deviances.get_or_insert_default().push(deviances[k] - in_unit);
+                }
             }
         }
     }
@@ -191,14 +211,15 @@ mod tests {
                 -2.0 * e.iter().map(|e| density(e).ln()).sum::<f64>()
             })
             .sum();
-        let found = deviance(residuals.into_iter()).expect("a number");
+        let samples = |e: &[f64]| Samples { residuals: e.to_vec(), ..Samples::default() };
+        let found = deviance(residuals.map(samples).iter()).expect("a number");
         assert!((found - by_density).abs() < 1e-12, "{found} {by_density}");
-        assert_eq!(deviance([[0.0, 0.0].as_slice()].into_iter()), None);
+        assert_eq!(deviance([samples(&[0.0, 0.0])].iter()), None);
     }
 
     #[test]
     fn criteria_charge_for_estimates() {
-        let score = Score { deviance: Some(100.0), estimates: 3, samples: 1000 };
+        let score = Score { deviance: Some(100.0), estimates: 3, at_bounds: 1, samples: 1000 };
         assert_eq!(score.aic(), Some(106.0));
         assert!((score.bic().unwrap_or(0.0) - 120.723_27).abs() < 1e-4);
     }

@@ -129,7 +129,7 @@ fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
     let (mut curves, mut errors) = (Vec::new(), Vec::new());
     let outputs = signature.outputs.iter().enumerate();
     for (i, output) in outputs {
-        let (Some(measured), Some(residuals)) = (&trace.measured[i], &trace.residuals[i]) else {
+        let (Some(measured), Some(standard)) = (&trace.measured[i], &trace.standard[i]) else {
             continue;
         };
         curves.push(Subject {
@@ -142,8 +142,8 @@ fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
         });
         errors.push(Subject {
             title: Text::name(&output.name),
-            unit: of_differences(&output.unit).symbol.to_string(),
-            lines: vec![line("measured − fitted", residuals, Meaning::Residual)],
+            unit: residuals::UNIT.to_owned(),
+            lines: vec![line("measured − fitted", standard, Meaning::Residual)],
         });
     }
     let inputs = signature.inputs.iter().zip(&trace.inputs).enumerate();
@@ -159,7 +159,8 @@ fn push_recording(page: &mut Page, signature: &Signature, trace: &Trace) {
         page.chart(&figure, link, &Markup::text(caption))
     };
     let curves = chart(&curves, "Measured and fitted, then the inputs.");
-    let note = "Measured less fitted; samples that do not count are left out.";
+    let note = "Measured less fitted, over the standard deviation σ of each sample; samples that do not count are left \
+                out.";
     let errors = chart(&errors, note);
     page.push_section(&format!("`{}`, {role}", trace.name), &[curves, errors]);
 }

@@ -8,7 +8,9 @@ use dgd_screen::normality::{histogram, normal_quantiles};
 use super::diagnosis::{Diagnosis, Tested};
 use super::grid;
 use super::traces::Trace;
-use crate::output::quantity::of_differences;
+
+/// The unit of residuals over their standard deviations.
+pub(super) const UNIT: &str = "σ";
 
 /// The normal law beside residuals.
 const LAW: Meaning = Meaning::Variant(1);
@@ -90,7 +92,7 @@ fn against(page: &mut Page, signature: &Signature, traces: &[Trace], input: usiz
     let panels = outputs.filter_map(|(i, output)| {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         for trace in traces.iter().filter(|trace| !trace.is_valid) {
-            let Some(residuals) = &trace.residuals[i] else { continue };
+            let Some(residuals) = &trace.standard[i] else { continue };
             let counted = residuals.iter().zip(&trace.inputs[input]).filter(|(e, _)| e.is_finite());
             for (e, u) in counted {
                 x.push(*u);
@@ -100,7 +102,7 @@ fn against(page: &mut Page, signature: &Signature, traces: &[Trace], input: usiz
         let changes = x.iter().any(|u| *u != x[0]);
         changes.then(|| Panel {
             title: Text::name(&output.name),
-            y_label: Text::default().with_unit(&of_differences(&output.unit).symbol),
+            y_label: Text::default().with_unit(UNIT),
             series: vec![Series {
                 meaning: Meaning::Residual,
                 ..Series::new(Text::plain("residual"), Style::Dots, x, y)
@@ -131,11 +133,11 @@ fn push_distribution(page: &mut Page, signature: &Signature, traces: &[Trace]) {
     page.push_section("Residuals: distribution", &[histogram, quantiles]);
 }
 
-/// Residuals of an output less their mean, over their standard deviation.
+/// Residuals of an output over their own standard deviations, less their mean and over their scatter.
 fn scaled(traces: &[Trace], output: usize) -> Option<Vec<f64>> {
     let training = traces.iter().filter(|trace| !trace.is_valid);
     let all: Vec<f64> = training
-        .filter_map(|trace| trace.residuals[output].as_ref())
+        .filter_map(|trace| trace.standard[output].as_ref())
         .flatten()
         .copied()
         .filter(|e| e.is_finite())

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use dgd_identify::{Evaluation, Recording};
-use dgd_runtime::{Side, Signature};
+use dgd_runtime::{Observations, Side, Signature, Unit};
 
+use crate::fit::report::standard::Standardised;
 use crate::output::columns::in_unit;
 use crate::run::recording;
 
@@ -24,18 +25,24 @@ pub(crate) struct Trace {
     pub simulated: Vec<Vec<f64>>,
     /// By output: measured less simulated where samples count, NaN elsewhere.
     pub residuals: Vec<Option<Vec<f64>>>,
-    /// By output: the residuals with the weights of the fit's loss, which tests are made of: outliers are not to hide
-    /// what the other samples show.
+    /// By output: the residuals over their standard deviations; over their root mean square in training where those are
+    /// not known.
+    pub standard: Vec<Option<Vec<f64>>>,
+    /// By output: the same with the weights of the fit's loss, which tests are made of.
     pub tested: Vec<Option<Vec<f64>>>,
+    /// By output: −2 ln of the density of each reading, SI, where readings have standard deviations of their own.
+    pub deviances: Vec<Option<Vec<f64>>>,
+    /// By output: whether its noise is known.
+    pub is_scaled: Vec<bool>,
 }
 
-/// Training and validation recordings, each with its evaluation if there is one; `weight` is that of a residual of an
-/// output, SI.
+/// Training and validation recordings, each with its evaluation if there is one; `standardised` is the residual of an
+/// output in a sample of a recording where the model has its outputs, if its noise is known.
 pub(crate) fn traces(
     signature: &Signature,
     paths: [&[PathBuf]; 2],
     of: [Option<(&[Recording], &Evaluation)>; 2],
-    weight: impl Fn(usize, f64) -> f64,
+    standardised: impl Fn(&Recording, usize, usize, &[f64]) -> Option<Standardised>,
 ) -> Vec<Trace> {
     let names = recording::names(&paths.concat());
     let (train, valid) = names.split_at(paths[0].len());
@@ -45,12 +52,10 @@ pub(crate) fn traces(
         for ((name, recording), observations) in
             names.iter().zip(recordings).zip(&evaluation.observations)
         {
-            let simulated = |i: usize| -> Vec<f64> {
-                (0..recording.times.len()).map(|k| observations.w(k)[i]).collect()
-            };
-            traces.push(trace(signature, name, is_valid, recording, simulated, &weight));
+            traces.push(trace(signature, name, is_valid, recording, observations, &standardised));
         }
     }
+    scale_by_their_size(&mut traces, signature.outputs.len());
     traces
 }
 
@@ -59,28 +64,52 @@ fn trace(
     name: &str,
     is_valid: bool,
     recording: &Recording,
-    simulated: impl Fn(usize) -> Vec<f64>,
-    weight: &impl Fn(usize, f64) -> f64,
+    observations: &Observations,
+    standardised: &impl Fn(&Recording, usize, usize, &[f64]) -> Option<Standardised>,
 ) -> Trace {
+    let samples = || 0..recording.times.len();
     let units = || signature.outputs.iter().map(|output| &output.unit);
-    let simulated: Vec<Vec<f64>> =
-        units().enumerate().map(|(i, unit)| in_unit(&simulated(i), unit)).collect();
+    let simulated = |(i, unit): (usize, &Unit)| {
+        let values: Vec<f64> = samples().map(|k| observations.w(k)[i]).collect();
+        in_unit(&values, unit)
+    };
+    let simulated: Vec<Vec<f64>> = units().enumerate().map(simulated).collect();
     let measured: Vec<Option<Vec<f64>>> = units()
         .zip(&recording.measured)
         .map(|(unit, samples)| Some(in_unit(samples.as_ref()?, unit)))
         .collect();
+    let counts = |k: usize| recording.times[k] >= recording.counts_from;
     let residual = |(measured, simulated): (&Option<Vec<f64>>, &Vec<f64>)| {
-        let counts = recording.times.iter().map(|t| *t >= recording.counts_from);
-        let pairs = measured.as_ref()?.iter().zip(simulated).zip(counts);
-        Some(pairs.map(|((y, w), counts)| if counts { y - w } else { f64::NAN }).collect())
+        let pairs = measured.as_ref()?.iter().zip(simulated).enumerate();
+        Some(pairs.map(|(k, (y, w))| if counts(k) { y - w } else { f64::NAN }).collect())
     };
     let residuals: Vec<Option<Vec<f64>>> = measured.iter().zip(&simulated).map(residual).collect();
-    let tested = units().zip(&residuals).enumerate().map(|(i, (unit, residuals))| {
-        let weighted = |e: &f64| if e.is_finite() { weight(i, e * unit.factor) * e } else { *e };
-        Some(residuals.as_ref()?.iter().map(weighted).collect())
-    });
+    // By output, for each sample.
+    let judged = |i: usize| -> Option<Vec<Standardised>> {
+        let of = |k: usize| {
+            let found = standardised(recording, i, k, observations.w(k))?;
+            let is_counted = counts(k) && found.residual.is_finite();
+            Some(if is_counted { found } else { Standardised::missing(found.deviance.is_some()) })
+        };
+        recording.measured[i].as_ref()?;
+        samples().map(of).collect()
+    };
+    let judged: Vec<Option<Vec<Standardised>>> = (0..measured.len()).map(judged).collect();
+    let part = |of: fn(&Standardised) -> f64| -> Vec<Option<Vec<f64>>> {
+        let of_output = |(judged, raw): (&Option<Vec<Standardised>>, &Option<Vec<f64>>)| {
+            let raw = raw.as_ref()?;
+            Some(judged.as_ref().map_or_else(|| raw.clone(), |all| all.iter().map(of).collect()))
+        };
+        judged.iter().zip(&residuals).map(of_output).collect()
+    };
+    let deviances = |all: &Option<Vec<Standardised>>| -> Option<Vec<f64>> {
+        all.as_ref()?.iter().map(|one| one.deviance).collect()
+    };
     Trace {
-        tested: tested.collect(),
+        standard: part(|one| one.residual),
+        tested: part(|one| one.tested),
+        deviances: judged.iter().map(deviances).collect(),
+        is_scaled: judged.iter().map(Option::is_some).collect(),
         name: name.to_owned(),
         is_valid,
         inputs: inputs(signature, recording),
@@ -88,6 +117,26 @@ fn trace(
         times: recording.times.clone(),
         measured,
         simulated,
+    }
+}
+
+/// Divides residuals whose noise is not known by their root mean square, that of training where there is one.
+fn scale_by_their_size(traces: &mut [Trace], outputs: usize) {
+    for i in 0..outputs {
+        let size = |is_valid: bool| {
+            let of_set = traces.iter().filter(|trace| trace.is_valid == is_valid);
+            let all = of_set.filter_map(|trace| trace.residuals[i].as_ref()).flatten();
+            let all: Vec<f64> = all.copied().filter(|e| e.is_finite()).collect();
+            let mean = all.iter().map(|e| e * e).sum::<f64>() / all.len() as f64;
+            Some(mean.sqrt()).filter(|size| *size > 0.0)
+        };
+        let Some(size) = size(false).or_else(|| size(true)) else { continue };
+        for trace in traces.iter_mut().filter(|trace| !trace.is_scaled[i]) {
+            let both = [&mut trace.standard[i], &mut trace.tested[i]];
+            for e in both.into_iter().flatten().flatten() {
+                *e /= size;
+            }
+        }
     }
 }
 

@@ -3,13 +3,14 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use dgd_identify::{Departure, Evaluation, Fit, Nonlinear, Recording};
+use dgd_identify::{Departure, Evaluation, Nonlinear, Recording};
 use dgd_runtime::Signature;
 use dgd_runtime::linearize::OperatingPoint;
 use serde_json::{Map, Value, json};
 
 use crate::fit::report::outcome::{Outcome, rms_of};
 use crate::fit::report::quality::Quality;
+use crate::fit::report::standard::Standard;
 use crate::linearize::modes;
 use crate::output::table::{push_table, significant};
 use crate::request::LinearizeAt;
@@ -41,11 +42,11 @@ impl Linearised {
         points: Vec<Option<OperatingPoint>>,
         recordings: &[Recording],
         linear: &Evaluation,
-        fit: &Fit,
+        standard: Standard<'_>,
         model: Result<Nonlinear, String>,
     ) -> Self {
         let model = model.map(|Nonlinear { evaluation, .. }| Model {
-            quality: Quality::of(signature, recordings, &evaluation, fit),
+            quality: Quality::of(signature, recordings, &evaluation, standard),
             differences: (0..signature.outputs.len())
                 .map(|i| difference(recordings, linear, &evaluation, i))
                 .collect(),

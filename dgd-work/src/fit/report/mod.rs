@@ -1,6 +1,7 @@
 //! What a fit says: its estimates and errors, how far they can be trusted, and what it did not come to.
 
 pub(crate) mod bad_fit;
+pub(crate) mod excess;
 pub(crate) mod few_samples;
 pub(crate) mod information;
 pub(crate) mod intervals;
@@ -11,3 +12,4 @@ pub(crate) mod outcome;
 pub(crate) mod quality;
 pub(crate) mod regression;
 mod runaway;
+pub(crate) mod standard;

@@ -12,6 +12,7 @@ use dgd_runtime::{Direction, Output, PerSampleChoice, Signature, Unit};
 use serde_json::{Map, Value, json};
 
 use crate::fit::multi_start::Minima;
+use crate::fit::report::excess::Excess;
 use crate::fit::report::few_samples::FewSamples;
 use crate::fit::report::information::Origins;
 use crate::fit::report::intervals::{Estimated, Intervals};
@@ -51,6 +52,8 @@ pub(crate) struct Outcome<'a> {
     /// What is left over of the training recordings, and how far it may have bent the estimates.
     pub left_over: LeftOver,
     pub quality: Quality,
+    /// How large residuals are beside the declared noise, by output.
+    pub excess: Vec<Option<Excess>>,
     /// On validation recordings.
     pub quality_valid: Option<Quality>,
     /// Where the linear models were, if those were fitted.
@@ -120,6 +123,7 @@ impl Outcome<'_> {
                     "unit": output.unit.symbol,
                     "fitted": fit.noise[i].is_some(),
                     "noise": errors.noise,
+                    "over_declared_noise": self.excess[i].map(Excess::to_json),
                     "light_samples": fit.light_samples[i],
                     "rms_train": errors.train,
                     "rms_valid": errors.valid,
@@ -143,6 +147,7 @@ impl Outcome<'_> {
                 Value::Array(terms.collect())
             })
             .collect();
+        let criterion = |value: f64| value - self.logarithms_of_units();
         let mut result = json!({
             "model": self.signature.name,
             "variants": variant_entries(self.variants),
@@ -168,10 +173,10 @@ impl Outcome<'_> {
             "loss": fit.loss.name(),
             "cost": fit.cost,
             "reduced_chi_square": fit.reduced_chi_square(),
-            "deviance": fit.deviance,
-            "aic": fit.criteria.map(|criteria| criteria.aic),
-            "aicc": fit.criteria.and_then(|criteria| criteria.aicc),
-            "bic": fit.criteria.map(|criteria| criteria.bic),
+            "deviance": criterion(fit.deviance),
+            "aic": fit.criteria.map(|criteria| criterion(criteria.aic)),
+            "aicc": fit.criteria.and_then(|criteria| criteria.aicc).map(criterion),
+            "bic": fit.criteria.map(|criteria| criterion(criteria.bic)),
             "iterations": fit.iterations,
             "evaluations": fit.evaluations,
             "failures": fit.failures,
@@ -206,6 +211,17 @@ impl Outcome<'_> {
             }
         }
         result
+    }
+
+    /// What −2 ln of a likelihood is larger by for densities in SI instead of in the units of the outputs.
+    fn logarithms_of_units(&self) -> f64 {
+        let outputs = self.signature.outputs.iter().enumerate();
+        let fitted = outputs.filter(|(i, _)| self.fit.noise[*i].is_some());
+        let of = |(i, output): (usize, &Output)| {
+            let samples: usize = self.fit.misfits.iter().map(|misfits| misfits[i].samples).sum();
+            2.0 * samples as f64 * output.unit.factor.abs().ln()
+        };
+        fitted.map(of).sum()
     }
 
     /// Positions of the estimated parameters.

@@ -5,16 +5,17 @@
 //! ```
 //!
 //! ȳ is the mean of all samples that count. The fit in percent is Ljung's, System Identification
-//! Toolbox, `compare`; the tests of residuals are those of [`dgd_screen::residuals`], with the weights
-//! of the fit's loss, so that outliers do not hide what the other samples show.
+//! Toolbox, `compare`; the tests of residuals are those of [`dgd_screen::residuals`], of residuals over their own standard
+//! deviations ([`super::standard`]).
 
 use std::fmt::Write as _;
 
-use dgd_identify::{Evaluation, Fit, Recording};
+use dgd_identify::{Evaluation, Recording};
 use dgd_runtime::{Side, Signature, Unit};
 use dgd_screen::residuals::{CrossCorrelation, Portmanteau, cross_correlation, portmanteau};
 use serde_json::{Map, Value, json};
 
+use super::standard::Standard;
 use crate::output::quantity::short;
 
 /// Lags that are tested, in samples.
@@ -45,18 +46,17 @@ struct OutputQuality {
 }
 
 impl Quality {
-    /// Of an evaluation of these recordings, with what was found by this fit.
+    /// Of an evaluation of these recordings, with the noise of a fit.
     pub(crate) fn of(
         signature: &Signature,
         recordings: &[Recording],
         evaluation: &Evaluation,
-        fit: &Fit,
+        standard: Standard<'_>,
     ) -> Self {
         let inputs: Vec<Vec<Vec<f64>>> =
             recordings.iter().map(|recording| input_values(signature, recording)).collect();
         let of = |(i, output): (usize, &dgd_runtime::Output)| {
-            let weight = |e: f64| fit.weight(i, e);
-            output_quality(recordings, evaluation, &inputs, i, &output.unit, weight)
+            output_quality(recordings, evaluation, &inputs, i, &output.unit, standard)
         };
         let outputs: Vec<_> = signature.outputs.iter().enumerate().map(of).collect();
         let input_tests = outputs.iter().flatten().flat_map(|q| q.inputs.iter().flatten()).count();
@@ -181,9 +181,9 @@ fn output_quality(
     inputs: &[Vec<Vec<f64>>],
     output: usize,
     unit: &Unit,
-    weight: impl Fn(f64) -> f64,
+    standard: Standard<'_>,
 ) -> Option<OutputQuality> {
-    // Σe², Σe, and w e for the tests.
+    // Σe², Σe, and e over σ for the tests.
     let (mut squares, mut sum) = (0.0, 0.0);
     let (mut residuals, mut measured) = (Vec::new(), Vec::new());
     for (recording, observations) in recordings.iter().zip(&evaluation.observations) {
@@ -193,11 +193,12 @@ fn output_quality(
             let y = samples.map_or(f64::NAN, |samples| samples[k]);
             if y.is_finite() && *t >= recording.counts_from {
                 measured.push(y / unit.factor);
-                let error = y - observations.w(k)[output];
-                let in_unit = error / unit.factor;
+                let w = observations.w(k);
+                let in_unit = (y - w[output]) / unit.factor;
                 squares += in_unit * in_unit;
                 sum += in_unit;
-                e.push(weight(error) * in_unit);
+                let standardised = standard.of(recording, output, k, w);
+                e.push(standardised.map_or(in_unit, |standardised| standardised.tested));
             } else {
                 e.push(f64::NAN);
             }

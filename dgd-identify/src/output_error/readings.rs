@@ -1,0 +1,253 @@
+//! What a search begins with from the readings alone: how exact its simulations have to be, and a point from which the
+//! likelihood of noise that grows with the output leads to its minimum.
+//!
+//! ```text
+//!   atol ≤ max(rtol |y|, σ(y)/100)/Σ |∂w/∂x| size(x)     over all readings y
+//! ```
+//!
+//! σ(y) is the noise of the reading: declared, recorded, or that of the formula with the shape that it has in the first run
+//! ([`Shape`]); where σ grows with the output, the outputs of that run count as readings, too: σ of one that is lost in the
+//! tolerance may be below zero. So the tolerance is fixed once for all simulations of a fit, and a species that falls
+//! through decades is followed as far down as it was read. It is never looser than that of the problem.
+//!
+//! Where σ grows with the output, the search goes first to the minimum of the likelihood in the scale in which noise is
+//! even, with the shape of σ where it starts, and again with the shape there, as long as −2 ln of the likelihood itself
+//! falls. What follows from there is the search by the likelihood itself.
+
+use dgd_runtime::for_identify::unknown_sizes;
+use dgd_runtime::signature::{Density, Distribution};
+use dgd_runtime::{Options, Point, Problem, Side, consistent_start};
+
+use super::fit::Total;
+use super::stepping::Accuracy;
+use super::{Ended, OutputErrorProblem, Starts, estimate, evaluate};
+use crate::error::EstimateError;
+use crate::journal::Digest;
+use crate::noise::Noise;
+use crate::noise::density::Seen;
+use crate::noise::shape::Shape;
+use crate::output_error::Evaluation;
+use crate::recording::Recording;
+use crate::variables::Variables;
+
+/// What an error of a simulation may be of the noise of a reading.
+const OF_NOISE: f64 = 0.01;
+
+/// Most searches in a scale in which noise is even.
+const MOST_SHAPES: usize = 3;
+
+/// What the first search leaves to gain, as [`OutputErrorProblem::negligible_reduction`]: a tenth of a standard deviation.
+const NEARBY: f64 = 1e-2;
+
+/// A point of the search, simulated without derivatives.
+struct At<'p, 'a> {
+    problem: &'p OutputErrorProblem<'a>,
+    found: Evaluation,
+}
+
+impl<'p, 'a> At<'p, 'a> {
+    /// `None` where it cannot be simulated.
+    fn new(
+        problem: &'p OutputErrorProblem<'a>,
+        variables: &Variables,
+        z: &[f64],
+        total: &mut Total,
+    ) -> Option<Self> {
+        let p = variables.parameters(problem.p, z);
+        let recordings = problem.recordings.iter().enumerate();
+        let starts: Vec<Starts> =
+            recordings.map(|(r, recording)| variables.starts(r, &recording.start, z)).collect();
+        // Where this is stopped, the search is, too.
+        let found = evaluate(problem, &p, &starts).ok()?;
+        total.evaluations += 1;
+        Some(Self { problem, found })
+    }
+
+    /// Of the counted samples of an output: the reading, and all outputs.
+    fn samples(&self, output: usize) -> impl Iterator<Item = (f64, &[f64])> + '_ {
+        let recordings = self.problem.recordings.iter().zip(&self.found.observations);
+        recordings.flat_map(move |(recording, observations)| {
+            recording.counted(output).map(move |(k, y)| (y, observations.w(k)))
+        })
+    }
+
+    /// How the noise of an output grows with it, where it does.
+    fn shape(&self, output: usize) -> Option<Shape> {
+        let Some(Noise::Density(density)) = self.problem.noise[output] else { return None };
+        if density.distribution == Distribution::LogNormal {
+            return None;
+        }
+        let pairs = self.samples(output).map(|(_, w)| (w[output], w[density.deviation]));
+        let measured: Vec<f64> = self.samples(output).map(|(y, _)| y).collect();
+        Shape::of(&pairs.collect::<Vec<_>>(), &measured)
+    }
+
+    /// −2 ln of the likelihood of the outputs whose readings have a σ of their own; `None` where a reading has none.
+    fn deviance(&self) -> Option<f64> {
+        let mut sum = 0.0;
+        for (output, noise) in self.problem.noise.iter().enumerate() {
+            let Some(Noise::Density(density)) = noise else { continue };
+            for (measured, w) in self.samples(output) {
+                let sigma = w[density.deviation];
+                let seen = Seen { measured, simulated: w[output], sigma };
+                if seen.spoilt(density.distribution).is_some() {
+                    return None;
+                }
+                let term = seen.term(density.distribution);
+                sum += term.cost + term.logarithm;
+            }
+        }
+        Some(sum)
+    }
+}
+
+/// The readings of an output, each with its noise; nothing where that is not known. `at` is there for noise that is
+/// computed; where that grows with the output, what is `simulated` there comes behind.
+fn noise_of_readings(
+    problem: &OutputErrorProblem<'_>,
+    at: Option<&At<'_, '_>>,
+    output: usize,
+    simulated: bool,
+) -> Vec<(f64, f64)> {
+    let declared = problem.system.signature().outputs[output].noise;
+    let is_usable = |(_, sigma): &(f64, f64)| *sigma > 0.0 && sigma.is_finite();
+    let (Some(Noise::Density(density)), Some(at)) = (problem.noise[output], at) else {
+        let of_recording = |recording: &Recording| -> Vec<(f64, f64)> {
+            let sigma = |k: usize| match problem.noise[output]? {
+                Noise::Known(sigma) => Some(sigma),
+                Noise::Estimated => declared,
+                Noise::Recorded => Some(recording.deviations_of(output)?[k]),
+                Noise::Density(_) | Noise::Stabilised(..) => None,
+            };
+            recording.counted(output).filter_map(|(k, y)| Some((y, sigma(k)?))).collect()
+        };
+        return problem.recordings.iter().flat_map(of_recording).filter(is_usable).collect();
+    };
+    let shape = at.shape(output);
+    let of = |(y, w): (f64, &[f64])| {
+        let sigma = w[density.deviation].abs();
+        let sigma = match (density.distribution, shape) {
+            (Distribution::LogNormal, _) => sigma * y,
+            (_, Some(shape)) => sigma * shape.at(y) / shape.at(w[output]),
+            (_, None) => sigma,
+        };
+        (y, sigma)
+    };
+    let simulated = at.samples(output).filter(|_| simulated && shape.is_some());
+    let simulated = simulated.map(|(_, w)| (w[output], w[density.deviation].abs()));
+    at.samples(output).map(of).chain(simulated).filter(is_usable).collect()
+}
+
+/// Whether the model computes the noise of an output.
+fn is_computed(problem: &OutputErrorProblem<'_>) -> bool {
+    problem.noise.iter().any(|noise| matches!(noise, Some(Noise::Density(_))))
+}
+
+/// The problem with the absolute tolerance that its readings need, or one less tight where it cannot be simulated with that.
+pub(super) fn with_tolerance<'a>(
+    problem: &OutputErrorProblem<'a>,
+    variables: &Variables,
+    z: &[f64],
+    total: &mut Total,
+) -> OutputErrorProblem<'a> {
+    let Some(reaches) = reaches(problem, variables, z) else { return problem.clone() };
+    let at = if is_computed(problem) { At::new(problem, variables, z, total) } else { None };
+    let with = |atol: f64| {
+        let options = Options { atol: problem.options.atol.min(atol), ..problem.options };
+        OutputErrorProblem { options, ..problem.clone() }
+    };
+    for simulated in [true, false] {
+        let atol = (0..reaches.len()).filter(|output| reaches[*output] > 0.0).map(|output| {
+            let all = noise_of_readings(problem, at.as_ref(), output, simulated).into_iter();
+            let least =
+                all.map(|(y, sigma)| (problem.options.rtol * y.abs()).max(OF_NOISE * sigma));
+            least.fold(f64::INFINITY, f64::min) / reaches[output]
+        });
+        let atol = atol.filter(|atol| *atol > 0.0).fold(f64::INFINITY, f64::min);
+        if atol >= problem.options.atol {
+            break;
+        }
+        let tighter = with(atol);
+        if At::new(&tighter, variables, z, total).is_some() {
+            return tighter;
+        }
+    }
+    with(f64::INFINITY)
+}
+
+/// Σ |∂w/∂x| size(x) of each output where the first recording starts; `None` for a model without unknowns.
+fn reaches(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -> Option<Vec<f64>> {
+    let (system, signature) = (problem.system, problem.system.signature());
+    let recording = problem.recordings.first().filter(|_| !signature.unknowns.is_empty())?;
+    let t = *recording.times.first()?;
+    let p = variables.parameters(problem.p, z);
+    let start = variables.starts(0, &recording.start, z);
+    let run = Problem { system: &system, p: &p, inputs: &recording.inputs, start: &start };
+    let found = consistent_start(&run, t, &problem.options).ok()?;
+    let mut sizes = vec![0.0; found.y.len()];
+    unknown_sizes(&system, &found.y, &mut sizes);
+    // What is read late is behind the inputs; sizes hardly depend on it.
+    let mut u = vec![0.0; signature.n_u()];
+    recording.inputs.value(t, Side::Right, &mut u[..recording.inputs.len()]);
+    let n_w = signature.outputs.len();
+    let [by_y, by_u, by_p] = &signature.output_jacobians;
+    let mut dwdy = vec![0.0; by_y.len()];
+    let (mut dwdu, mut dwdp) = (vec![0.0; by_u.len()], vec![0.0; by_p.len()]);
+    let at = Point { t, y: &found.y, u: &u, p: &p, z: &found.z };
+    system.output_jacobians(at, &mut dwdy, &mut dwdu, &mut dwdp, &mut vec![0.0; n_w]);
+    let mut reaches = vec![0.0; n_w];
+    for ((row, column), value) in by_y.positions().zip(&dwdy) {
+        reaches[row] += value.abs() * sizes[column];
+    }
+    Some(reaches)
+}
+
+/// A point that is closer to the minimum of a likelihood whose noise grows with the outputs; z itself where none does.
+pub(super) fn closer(
+    problem: &OutputErrorProblem<'_>,
+    variables: &Variables,
+    z: Vec<f64>,
+    data: usize,
+    of: Option<Digest>,
+    total: &mut Total,
+) -> Result<Vec<f64>, EstimateError> {
+    if !is_computed(problem) {
+        return Ok(z);
+    }
+    let Some(mut at) = At::new(problem, variables, &z, total) else { return Ok(z) };
+    let mut z = z;
+    for round in 0..MOST_SHAPES {
+        let shapes: Vec<Option<Shape>> = (0..problem.noise.len()).map(|i| at.shape(i)).collect();
+        if shapes.iter().all(Option::is_none) {
+            break;
+        }
+        let even = |(noise, shape): (&Option<Noise>, &Option<Shape>)| match (noise, shape) {
+            (Some(Noise::Density(density)), Some(shape)) => {
+                // Far away the slopes of Student's density vanish, and those of the normal one do not.
+                let normal = Density { distribution: Distribution::Normal, ..*density };
+                Some(Noise::Stabilised(normal, *shape))
+            }
+            (noise, _) => *noise,
+        };
+        let noise = problem.noise.iter().zip(&shapes).map(even).collect();
+        let mut stopping = problem.stopping;
+        // Half of what is left is for the likelihood itself.
+        let left = stopping.evaluations.saturating_sub(total.evaluations);
+        stopping.evaluations = total.evaluations + left / 2;
+        let scaled =
+            OutputErrorProblem { noise, stopping, negligible_reduction: NEARBY, ..problem.clone() };
+        let accuracy = Accuracy::first(&scaled, variables, &z)?;
+        let scaled = OutputErrorProblem { options: accuracy.applied(), ..scaled };
+        let pairs = shapes.iter().flatten().map(|shape| (shape.floor, shape.slope));
+        let of = of.map(|of| of.of(&("even noise", round)).of(&pairs.collect::<Vec<_>>()));
+        let ended = estimate(&scaled, variables, z.clone(), data, of, total);
+        let Ok(Ended { z: found, .. }) = ended else { break };
+        let Some(next) = At::new(problem, variables, &found, total) else { break };
+        let Some(deviance) = next.deviance() else { break };
+        if at.deviance().is_some_and(|before| before <= deviance) {
+            break;
+        }
+        (z, at) = (found, next);
+    }
+    Ok(z)
+}

@@ -1,0 +1,114 @@
+//! How large residuals are beside the noise that the model declares, whatever noise the fit has used.
+//!
+//! ```text
+//!   squares        times² = Σ z²/n',  n' = n ν/N        P(χ²_n' > Σ z²)
+//!   other losses   times  = median |z| / 0.6745         P ≤ exp(−n D(1/2 ‖ p)),  p = P(|z| > 2 · 0.6745)
+//! ```
+//!
+//! z is a residual over the declared σ; ν/N the share of degrees of freedom that estimates leave. Where σ is a formula,
+//! its parameters are among the estimates, and n' is n. The median is that of the size of residuals, as outliers that a
+//! loss sets aside are not what the fit is judged by: half of n residuals exceed twice the median of noise by chance
+//! with no more than the probability that Chernoff's bound gives.
+//!
+//! Source of the bound: Chernoff, Ann. Math. Statist. 23 (1952) 493–507.
+
+use dgd_identify::{Evaluation, Loss, Recording};
+use dgd_runtime::Signature;
+use dgd_screen::distribution::{chi_square_tail, normal_two_sided};
+use serde_json::{Value, json};
+
+use super::standard::Standard;
+
+/// The median of |z| of a normal deviate.
+const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
+
+/// How large the residuals of an output are beside its declared noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Excess {
+    /// So many times as large.
+    pub times: f64,
+    /// Probability that the declared noise makes residuals so large by chance; a bound, of residuals twice as large,
+    /// where the loss is not squares.
+    pub p_value: f64,
+}
+
+impl Excess {
+    /// Of each output that is fitted and declares its noise.
+    pub(crate) fn all(
+        signature: &Signature,
+        recordings: &[Recording],
+        evaluation: &Evaluation,
+        standard: Standard<'_>,
+    ) -> Vec<Option<Excess>> {
+        let of = |i: usize| {
+            let sigma = standard.fit.noise[i]?;
+            let changes = standard.changes(i);
+            let over = if changes { 1.0 } else { sigma / signature.outputs[i].noise? };
+            let mut sizes = Vec::new();
+            for (recording, observations) in recordings.iter().zip(&evaluation.observations) {
+                for (k, t) in recording.times.iter().enumerate() {
+                    let found = standard.of(recording, i, k, observations.w(k));
+                    let z = found.map_or(f64::NAN, |found| found.residual * over);
+                    if z.is_finite() && *t >= recording.counts_from {
+                        sizes.push(z.abs());
+                    }
+                }
+            }
+            let fit = standard.fit;
+            let share = if changes { 1.0 } else { share(fit.degrees_of_freedom, fit.samples) };
+            Excess::of(sizes, share, fit.loss)
+        };
+        (0..signature.outputs.len()).map(of).collect()
+    }
+
+    fn of(mut sizes: Vec<f64>, share: f64, loss: Loss) -> Option<Excess> {
+        let freedom = sizes.len() as f64 * share;
+        if freedom <= 0.0 {
+            return None;
+        }
+        if loss == Loss::Squares {
+            let squares: f64 = sizes.iter().map(|z| z * z).sum();
+            let (times, p_value) = ((squares / freedom).sqrt(), chi_square_tail(squares, freedom));
+            return Some(Excess { times, p_value });
+        }
+        sizes.sort_unstable_by(f64::total_cmp);
+        let times = sizes[sizes.len() / 2] / NORMAL_MEDIAN;
+        let p = normal_two_sided(2.0 * NORMAL_MEDIAN);
+        let divergence = 0.5 * (0.25 / (p * (1.0 - p))).ln();
+        Some(Excess { times, p_value: (-(sizes.len() as f64) * divergence).exp() })
+    }
+
+    /// For programs.
+    pub(crate) fn to_json(self) -> Value {
+        json!({ "times": self.times, "p_value": self.p_value })
+    }
+}
+
+/// The share of degrees of freedom that is left; priors count as samples.
+fn share(freedom: usize, samples: usize) -> f64 {
+    (freedom as f64 / samples.max(1) as f64).min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn residuals_are_so_many_times_their_noise_and_outliers_are_not_asked_by_a_robust_loss() {
+        let mut sizes = vec![0.0; 40];
+        for (k, size) in sizes.iter_mut().enumerate() {
+            *size = if k % 2 == 0 { 3.0 } else { 1.0 };
+        }
+        let found = Excess::of(sizes.clone(), 0.5, Loss::Squares).expect("samples");
+        // 20 · (9 + 1) over 20.
+        assert!((found.times - 10_f64.sqrt()).abs() < 1e-12 && found.p_value < 1e-6, "{found:?}");
+        let found = Excess::of(vec![0.67449; 41], 1.0, Loss::Huber).expect("samples");
+        assert!((found.times - 1.0).abs() < 1e-5, "{found:?}");
+        // 20 of 41 are outliers.
+        let mut spoilt = vec![0.67449; 21];
+        spoilt.extend([100.0; 20]);
+        let found = Excess::of(spoilt, 1.0, Loss::Tukey).expect("samples");
+        assert!((found.times - 1.0).abs() < 1e-5 && found.p_value < 1e-4, "{found:?}");
+        assert_eq!(Excess::of(sizes, 0.0, Loss::Squares), None);
+    }
+}
