@@ -12,7 +12,17 @@ fn accepted(text: &str, is_allowed: impl Fn(f64) -> bool, what: &str) -> Result<
     number(text).filter(|value| is_allowed(*value)).ok_or_else(|| what.to_owned())
 }
 
-/// A tolerance, a time span, a variance.
+/// A relative tolerance. Beyond 1 nothing is controlled, and below this nothing is resolved.
+pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
+    const LEAST: f64 = 1e-15;
+    accepted(
+        text,
+        |value| (LEAST..=1.0).contains(&value),
+        "this must be a number above 0: from 1e-15 to 1",
+    )
+}
+
+/// A time span, a variance.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
     accepted(text, |value| value > 0.0, "this must be a number above 0")
 }
@@ -27,7 +37,7 @@ pub(crate) fn moment(text: &str) -> Result<f64, String> {
     seconds(text).ok_or_else(|| "this must be a time: 90, which is in s, or 1.5min, 24h".to_owned())
 }
 
-/// A forgetting factor.
+/// A forgetting factor, an absolute tolerance as a fraction.
 pub(crate) fn factor(text: &str) -> Result<f64, String> {
     accepted(text, |value| value > 0.0 && value <= 1.0, "this must be a number above 0 and up to 1")
 }
@@ -39,9 +49,18 @@ pub(crate) fn whole<T: FromStr>(text: &str) -> Result<T, String> {
 
 /// How many of something there are to be.
 pub(crate) fn count(text: &str) -> Result<usize, String> {
-    let count = text.parse().ok().filter(|count| *count > 0);
-    count.ok_or_else(|| "this must be a whole number, 1 or more".to_owned())
+    let count = text.parse().ok().filter(|count| (1..=MOST).contains(count));
+    count.ok_or_else(|| format!("this must be a whole number, 1 or more, up to {MOST}"))
 }
+
+/// How many of something there are to be, if any, or the number of one of them.
+pub(crate) fn count_or_none(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|count| *count <= MOST);
+    count.ok_or_else(|| format!("this must be a whole number, 0 or more, up to {MOST}"))
+}
+
+/// The largest count: of fits, data sets, threads.
+const MOST: usize = 1_000_000;
 
 /// An amount of memory.
 pub(crate) fn size(text: &str) -> Result<u64, String> {
@@ -72,7 +91,20 @@ fn seconds(text: &str) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{moment, time};
+    use super::{count, count_or_none, moment, time, tolerance};
+
+    #[test]
+    fn numbers_without_measure_are_refused() {
+        for text in ["1e300", "1.1", "1e-300", "1e-16", "0", "-1", "NaN", "inf", ""] {
+            assert!(tolerance(text).is_err(), "{text}");
+        }
+        assert_eq!(tolerance("1e-13"), Ok(1e-13));
+        for text in ["18446744073709551615", "18446744073709551616", "1e12", "1000001", "-1"] {
+            assert!(count(text).is_err() && count_or_none(text).is_err(), "{text}");
+        }
+        assert_eq!((count("0").is_err(), count_or_none("0")), (true, Ok(0)));
+        assert_eq!(count("1000000"), Ok(1_000_000));
+    }
 
     #[test]
     fn times_are_read_as_people_write_them() {

@@ -12,10 +12,14 @@ mod places;
 mod server;
 #[cfg(test)]
 mod tests;
+mod transport;
 
 use std::error::Error;
+use std::io::{BufReader, stdin, stdout};
 
 use lsp_server::Connection;
+
+type Failure = Box<dyn Error + Send + Sync>;
 
 /// Serves an editor on standard input and output until it disconnects.
 ///
@@ -23,12 +27,7 @@ use lsp_server::Connection;
 ///
 /// If the connection breaks, or the editor violates the protocol.
 pub fn serve_stdio() -> Result<(), Box<dyn Error + Send + Sync>> {
-    let (connection, threads) = Connection::stdio();
-    serve(&connection)?;
-    // The writing thread ends when nothing more can be sent.
-    drop(connection);
-    threads.join()?;
-    Ok(())
+    transport::serve_stream(BufReader::new(stdin()), stdout())
 }
 
 /// Serves an editor at the other end of a connection until it disconnects.

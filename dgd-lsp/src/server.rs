@@ -1,7 +1,6 @@
 //! The loop: messages in, answers and diagnostics out.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::error::Error;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
@@ -17,6 +16,7 @@ use lsp_types::{
 };
 use serde_json::{Value, json};
 
+use crate::Failure;
 use crate::analysis::{Analysis, analyse};
 use crate::answer::{self, Context};
 use crate::files::Files;
@@ -24,8 +24,6 @@ use crate::places;
 
 /// Pause in typing after which other variants are analysed.
 const PAUSE: Duration = Duration::from_millis(300);
-
-type Failure = Box<dyn Error + Send + Sync>;
 
 struct Server<'a> {
     connection: &'a Connection,
@@ -40,8 +38,16 @@ struct Server<'a> {
 }
 
 pub(crate) fn run(connection: &Connection) -> Result<(), Failure> {
-    let (id, params) = connection.initialize_start()?;
-    let params: InitializeParams = serde_json::from_value(params)?;
+    let (id, params) = loop {
+        let (id, params) = connection.initialize_start()?;
+        match serde_json::from_value::<InitializeParams>(params) {
+            Ok(params) => break (id, params),
+            Err(error) => {
+                let code = ErrorCode::InvalidParams as i32;
+                connection.sender.send(Response::new_err(id, code, error.to_string()).into())?;
+            }
+        }
+    };
     let columns = columns(&params);
     let encoding = match columns {
         Columns::Utf8 => PositionEncodingKind::UTF8,

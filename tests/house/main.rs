@@ -1,5 +1,6 @@
 //! How the code is laid out: which crates and folders may use which, and that each file says what it is for.
 
+mod dependencies;
 mod layers;
 mod map;
 mod source;

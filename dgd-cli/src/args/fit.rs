@@ -9,7 +9,7 @@ use dgd_work::{FitRequest, LinearizeAt};
 use super::single::place;
 use super::{Choices, Given, SolveArgs};
 use crate::command_line::command_line;
-use crate::numbers::{count, not_negative, positive, time, whole};
+use crate::numbers::{count, count_or_none, not_negative, positive, time, whole};
 
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
@@ -168,11 +168,11 @@ pub(crate) struct IntervalArgs {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub profile: Vec<String>,
     /// Refit to N data sets with resampled residuals, for intervals that account for autocorrelated noise
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<usize>, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = count_or_none, allow_negative_numbers = true)]
     pub bootstrap: usize,
     /// Number of the first of these data sets, counted from 0: a share of the work for another machine, whose result
     /// lists all estimates
-    #[arg(long, value_name = "K", value_parser = whole::<usize>, allow_negative_numbers = true)]
+    #[arg(long, value_name = "K", value_parser = count_or_none, allow_negative_numbers = true)]
     pub bootstrap_from: Option<usize>,
     /// Report which samples and outputs determine each parameter
     #[arg(long)]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::numbers::{count, whole};
+use crate::numbers::{count, count_or_none};
 
 /// Arguments of `job`.
 #[derive(Debug, Args)]
@@ -56,7 +56,7 @@ pub(crate) struct JobRunArgs {
     #[command(flatten)]
     pub place: JobPlaceArgs,
     /// The piece of this number alone, counted from 0
-    #[arg(long, value_name = "N", value_parser = whole::<usize>, allow_negative_numbers = true, conflicts_with = "share")]
+    #[arg(long, value_name = "N", value_parser = count_or_none, allow_negative_numbers = true, conflicts_with = "share")]
     pub index: Option<usize>,
     /// The K-th of N equal shares of the pieces, counted from 0, as in `0/100`
     #[arg(long, value_name = "K/N", value_parser = share)]

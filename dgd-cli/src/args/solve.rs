@@ -7,7 +7,7 @@ use dgd_data::Rename;
 use dgd_runtime::integrate::catalogue::AUTOMATIC;
 use dgd_runtime::{PerSample, Steps};
 
-use crate::numbers::{moment, positive};
+use crate::numbers::{factor, moment, tolerance};
 
 /// What is estimated.
 #[derive(Debug, Args)]
@@ -63,10 +63,10 @@ pub(crate) struct SolveArgs {
     #[arg(long, value_name = "STEPS", default_value = AUTOMATIC, value_parser = steps)]
     pub steps: Steps,
     /// Relative tolerance
-    #[arg(long, value_name = "TOL", default_value_t = 1e-6, value_parser = positive, allow_hyphen_values = true)]
+    #[arg(long, value_name = "TOL", default_value_t = 1e-6, value_parser = tolerance, allow_hyphen_values = true)]
     pub rtol: f64,
     /// Absolute tolerance, as a fraction of each unknown's nominal size [default: rtol]
-    #[arg(long, value_name = "TOL", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(long, value_name = "TOL", value_parser = factor, allow_hyphen_values = true)]
     pub atol: Option<f64>,
     /// How the model is evaluated; does not affect results
     #[arg(long, value_enum, default_value_t = Engine::Auto)]

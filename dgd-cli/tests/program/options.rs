@@ -16,9 +16,9 @@ fn numbers_that_make_no_sense_are_wrong_usage_and_the_option_is_named() {
     let recursive = &["--estimator", "recursive"][..];
     let separable = &["--estimator", "separable"][..];
     #[allow(clippy::type_complexity, reason = "a table of cases")]
-    let cases: [(&str, &[&str], &str, &[&str], &str); 25] = [
-        ("simulate", no, "--rtol", &["0", "-1", "NaN", "inf", "x"], above_0),
-        ("sensitivity", no, "--atol", &["0", "-1", "nan"], above_0),
+    let cases: [(&str, &[&str], &str, &[&str], &str); 26] = [
+        ("simulate", no, "--rtol", &["0", "-1", "NaN", "inf", "x", "1e300", "1e-300"], above_0),
+        ("sensitivity", no, "--atol", &["0", "-1", "nan", "1e300"], above_0),
         ("simulate", no, "--every", &["0", "-2", "NaN", "5 [m]"], length),
         ("simulate", no, "--from", &["NaN", "inf", "-inf", "2 lpm"], moment),
         ("fit", no, "--until", &["NaN", "inf"], moment),
@@ -28,11 +28,12 @@ fn numbers_that_make_no_sense_are_wrong_usage_and_the_option_is_named() {
         ("track", no, "--until", &["-1"], "no row between"),
         ("simulate", no, "--seed", &["-1", "0.5"], whole),
         ("simulate", no, "--noise-seed", &["-1", "0.5"], whole),
-        ("simulate", no, "--threads", &["0", "-1"], count),
+        ("simulate", no, "--threads", &["0", "-1", "18446744073709551615"], count),
         ("simulate", no, "--steps", &["per-sample=0", "per-sample=-1"], "1 or more"),
-        ("fit", no, "--evaluations", &["0", "-1", "1.5"], count),
+        ("fit", no, "--evaluations", &["0", "-1", "1.5", "18446744073709551615"], count),
         ("fit", no, "--starts", &["0", "-1"], "not in 1..=100000"),
-        ("fit", no, "--bootstrap", &["-1", "1.5"], whole),
+        ("fit", no, "--bootstrap", &["-1", "1.5", "1e12", "1000000000000"], whole),
+        ("fit", no, "--bootstrap-from", &["-1", "18446744073709551615"], whole),
         ("fit", separable, "--smoothing", &["0", "-1", "NaN"], length),
         ("fit", separable, "--steady", &["h_r=0", "h_r=-1", "h_r=NaN"], "a positive number"),
         ("fit", recursive, "--filter", &["0", "5,-1", "NaN"], above_0),

@@ -107,6 +107,17 @@ fn a_fit_of_what_parts_declare_becomes_their_arguments() {
 }
 
 #[test]
+fn the_text_of_a_model_with_parts_reads_back_beside_what_it_imports() {
+    let folder = folder(&[]);
+    let (model, data) = (path(&folder, "cascade.dgd"), path(&folder, "data.csv"));
+    let written = path(&folder, "written.dgd");
+    let emitted = dgd(&["emit", &model, "--stage", "ast"]).done().out;
+    fs::write(&written, emitted).expect("the folder is writable");
+    let simulated = |model: &str| dgd(&["simulate", model, "--data", &data]).done().out;
+    assert_eq!(simulated(&written), simulated(&model));
+}
+
+#[test]
 fn the_text_of_a_model_whose_part_was_changed_is_that_model() {
     let leak = "effect leak on cascade\nkind plant\nparameter loss [m^3/s] = 0.002\nnull loss = 0\n\
                 add -loss to lower.level\n";

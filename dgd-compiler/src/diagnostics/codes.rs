@@ -485,7 +485,8 @@ Right:
 E211 "model that grows beyond measure when it is opened" "
 Every call is replaced by its function's body and every `let` by its value. Functions that call one
 another with ever new arguments, or definitions nested in hundreds of levels, would make a model too
-large to compile. Name repeated parts with `let`, and give functions fewer calls.
+large to compile, and so would sums and loops that are written out and have more than two million
+operations. Name repeated parts with `let`, give functions fewer calls, and add up in a loop.
 
 Wrong:
 

@@ -3,11 +3,13 @@
 pub mod codes;
 pub mod fix;
 pub mod render;
+mod suggestion;
 mod visible;
 
 use crate::source::Span;
 pub use codes::Code;
 pub use fix::{Edit, Fix};
+pub use suggestion::suggestion;
 pub use visible::visible;
 
 /// One mistake, with everything needed to show it.
@@ -116,6 +118,15 @@ impl Diagnostics {
         self.reported.map_or(Ok(()), Err)
     }
 
+    /// The name that was probably meant, for a mistake that is to be reported; none once no more mistakes are kept.
+    pub fn suggestion<'a>(
+        &self,
+        name: &str,
+        candidates: impl IntoIterator<Item = &'a str>,
+    ) -> Option<&'a str> {
+        if self.list.len() < KEPT { suggestion(name, candidates) } else { None }
+    }
+
     /// How many mistakes are kept so far.
     pub(crate) fn len(&self) -> usize {
         self.list.len()
@@ -129,82 +140,9 @@ impl Diagnostics {
     }
 }
 
-/// The candidate a name was probably meant to be, if there is a likely one.
-///
-/// A likely name differs from it by few slips: a letter wrong, missing, too many, or swapped
-/// with its neighbour, one slip for every three letters. Upper and lower case count as half a slip
-/// for the whole name. Among equals the first in alphabetical order is taken.
-pub fn suggestion<'a>(
-    name: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
-    let letters: Vec<char> = name.chars().collect();
-    let lower: Vec<char> = name.to_lowercase().chars().collect();
-    // In half slips.
-    let limit = 2 * letters.len().div_ceil(3).min(4);
-    candidates
-        .into_iter()
-        .filter(|candidate| *candidate != name)
-        .filter(|candidate| {
-            // Length bounds the distance from below, without looking at letters.
-            2 * candidate.chars().count().abs_diff(letters.len()) <= limit
-        })
-        .filter_map(|candidate| {
-            let other: Vec<char> = candidate.chars().collect();
-            let other_lower: Vec<char> = candidate.to_lowercase().chars().collect();
-            let slips = (2 * edit_distance(&letters, &other))
-                .min(2 * edit_distance(&lower, &other_lower) + 1);
-            // Replacing every letter is not a slip.
-            (slips <= limit && slips < 2 * letters.len()).then_some((slips, candidate))
-        })
-        .min()
-        .map(|(_, candidate)| candidate)
-}
-
-/// Insertions, deletions, replacements and swaps of neighbours that lead from `a` to `b`
-/// (optimal string alignment).
-fn edit_distance(a: &[char], b: &[char]) -> usize {
-    // rows[i % 3][j]: distance of the first i letters of a and the first j of b
-    let mut rows = [vec![0; b.len() + 1], (0..=b.len()).collect(), vec![0; b.len() + 1]];
-    for i in 1..=a.len() {
-        let [before, above, mut row] = rows;
-        row[0] = i;
-        for j in 1..=b.len() {
-            let replaced = above[j - 1] + usize::from(a[i - 1] != b[j - 1]);
-            row[j] = replaced.min(above[j] + 1).min(row[j - 1] + 1);
-            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
-                row[j] = row[j].min(before[j - 2] + 1);
-            }
-        }
-        rows = [above, row, before];
-    }
-    rows[1][b.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn distances_count_slips() {
-        for (a, b, expected) in
-            [("", "abc", 3), ("kitten", "sitting", 3), ("lmp", "lpm", 1), ("same", "same", 0)]
-        {
-            let letters = |s: &str| s.chars().collect::<Vec<_>>();
-            assert_eq!(edit_distance(&letters(a), &letters(b)), expected, "{a} {b}");
-        }
-    }
-
-    #[test]
-    fn likely_names_are_suggested_and_others_are_not() {
-        let names = ["q_ssp", "q_boost", "h_r", "rho", "g"];
-        assert_eq!(suggestion("q_spp", names), Some("q_ssp"));
-        assert_eq!(suggestion("Rho", names), Some("rho"));
-        assert_eq!(suggestion("boost", ["q_boost", "roost"]), Some("roost"));
-        assert_eq!(suggestion("pressure", names), None);
-        assert_eq!(suggestion("x", names), None);
-        assert_eq!(suggestion("ab", ["aa", "bb", "ac"]), Some("aa"));
-    }
 
     #[test]
     fn one_mistake_at_one_place_is_kept_once() {

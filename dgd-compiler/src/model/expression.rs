@@ -7,7 +7,7 @@ use super::check_units::{Dim, Located, Spelling, quotient_for_derivative};
 use super::define::{Definition, Function, Scope, Table};
 use super::resolve::Reading;
 use super::tables::Resolved;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::intrinsics::{INTRINSICS, IntrinsicId};
 use crate::expr::{ExprId, Graph, Node, Symbol};
 use crate::source::Span;
@@ -21,6 +21,10 @@ const DEEPEST: usize = 512;
 
 /// A model may open at most this many calls of its own functions.
 const MOST_CALLS: usize = 200_000;
+
+/// What sums and loops write out is made of at most so many operations: later stages need some hundred bytes for
+/// each.
+const MOST_WRITTEN: usize = 2_000_000;
 
 /// An expression in the graph and its dimension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -55,6 +59,11 @@ pub(super) struct Lowering<'a> {
     /// Proof that too many calls have been reported, which happens once.
     exhausted: Option<Reported>,
     depth: usize,
+    /// Expressions lowered so far, one as often as sums and loops write it out.
+    written: usize,
+    /// Terms of the sum that is being written out, those of the sums within it included.
+    pub(super) terms: usize,
+    pub(super) within_reduction: bool,
     /// The indices that are open, innermost last; of these one may move.
     pub(super) indices: Vec<LoopIndex<'a>>,
     /// Whether an element has been met that moves by more than one.
@@ -77,6 +86,9 @@ impl<'a> Lowering<'a> {
             open: Vec::new(),
             exhausted: None,
             depth: 0,
+            written: 0,
+            terms: 0,
+            within_reduction: false,
             indices: Vec::new(),
             strided: false,
             dimensions: None,
@@ -114,6 +126,7 @@ impl<'a> Lowering<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<Typed, Reported> {
         self.depth += 1;
+        self.written += 1;
         let result = if self.depth > DEEPEST {
             Err(diagnostics.error(
                 Diagnostic::new(Code::E211, expr.span, "expressions nest too deep here")
@@ -127,6 +140,26 @@ impl<'a> Lowering<'a> {
             dimensions.insert(expr.span, typed.dim.dimension());
         }
         result
+    }
+
+    /// Refuses to write out more at this place, where the model would be too large.
+    pub(super) fn verify_size(
+        &self,
+        place: Span,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<(), Reported> {
+        if self.written <= MOST_WRITTEN {
+            return Ok(());
+        }
+        if let Some(said) = diagnostics.said(Code::E211, place) {
+            return Err(said);
+        }
+        let message = format!(
+            "the sums and loops of this model write out more than {MOST_WRITTEN} operations"
+        );
+        Err(diagnostics.error(Diagnostic::new(Code::E211, place, message).help(
+            "add up in a loop: `equation add[i]: total[i] = total[i-1] + …`, of an array of `unknown`s",
+        )))
     }
 
     fn lower_kind(
@@ -427,13 +460,14 @@ impl<'a> Lowering<'a> {
             return said;
         }
         let candidates = arguments.keys().copied().chain(self.scope.names.keys().copied());
+        let near = || diagnostics.suggestion(name, candidates);
         let mut diagnostic =
             Diagnostic::new(Code::E201, span, format!("nothing is called `{name}`"));
         if name == "delay" || IntrinsicId::find(name).is_some() {
             diagnostic.code = Code::E205;
             diagnostic.message = format!("`{name}` is a function");
             diagnostic.help = Some(format!("call it: `{name}(…)`"));
-        } else if let Some(near) = suggestion(name, candidates) {
+        } else if let Some(near) = near() {
             diagnostic.help = Some(format!("did you mean `{near}`?"));
         }
         diagnostics.error(diagnostic)
@@ -528,7 +562,8 @@ impl<'a> Lowering<'a> {
                         function.span,
                         format!("there is no function `{name}`"),
                     );
-                    if let Some(near) = suggestion(name, known.chain(own).chain(["der", "delay"])) {
+                    let known = known.chain(own).chain(["der", "delay"]);
+                    if let Some(near) = diagnostics.suggestion(name, known) {
                         diagnostic.help = Some(format!("did you mean `{near}`?"));
                     }
                     return Err(diagnostics.error(diagnostic));

@@ -9,7 +9,7 @@ use super::resolve::{Reading, Resolver};
 use super::{
     Array, Automaton, Declared, Equation, Family, Mode, Origin, Reset, Saturation, Transition,
 };
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported, suggestion};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::{ExprId, Node, Symbol};
 use crate::source::Span;
 use crate::syntax::ast::{self, Bound, Choice, Crossing, Expr, Item, ItemKind, Name};
@@ -415,7 +415,8 @@ impl<'a> Resolver<'a> {
             };
             let code = if what.is_some() { Code::E205 } else { Code::E201 };
             let diagnostic = Diagnostic::new(code, name.span, message);
-            let near = suggestion(&name.text, self.lowering.scope.names.keys().copied());
+            let near =
+                diagnostics.suggestion(&name.text, self.lowering.scope.names.keys().copied());
             return Err(diagnostics.error(match near.filter(|_| what.is_none()) {
                 Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
                 None => diagnostic.help("name a `state` or an `unknown`"),
@@ -489,7 +490,7 @@ impl ModeNames<'_> {
             let message = format!("`{}` has no mode `{}`", self.automaton.text, mode.text);
             let diagnostic = Diagnostic::new(Code::E216, mode.span, message);
             let known: Vec<&str> = self.positions.keys().copied().collect();
-            let help = suggestion(&mode.text, known.iter().copied()).map_or_else(
+            let help = diagnostics.suggestion(&mode.text, known.iter().copied()).map_or_else(
                 || format!("there is `{}`", known.join("`, `")),
                 |near| format!("did you mean `{near}`?"),
             );

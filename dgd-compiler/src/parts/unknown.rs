@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::expansion::declared;
 use super::visible::Visible;
-use crate::diagnostics::{Code, Diagnostic, Diagnostics, suggestion};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics};
 use crate::expr::intrinsics::IntrinsicId;
 use crate::source::{SourceId, Span};
 use crate::syntax::ast::{Ast, Expr, ExprKind, Item, ItemKind};
@@ -74,7 +74,7 @@ pub(super) fn verify_names(
             (false, true) => Code::E205,
             (false, false) => Code::E201,
         };
-        let help = match suggestion(&name, known.iter().map(String::as_str)) {
+        let help = match diagnostics.suggestion(&name, known.iter().map(String::as_str)) {
             Some(near) => format!("did you mean `{near}`?"),
             None => {
                 "a part and its libraries know what they declare and import themselves".to_owned()

@@ -8,10 +8,11 @@
 //! | `POST /write` | values into the text of the model: [`write`] |
 //! | `GET /events` | server-sent events: a file has changed |
 //!
-//! All requests except for the files need the secret ([`guard`]). A separate thread makes runs one after another; a run
+//! Connections and listening pages are limited ([`limits`]). All requests except for the files need the secret ([`guard`]). A separate thread makes runs one after another; a run
 //! is abandoned if its page has gone away or sent a new request, or if its files changed.
 
 mod guard;
+mod limits;
 mod poll;
 mod write;
 
@@ -35,12 +36,13 @@ use dgd_work::RunRequest;
 use futures_util::stream::{self, Stream};
 use serde_json::json;
 use tokio::net::TcpListener;
-use tokio::sync::watch;
+use tokio::sync::{Semaphore, watch};
 
 use crate::ask::Ask;
 use crate::bench::Bench;
 use crate::stop::Stop;
 use guard::Guard;
+use limits::Limited;
 
 /// State shared by requests and threads.
 struct Shared {
@@ -52,6 +54,8 @@ struct Shared {
     /// Incremented on every change of a file.
     changes: watch::Sender<u64>,
     stop: Stop,
+    /// A place for each page that may still listen for changes.
+    listening: Arc<Semaphore>,
     /// The request that is being answered.
     current: Mutex<Option<u64>>,
     /// Number of requests so far.
@@ -128,7 +132,7 @@ pub fn serve(request: RunRequest, port: u16, tell: impl FnOnce(&str)) -> io::Res
         let shared = Arc::new(shared(request, guard));
         poll::begin(&shared);
         tell(&address);
-        axum::serve(listener, router(shared)).await
+        axum::serve(Limited::new(listener), router(shared)).await
     })
 }
 
@@ -149,6 +153,7 @@ fn shared(request: RunRequest, guard: Guard) -> Shared {
         files,
         changes,
         stop,
+        listening: Arc::new(Semaphore::new(limits::LISTENING)),
         current: Mutex::new(None),
         count: AtomicU64::new(0),
         assets,
@@ -238,14 +243,20 @@ async fn ask(State(shared): State<Arc<Shared>>, body: Bytes) -> Response {
 
 async fn events(
     State(shared): State<Arc<Shared>>,
-) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, (StatusCode, &'static str)> {
+    let Ok(place) = Arc::clone(&shared.listening).try_acquire_owned() else {
+        let why = "too many pages of this model are open: close one and reload this one";
+        return Err((StatusCode::SERVICE_UNAVAILABLE, why));
+    };
     let changes = shared.changes.subscribe();
-    let events = stream::unfold(changes, async |mut changes| {
+    // The place is free again when the stream ends.
+    let events = stream::unfold((changes, place), async |(mut changes, place)| {
         changes.changed().await.ok()?;
         let count = *changes.borrow_and_update();
-        Some((Ok(Event::default().event("saved").data(count.to_string())), changes))
+        let event = Event::default().event("saved").data(count.to_string());
+        Some((Ok(event), (changes, place)))
     });
-    Sse::new(events).keep_alive(KeepAlive::default())
+    Ok(Sse::new(events).keep_alive(KeepAlive::default()))
 }
 
 #[cfg(test)]

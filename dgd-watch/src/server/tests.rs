@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use dgd_work::RunRequest;
 use serde_json::Value;
 
-use super::serve;
+use super::{limits, serve};
 
 const MODEL: &str = "model cooling\n\
     parameter tau [s] = 120 in 1 .. 1e4  # by guess\n\
@@ -245,4 +245,43 @@ fn an_effect_that_comes_is_offered() {
         assert!(began.elapsed() < Duration::from_secs(30), "it is not offered");
         thread::sleep(Duration::from_millis(50));
     }
+}
+
+#[test]
+fn so_many_pages_listen_and_others_are_told() {
+    let served = Served::new();
+    let head = format!(
+        "GET /events HTTP/1.1\r\nHost: {}\r\nX-Dgd-Secret: {}\r\n\r\n",
+        served.host(),
+        served.secret
+    );
+    let first_line = |stream: &mut TcpStream| {
+        let mut bytes = [0; 12];
+        stream.read_exact(&mut bytes).expect("an answer");
+        String::from_utf8_lossy(&bytes).into_owned()
+    };
+    let mut listening: Vec<TcpStream> =
+        (0..limits::LISTENING).map(|_| served.send(&head)).collect();
+    for stream in &mut listening {
+        assert_eq!(first_line(stream), "HTTP/1.1 200");
+    }
+    assert_eq!(first_line(&mut served.send(&head)), "HTTP/1.1 503");
+    // Where one goes away, another may come.
+    listening.pop();
+    let began = Instant::now();
+    while first_line(&mut served.send(&head)) != "HTTP/1.1 200" {
+        assert!(began.elapsed() < Duration::from_secs(30), "no place is free");
+        thread::sleep(Duration::from_millis(50));
+    }
+}
+
+#[test]
+fn more_connections_than_there_are_places_wait_until_silent_ones_are_closed() {
+    let served = Served::new();
+    let silent: Vec<TcpStream> = (0..limits::CONNECTIONS).map(|_| served.send("")).collect();
+    let began = Instant::now();
+    let host = format!("Host: {}", served.host());
+    assert_eq!(served.raw("GET / HTTP/1.1", &[host], "").status, 200);
+    assert!(began.elapsed() > Duration::from_secs(5), "they had no places: {:?}", began.elapsed());
+    drop(silent);
 }

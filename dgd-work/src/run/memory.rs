@@ -202,7 +202,7 @@ fn available() -> Option<f64> {
     free_memory().map(|free| free + on_disk)
 }
 
-/// Those that Linux says are available, or fewer where a group of processes has a limit.
+/// Those that Linux says are available, or fewer where a group of processes or this one has a limit.
 fn free_memory() -> Option<f64> {
     let of_machine = std::fs::read_to_string("/proc/meminfo").ok()?;
     let free = field(&of_machine, "MemAvailable:")? * 1024.0;
@@ -211,7 +211,13 @@ fn free_memory() -> Option<f64> {
     };
     let left =
         of_group("memory.max").zip(of_group("memory.current")).map(|(most, used)| most - used);
-    Some(left.map_or(free, |left| free.min(left.max(0.0))))
+    let own = |file: &str| std::fs::read_to_string(format!("/proc/self/{file}")).ok();
+    let of_process = own("limits").zip(own("status")).and_then(|(limits, status)| {
+        // Its first number; `unlimited` is none.
+        Some(field(&limits, "Max address space")? - field(&status, "VmSize:")? * 1024.0)
+    });
+    let most = left.into_iter().chain(of_process).map(|left| left.max(0.0));
+    Some(most.fold(free, f64::min))
 }
 
 /// The number behind a name at the start of a line.
@@ -300,5 +306,9 @@ mod tests {
         let text = "MemTotal:  100 kB\nMemFree:  10 kB\nMemAvailable:   42 kB\n";
         assert_eq!(field(text, "MemAvailable:"), Some(42.0));
         assert_eq!(field(text, "MemNothing:"), None);
+        let limits = "Limit   Soft Limit   Hard Limit   Units\n\
+                      Max address space         4096000   unlimited   bytes\n";
+        assert_eq!(field(limits, "Max address space"), Some(4_096_000.0));
+        assert_eq!(field(&limits.replace("4096000", "unlimited"), "Max address space"), None);
     }
 }

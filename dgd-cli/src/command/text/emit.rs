@@ -19,7 +19,8 @@ pub(crate) fn run(args: &EmitArgs, console: Console<'_>) -> Result<(), CommandEr
     let text = match args.stage {
         Stage::Ast => match &loaded.changed {
             Some(changed) => changed.text(&loaded.sources),
-            None => compiled.asts.iter().map(print::print).collect::<Vec<_>>().join("\n"),
+            // What it imports has files of its own, and the text reads back beside them.
+            None => print::print(&compiled.asts[0]),
         },
         Stage::Model => model_text::write(&compiled.model),
         Stage::Dae => dae_text::write(&compiled.dae),

@@ -28,6 +28,7 @@ impl<'a> Resolver<'a> {
         }
         let mut automata: Vec<(u32, Automaton)> = Vec::new();
         for offset in 0..count {
+            self.lowering.verify_size(item.span, diagnostics)?;
             self.lowering.indices = open(counters, shape, offset, false);
             match &item.kind {
                 ItemKind::Equation { .. } => {

@@ -2,7 +2,7 @@
 
 use super::each::{MOST_WRITTEN_OUT, too_many};
 use super::name_of_row;
-use crate::diagnostics::{Diagnostics, Reported};
+use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
 use crate::expr::Symbol;
 use crate::model::check_units::Dim;
 use crate::model::define::{Definition, Entry};
@@ -13,6 +13,9 @@ use crate::model::resolve::Resolver;
 use crate::model::{Declared, Output, OutputArray};
 use crate::syntax::ast::{Attribute, Item, Name, Unit as WrittenUnit};
 use crate::units::Unit;
+
+/// An array is an output for at most so many elements: each has a name, a unit and a column.
+const MOST_OUTPUTS: u32 = 2_000_000;
 
 impl<'a> Resolver<'a> {
     /// `output p [bar]` of an array `p`.
@@ -32,6 +35,17 @@ impl<'a> Resolver<'a> {
         let declared = unit.unwrap_or_else(|| Ok(Unit::one()))?;
         let unit = unit_read(name, own, &declared, span, diagnostics)?;
         let place = self.lowering.scope.arrays[index].clone()?;
+        if place.count() > MOST_OUTPUTS {
+            let message = format!(
+                "`{}` is an output for {} elements; there can be {MOST_OUTPUTS}",
+                name.text,
+                place.count()
+            );
+            return Err(diagnostics.error(
+                Diagnostic::new(Code::E230, name.span, message)
+                    .help("name the elements that are wanted: `output last = x[N]`"),
+            ));
+        }
         let named = |own: String| Declared {
             name: own,
             span: name.span,

@@ -9,7 +9,7 @@ use crate::model::expression::{Arguments, Lowering, Typed};
 use crate::source::Span;
 use crate::syntax::ast::{Counter, Reducing, Reduction};
 
-/// A reduction has at most so many terms: each is an expression of its own.
+/// A reduction has at most so many terms, with those of reductions within it: each is an expression of its own.
 const MOST_TERMS: usize = 100_000;
 
 impl<'a> Lowering<'a> {
@@ -22,8 +22,13 @@ impl<'a> Lowering<'a> {
     ) -> Result<Typed, Reported> {
         let mut terms = Vec::new();
         let open = self.indices.len();
+        let is_outermost = !std::mem::replace(&mut self.within_reduction, true);
+        if is_outermost {
+            self.terms = 0;
+        }
         let done = self.terms(reduction, &reduction.counters, arguments, &mut terms, diagnostics);
         self.indices.truncate(open);
+        self.within_reduction = !is_outermost;
         done?;
         let word = reduction.kind.word();
         let Some((first, others)) = terms.split_first() else {
@@ -75,9 +80,14 @@ impl<'a> Lowering<'a> {
         diagnostics: &mut Diagnostics,
     ) -> Result<(), Reported> {
         let Some((Counter { index, range }, inner)) = counters.split_first() else {
-            if terms.len() >= MOST_TERMS {
+            self.terms += 1;
+            if self.terms > MOST_TERMS {
+                if let Some(said) = diagnostics.said(Code::E230, reduction.body.span) {
+                    return Err(said);
+                }
                 let word = reduction.kind.word();
-                let message = format!("this `{word}` has more than {MOST_TERMS} terms");
+                let with = if self.terms > terms.len() + 1 { ", with those around it" } else { "" };
+                let message = format!("this `{word}` has more than {MOST_TERMS} terms{with}");
                 return Err(diagnostics.error(
                     Diagnostic::new(Code::E230, reduction.body.span, message).help(
                         "add up in a loop: `equation add[i]: total[i] = total[i-1] + …`, of an array \
@@ -85,6 +95,7 @@ impl<'a> Lowering<'a> {
                     ),
                 ));
             }
+            self.verify_size(reduction.body.span, diagnostics)?;
             terms.push(self.lower(&reduction.body, arguments, diagnostics)?);
             return Ok(());
         };

@@ -91,6 +91,7 @@ fn read(source: SourceId, sources: &Sources) -> (Ast, Vec<Unsound>, Diagnostics)
 
     let mut reader = Reader::new(source, text, &mut own);
     reader.declared = Declared::of(&tokens, text);
+    reader.unclosed = unclosed(&tokens);
     let items = reader.items(&tokens, 0);
     let (model, effect, holes) = (reader.model, reader.effect, reader.holes);
     if items.is_empty() && model.is_none() && effect.is_none() && own.check().is_ok() {
@@ -130,14 +131,16 @@ struct Reader<'a, 'd> {
     /// Items that could not be read.
     holes: Vec<Unsound>,
     declared: Declared<'a>,
+    /// Where braces open that are never closed, in order.
+    unclosed: Vec<u32>,
     diagnostics: &'d mut Diagnostics,
 }
 
 impl<'a, 'd> Reader<'a, 'd> {
     fn new(source: SourceId, text: &'a str, diagnostics: &'d mut Diagnostics) -> Self {
         let (model, effect, holes) = (None, None, Vec::new());
-        let declared = Declared::default();
-        Reader { source, text, model, effect, begun: false, holes, declared, diagnostics }
+        let (declared, unclosed) = (Declared::default(), Vec::new());
+        Reader { source, text, model, effect, begun: false, holes, declared, unclosed, diagnostics }
     }
 
     /// Reads items until nothing is left.
@@ -182,12 +185,7 @@ impl<'a, 'd> Reader<'a, 'd> {
 
     /// How many tokens an item takes; one whose block is never closed ends where another begins.
     fn length(&self, tokens: &[Token]) -> usize {
-        let length = item_length(tokens);
-        let n = |kind| tokens[..length].iter().filter(|token| token.kind == kind).count();
-        if length == tokens.len() && n(TokenKind::OpenBrace) > n(TokenKind::CloseBrace) {
-            return self.end_of_unclosed(tokens);
-        }
-        length
+        closed_length(tokens, &self.unclosed).unwrap_or_else(|| self.end_of_unclosed(tokens))
     }
 
     /// Whether something has been reported of an item, now or when it was cut into tokens.
@@ -471,16 +469,35 @@ fn take_docs(tokens: &mut &[Token], docs: &mut Vec<Token>) {
     }
 }
 
-/// How many tokens an item takes, its block included, its line end not.
-fn item_length(tokens: &[Token]) -> usize {
+/// Where braces open that are never closed, in order.
+fn unclosed(tokens: &[Token]) -> Vec<u32> {
+    let mut open = Vec::new();
+    for token in tokens {
+        match token.kind {
+            TokenKind::OpenBrace => open.push(token.start),
+            TokenKind::CloseBrace => drop(open.pop()),
+            _ => {}
+        }
+    }
+    open
+}
+
+/// How many tokens an item takes, its block included, its line end not; `None` if its block is never closed.
+fn closed_length(tokens: &[Token], unclosed: &[u32]) -> Option<usize> {
     let mut open = 0_usize;
     for (i, token) in tokens.iter().enumerate() {
         match token.kind {
+            TokenKind::OpenBrace if unclosed.binary_search(&token.start).is_ok() => return None,
             TokenKind::OpenBrace => open += 1,
-            TokenKind::CloseBrace | TokenKind::Newline if open == 0 => return i,
+            TokenKind::CloseBrace | TokenKind::Newline if open == 0 => return Some(i),
             TokenKind::CloseBrace => open -= 1,
             _ => {}
         }
     }
-    tokens.len()
+    Some(tokens.len())
+}
+
+/// How many tokens an item takes within a block, where all braces are closed.
+fn item_length(tokens: &[Token]) -> usize {
+    closed_length(tokens, &[]).unwrap_or(tokens.len())
 }

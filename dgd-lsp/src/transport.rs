@@ -1,0 +1,237 @@
+//! Messages over a stream. What is not a message is answered with an error, and the next one is found.
+
+use std::io::{self, BufRead, Read, Write};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+use lsp_server::{Connection, ErrorCode, Message, Notification};
+use serde::de::IgnoredAny;
+use serde_json::json;
+
+use crate::{Failure, serve};
+
+/// Most bytes of a message. No text of a model comes near it: a greater length is a mistake.
+const LARGEST: usize = 64 << 20;
+
+/// Most bytes of a header line that are kept.
+const LONGEST: usize = 8 << 10;
+
+/// The header that each message has, in lower case.
+const LENGTH: &[u8] = b"content-length:";
+
+/// Serves an editor that writes to `input` and reads from `output`.
+pub(crate) fn serve_stream(
+    input: impl BufRead + Send + 'static,
+    output: impl Write + Send + 'static,
+) -> Result<(), Failure> {
+    let (editor, server) = Connection::memory();
+    let output = Arc::new(Mutex::new(output));
+    let (sender, receiver) = (editor.sender, editor.receiver);
+    let answers = Arc::clone(&output);
+    let writer = thread::spawn(move || {
+        receiver.iter().try_for_each(|message| message.write(&mut *locked(&answers)))
+    });
+    let reader = thread::spawn(move || {
+        let mut frames = Frames { input, is_lost: false };
+        while let Some(frame) = frames.next()? {
+            match frame.and_then(|text| message(&text)) {
+                Ok(message) => {
+                    let is_exit = matches!(&message, Message::Notification(Notification { method, .. }) if method == "exit");
+                    if sender.send(message).is_err() || is_exit {
+                        break;
+                    }
+                }
+                Err(mistake) => mistake.write(&mut *locked(&output))?,
+            }
+        }
+        Ok::<(), io::Error>(())
+    });
+    serve(&server)?;
+    // The writing thread ends when nothing more can be sent.
+    drop(server);
+    for thread in [reader, writer] {
+        thread.join().map_err(|_| "a thread of the language server panicked")??;
+    }
+    Ok(())
+}
+
+fn locked<T>(output: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    output.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Why something is not a message.
+struct Mistake {
+    code: ErrorCode,
+    reason: String,
+}
+
+impl Mistake {
+    fn new(code: ErrorCode, reason: impl Into<String>) -> Self {
+        Mistake { code, reason: reason.into() }
+    }
+
+    /// Answers nobody in particular, as the protocol asks for where no request could be read.
+    fn write(&self, output: &mut impl Write) -> io::Result<()> {
+        let error = json!({ "code": self.code as i32, "message": self.reason });
+        let text = json!({ "jsonrpc": "2.0", "id": null, "error": error }).to_string();
+        write!(output, "Content-Length: {}\r\n\r\n{text}", text.len())?;
+        output.flush()
+    }
+}
+
+fn message(text: &[u8]) -> Result<Message, Mistake> {
+    serde_json::from_slice(text).map_err(|error| {
+        let is_json = serde_json::from_slice::<IgnoredAny>(text).is_ok();
+        let code = if is_json { ErrorCode::InvalidRequest } else { ErrorCode::ParseError };
+        Mistake::new(code, format!("this is not a message: {error}"))
+    })
+}
+
+/// The texts behind headers.
+struct Frames<R> {
+    input: R,
+    /// Whether the next header is being searched for, since the length before it was wrong.
+    is_lost: bool,
+}
+
+impl<R: BufRead> Frames<R> {
+    /// The next text, or why there is none here; `None` at the end of the stream.
+    fn next(&mut self) -> io::Result<Option<Result<Vec<u8>, Mistake>>> {
+        let Some(length) = self.length()? else { return Ok(None) };
+        let length = match length {
+            Ok(length) => length,
+            Err(mistake) => {
+                self.is_lost = true;
+                return Ok(Some(Err(mistake)));
+            }
+        };
+        self.is_lost = false;
+        let mut text = Vec::new();
+        (&mut self.input).take(length as u64).read_to_end(&mut text)?;
+        Ok((text.len() == length).then_some(Ok(text)))
+    }
+
+    /// The length that the next headers give. What stands before them is skipped.
+    fn length(&mut self) -> io::Result<Option<Result<usize, Mistake>>> {
+        let mut found: Option<Result<usize, Mistake>> = None;
+        let mut line = Vec::new();
+        while self.line(&mut line)? {
+            let text = line.trim_ascii();
+            if let Some(at) = header(text) {
+                let value = String::from_utf8_lossy(&text[at + LENGTH.len()..]).trim().to_owned();
+                found = Some(length_of(&value));
+            } else if !text.is_empty() && !text.contains(&b':') && !self.is_lost {
+                let reason = "this is not a header: a message begins with `Content-Length: N`";
+                return Ok(Some(Err(Mistake::new(ErrorCode::ParseError, reason))));
+            } else if text.is_empty() && found.is_some() {
+                return Ok(found);
+            }
+        }
+        Ok(None)
+    }
+
+    /// Reads a line, of a long one its end; whether there is one.
+    fn line(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
+        line.clear();
+        loop {
+            let most = LONGEST as u64;
+            let n = (&mut self.input).take(most).read_until(b'\n', line)?;
+            if n == 0 || line.ends_with(b"\n") {
+                return Ok(!line.is_empty());
+            }
+            line.drain(..line.len().saturating_sub(LONGEST));
+        }
+    }
+}
+
+/// Where the last header with a length begins in a line: behind a message that was skipped, if need be.
+fn header(line: &[u8]) -> Option<usize> {
+    let is_header = |at: &usize| line[*at..*at + LENGTH.len()].eq_ignore_ascii_case(LENGTH);
+    (0..(line.len() + 1).saturating_sub(LENGTH.len())).rev().find(is_header)
+}
+
+fn length_of(value: &str) -> Result<usize, Mistake> {
+    value.parse().ok().filter(|length| *length <= LARGEST).ok_or_else(|| {
+        let reason =
+            format!("a message has at most {LARGEST} bytes, and this header gives `{value}`");
+        Mistake::new(ErrorCode::ParseError, reason)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+
+    fn framed(text: &str) -> String {
+        format!("Content-Length: {}\r\n\r\n{text}", text.len())
+    }
+
+    /// Codes of errors and ids of answers, in their order, of a session in which `between` is sent.
+    fn session(between: &str) -> Vec<String> {
+        let asks = [
+            r#"{"jsonrpc":"2.0","id":1,"method":"initialize","params":{"capabilities":{}}}"#,
+            r#"{"jsonrpc":"2.0","method":"initialized","params":{}}"#,
+            r#"{"jsonrpc":"2.0","id":2,"method":"shutdown"}"#,
+            r#"{"jsonrpc":"2.0","method":"exit"}"#,
+        ]
+        .map(framed);
+        let text = format!("{}{}{between}{}{}", asks[0], asks[1], asks[2], asks[3]);
+        let written = Arc::new(Mutex::new(Vec::new()));
+        serve_stream(Cursor::new(text.into_bytes()), Shared(Arc::clone(&written)))
+            .expect("the session ends well");
+        let written = written.lock().expect("whole").clone();
+        let mut frames = Frames { input: Cursor::new(written), is_lost: false };
+        let mut all = Vec::new();
+        while let Some(Ok(text)) = frames.next().expect("readable") {
+            let answer: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+            all.push(match answer["error"]["code"].as_i64() {
+                Some(code) => code.to_string(),
+                None => format!("answer {}", answer["id"]),
+            });
+        }
+        // Mistakes are answered by the thread that reads, at once.
+        all.sort();
+        all
+    }
+
+    struct Shared(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Shared {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            locked(&self.0).write(bytes)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_session_goes_on_after_what_is_not_a_message() {
+        let answers = |error: &str| vec![error.to_owned(), "answer 1".into(), "answer 2".into()];
+        assert_eq!(session(""), ["answer 1", "answer 2"]);
+        for text in ["this is no JSON", "{\"id\":", "\u{fffd}\r\n", ""] {
+            assert_eq!(session(&framed(text)), answers("-32700"), "{text:?}");
+        }
+        for text in ["{}", "[]", "3", "{\"id\":{}}"] {
+            assert_eq!(session(&framed(text)), answers("-32600"), "{text}");
+        }
+        let deep = "[".repeat(100_000);
+        assert_eq!(session(&framed(&deep)), answers("-32700"));
+        for length in ["99999999999999", "18446744073709551615", "1e999", "-3", "", "x"] {
+            // With and without a body behind it.
+            for body in ["", "{}", "{}\n\nnothing\n"] {
+                let text = format!("Content-Length: {length}\r\n\r\n{body}");
+                assert_eq!(session(&text), answers("-32700"), "{text}");
+            }
+        }
+        for noise in ["noise\r\n", "noise\n\n\n"] {
+            assert_eq!(session(noise), answers("-32700"), "{noise}");
+        }
+        let long = format!("Content-Length: 99999999999999\r\n\r\n{}", "x".repeat(1 << 20));
+        assert_eq!(session(&long), answers("-32700"));
+        assert_eq!(session("Content-Type: text\r\n"), ["answer 1", "answer 2"]);
+    }
+}
