@@ -69,6 +69,12 @@ pub fn write(dae: &Dae) -> String {
         let (at, after) = (next(), next());
         let clock = |condition: usize| dae.clocks.iter().find(|c| c.condition == condition);
         let _ = match (clock(k), k.checked_sub(1).and_then(clock)) {
+            (Some(clock), _) if !clock.marks.is_empty() => {
+                writeln!(text, "  {name} counts {} marks from time {at} on", clock.marks.len())
+            }
+            (None, Some(clock)) if !clock.marks.is_empty() => {
+                writeln!(text, "    in units of {at}")
+            }
             (Some(_), _) => writeln!(text, "  {name} steps at time {at}"),
             (None, Some(_)) => writeln!(text, "    and every {at} from there"),
             (None, None) => writeln!(text, "  {name} = {after} from time {at} on"),

@@ -293,9 +293,9 @@ fn look_up(factor: &grammar::Factor, own: &OwnUnits) -> Result<Found, UnitError>
 
 /// Units written one behind the other, as `Pas`, with the operators between them; the power is that of the last.
 fn product(symbol: &str, digits: &str) -> Option<String> {
-    // `bars` is a plural.
+    // `bars` and `lbs` are plurals.
     let is_plural = symbol.strip_suffix('s').is_some_and(|stem| {
-        stem.len() > 2 && stem.chars().all(char::is_lowercase) && find(stem).is_some()
+        stem.len() > 1 && stem.chars().all(char::is_lowercase) && find(stem).is_some()
     });
     let parts = if is_plural { None } else { split(symbol) };
     let power = if digits.is_empty() { String::new() } else { format!("^{digits}") };
@@ -483,7 +483,9 @@ mod tests {
             let help = parse_unit(text).expect_err("no unit").help().unwrap_or_default();
             assert!(help.ends_with(&format!("`{product}`")), "{text}: {help}");
         }
-        for (text, meant) in [("KPa", "kPa"), ("bars", "bar"), ("KW", "kW"), ("rads/s", "rad")] {
+        for (text, meant) in
+            [("KPa", "kPa"), ("bars", "bar"), ("lbs", "lb"), ("KW", "kW"), ("rads/s", "rad")]
+        {
             let help = parse_unit(text).expect_err("no unit").help().unwrap_or_default();
             assert_eq!(help, format!("did you mean `{meant}`?"), "{text}");
         }
