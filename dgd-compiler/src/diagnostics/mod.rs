@@ -89,6 +89,10 @@ pub struct Reported(());
 /// How many mistakes are kept. A text with more is not a model, and nobody reads on.
 const KEPT: usize = 1000;
 
+/// For how many mistakes the name that was meant is searched for, among all names: the search for each takes as long as
+/// there are names.
+const EXPLAINED: usize = 100;
+
 /// Collects the mistakes of one compilation, up to a thousand of them.
 #[derive(Debug, Clone, Default)]
 pub struct Diagnostics {
@@ -118,13 +122,13 @@ impl Diagnostics {
         self.reported.map_or(Ok(()), Err)
     }
 
-    /// The name that was probably meant, for a mistake that is to be reported; none once no more mistakes are kept.
+    /// The name that was probably meant, for a mistake that is to be reported; none once there are very many.
     pub fn suggestion<'a>(
         &self,
         name: &str,
         candidates: impl IntoIterator<Item = &'a str>,
     ) -> Option<&'a str> {
-        if self.list.len() < KEPT { suggestion(name, candidates) } else { None }
+        if self.list.len() < EXPLAINED { suggestion(name, candidates) } else { None }
     }
 
     /// How many mistakes are kept so far.
