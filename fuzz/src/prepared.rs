@@ -104,12 +104,24 @@ impl Prepared {
         tolerance: f64,
         sensitivities: bool,
     ) -> Result<Solution, Failure> {
+        self.run_at(&self.times, p, method, tolerance, sensitivities)
+    }
+
+    /// The same with rows at other times.
+    pub(crate) fn run_at(
+        &self,
+        times: &[f64],
+        p: &[f64],
+        method: &str,
+        tolerance: f64,
+        sensitivities: bool,
+    ) -> Result<Solution, Failure> {
         let options = options(method, tolerance);
         let problem = self.problem(p);
         if sensitivities {
-            simulate_with_sensitivities(&problem, &self.times, &options)
+            simulate_with_sensitivities(&problem, times, &options)
         } else {
-            simulate(&problem, &self.times, &options)
+            simulate(&problem, times, &options)
         }
     }
 }

@@ -153,11 +153,12 @@ impl<S: Solved> Algebraic<S> {
         }
     }
 
-    /// Factorises ⎡ I 0 ⎤ over ⎣ −∂f_a/∂y_d −∂f_a/∂y_a ⎦.
+    /// Factorises ⎡ I 0 ⎤ over ⎣ −∂f_a/∂y_d −∂f_a/∂y_a ⎦, with unknowns of these sizes.
     pub(crate) fn factorise(
         &mut self,
         pattern: &Pattern,
         jacobian: &[f64],
+        sizes: &[f64],
     ) -> Result<(), Singular> {
         let mass = self.mass.as_ref();
         self.rows.as_mut().copy_from_slice(jacobian);
@@ -166,7 +167,8 @@ impl<S: Solved> Algebraic<S> {
                 *value = 0.0;
             }
         });
-        self.factorisation.factorise(1.0, |i| mass[i] != 0.0, pattern, self.rows.as_ref())
+        let (rows, sizes) = (self.rows.as_ref(), Some(sizes));
+        self.factorisation.factorise(1.0, |i| mass[i] != 0.0, pattern, rows, sizes)
     }
 
     /// ẏ in place of `f`, from 0 = ∂f_a/∂y ẏ + df_a/dt with ẏ_d = f_d.
@@ -176,11 +178,12 @@ impl<S: Solved> Algebraic<S> {
         jacobian: &[f64],
         f: &mut [f64],
         dfdt: &[f64],
+        sizes: &[f64],
     ) -> Result<(), Singular> {
         if self.is_empty() {
             return Ok(());
         }
-        self.factorise(pattern, jacobian)?;
+        self.factorise(pattern, jacobian, sizes)?;
         for ((f, dfdt), mass) in f.iter_mut().zip(dfdt).zip(self.mass.as_ref()) {
             if *mass == 0.0 {
                 *f = *dfdt;

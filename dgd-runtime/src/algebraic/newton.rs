@@ -108,7 +108,7 @@ impl<S: Solved> Algebraic<S> {
             }
 
             // −∂f_a/∂y_a δ = f_a
-            let factorised = self.factorise(pattern, jacobian);
+            let factorised = self.factorise(pattern, jacobian, sizes);
             self.correction.as_mut().copy_from_slice(self.f.as_ref());
             let norm = if factorised.is_ok() {
                 self.factorisation.solve(self.correction.as_mut());
@@ -124,12 +124,8 @@ impl<S: Solved> Algebraic<S> {
                 }
                 if nudges == most_nudges {
                     let row = factorised.err().map_or(largest(self.f.as_ref()), |e| e.row);
-                    return Err(self.singular(
-                        system,
-                        Point { t, y, u: u.at(y), p, z },
-                        row,
-                        jacobian,
-                    ));
+                    let at = Point { t, y, u: u.at(y), p, z };
+                    return Err(self.singular(system, at, row, jacobian, sizes));
                 }
                 nudges += 1;
                 self.nudge(y, sizes, nudges);
@@ -228,14 +224,18 @@ impl<S: Solved> Algebraic<S> {
         at: Point<'_>,
         row: usize,
         jacobian: &[f64],
+        sizes: &[f64],
     ) -> InitialError {
         let signature = system.signature();
         let pattern = &signature.jacobian;
         let f = self.f.as_ref();
         let blocks = blocks(pattern, jacobian, self.mass.as_ref());
-        let block = blocks.into_iter().find(|block| is_singular(block, pattern, jacobian));
+        let block = blocks.into_iter().find(|block| is_singular(block, pattern, jacobian, sizes));
         let block = block.unwrap_or_else(|| vec![row]);
-        let first = block.iter().copied().max_by(|i, j| f[*i].abs().total_cmp(&f[*j].abs()));
+        let mut terms = vec![0.0; f.len()];
+        add_terms(&mut terms, pattern, jacobian, sizes);
+        let relative = |row: usize| f[row].abs() / terms[row].max(f64::MIN_POSITIVE);
+        let first = block.iter().copied().max_by(|i, j| relative(*i).total_cmp(&relative(*j)));
         let row = first.unwrap_or(row);
         let label = |row: usize| signature.equations.at(row).to_string();
         InitialError::Singular {

@@ -1,6 +1,7 @@
 //! Slopes of all unknowns along a solution.
 
 use super::Algebraic;
+use crate::problem::unknown_sizes;
 use crate::solved::Solved;
 use crate::system::{Point, Storage};
 
@@ -11,18 +12,25 @@ pub(crate) struct Rates<S: Solved> {
     f: S::Vector,
     dfdt: S::Vector,
     mass: S::Vector,
+    sizes: S::Vector,
 }
 
 impl<S: Solved> Rates<S> {
-    pub(crate) fn new(system: &S) -> Self {
+    /// For a solution that starts at these values, none if it has no rows.
+    pub(crate) fn new(system: &S, start: &[f64]) -> Self {
         let signature = system.signature();
         let n = signature.unknowns.len();
+        let mut sizes = S::Vector::zeros(n);
+        if start.len() == n {
+            unknown_sizes(system, start, sizes.as_mut());
+        }
         Self {
             algebraic: Algebraic::new(system),
             jacobian: S::Jacobian::zeros(signature.jacobian.len()),
             f: S::Vector::zeros(n),
             dfdt: S::Vector::zeros(n),
             mass: S::Vector::zeros(n),
+            sizes,
         }
     }
 
@@ -35,7 +43,8 @@ impl<S: Solved> Rates<S> {
         let (f, jacobian) = (self.f.as_mut(), self.jacobian.as_mut());
         system.linearize(at, udot, f, jacobian, self.dfdt.as_mut());
         let pattern = &system.signature().jacobian;
-        self.algebraic.rates(pattern, jacobian, f, self.dfdt.as_ref()).ok()?;
+        let (dfdt, sizes) = (self.dfdt.as_ref(), self.sizes.as_ref());
+        self.algebraic.rates(pattern, jacobian, f, dfdt, sizes).ok()?;
         Some(self.f.as_ref())
     }
 }

@@ -207,7 +207,8 @@ impl<S: Solved> Algebraic<S> {
             let inside = mass[row] == 0.0 && mass[column] == 0.0 && row_sizes[row] > 0.0;
             *value = if inside { *value * sizes[column] / row_sizes[row] } else { 0.0 };
         });
-        self.factorisation.factorise(1.0, |i| mass[i] != 0.0, pattern, self.rows.as_ref())?;
+        let rows = self.rows.as_ref();
+        self.factorisation.factorise(1.0, |i| mass[i] != 0.0, pattern, rows, None)?;
         Ok(self.factorisation.smallest_pivot())
     }
 }

@@ -1,11 +1,12 @@
 //! Elimination of small full matrices, one in each lane.
 //!
 //! The operations of each lane, and so the bits of its results, are those of [`FixedLu`](crate::linalg::FixedLu):
-//! partial pivoting by exchanges of whole rows, which are selections here.
+//! partial pivoting by weighted rows and exchanges of whole rows, which are selections here.
 
 #![allow(clippy::inline_always)]
 
 use super::lanes::{LANES, LaneStorage, Lanes};
+use crate::linalg::weights::reciprocal;
 use crate::system::{Pattern, Storage};
 
 /// P A = L U of W = c M − J in each lane.
@@ -16,6 +17,7 @@ pub(super) struct LaneLu<V: Storage> {
     reciprocal_pivots: V::Lanes,
     /// The row that was exchanged with row k, stored as a number.
     pivot_rows: V::Lanes,
+    weights: V::Lanes,
     /// Whether there was an exchange in any lane.
     exchanged: bool,
 }
@@ -26,11 +28,12 @@ impl<V: Storage> LaneLu<V> {
             factors: V::LaneSquare::zeros(n * n),
             reciprocal_pivots: V::Lanes::zeros(n),
             pivot_rows: V::Lanes::zeros(n),
+            weights: V::Lanes::zeros(n),
             exchanged: false,
         }
     }
 
-    /// Factorises c M − J. A singular matrix gives solutions that are not finite.
+    /// Factorises c M − J, with unknowns of these sizes. A singular matrix gives solutions that are not finite.
     #[inline(always)]
     pub(super) fn factorise(
         &mut self,
@@ -38,8 +41,11 @@ impl<V: Storage> LaneLu<V> {
         mass: &[f64],
         jacobian: &Pattern,
         values: &[Lanes],
+        sizes: &[Lanes],
     ) {
         let n = mass.len();
+        let weights = &mut self.weights.lanes_mut()[..n];
+        weigh(weights, c, mass, jacobian, values, sizes);
         let a = &mut self.factors.lanes_mut()[..n * n];
         a.fill(Lanes::ZERO);
         for ((&row, &column), value) in
@@ -54,7 +60,7 @@ impl<V: Storage> LaneLu<V> {
         }
         self.exchanged = false;
         for k in 0..n {
-            self.exchanged |= choose_pivot(a, n, k, &mut self.pivot_rows.lanes_mut()[k]);
+            self.exchanged |= choose_pivot(a, n, k, weights, &mut self.pivot_rows.lanes_mut()[k]);
             let (left, right) = a.split_at_mut((k + 1) * n);
             let pivot_column = &mut left[k * n..];
             let reciprocal = pivot_column[k].map(|pivot| 1.0 / pivot);
@@ -99,13 +105,48 @@ impl<V: Storage> LaneLu<V> {
     }
 }
 
-/// Brings the largest entry of column k, from row k on, into row k. Returns whether any lane exchanges.
+/// Writes the weight of each row of c M − J, as [`linalg::weights`](crate::linalg::weights) has them.
 #[inline(always)]
-fn choose_pivot(a: &mut [Lanes], n: usize, k: usize, pivot_row: &mut Lanes) -> bool {
-    let mut largest = a[k * n + k].map(f64::abs);
+fn weigh(
+    weights: &mut [Lanes],
+    c: Lanes,
+    mass: &[f64],
+    jacobian: &Pattern,
+    values: &[Lanes],
+    sizes: &[Lanes],
+) {
+    if mass.iter().all(|mass| *mass != 0.0) {
+        for (weight, size) in weights.iter_mut().zip(sizes) {
+            *weight = size.map(reciprocal);
+        }
+        return;
+    }
+    for ((weight, size), mass) in weights.iter_mut().zip(sizes).zip(mass) {
+        *weight = if *mass == 0.0 { Lanes::ZERO } else { (c * *size).map(f64::abs) };
+    }
+    for ((&row, &column), value) in jacobian.rows.iter().zip(jacobian.columns.iter()).zip(values) {
+        let share = (*value * sizes[column]).map(f64::abs);
+        weights[row] = share.with(weights[row], |new, old| if new > old { new } else { old });
+    }
+    for weight in weights {
+        *weight = weight.map(reciprocal);
+    }
+}
+
+/// Brings the largest entry of column k with weighted rows, from row k on, into row k. Returns whether any lane
+/// exchanges.
+#[inline(always)]
+fn choose_pivot(
+    a: &mut [Lanes],
+    n: usize,
+    k: usize,
+    weights: &mut [Lanes],
+    pivot_row: &mut Lanes,
+) -> bool {
+    let mut largest = a[k * n + k].map(f64::abs) * weights[k];
     let mut chosen = Lanes::splat(k as f64);
     for i in k + 1..n {
-        let magnitude = a[k * n + i].map(f64::abs);
+        let magnitude = a[k * n + i].map(f64::abs) * weights[i];
         let row = i as f64;
         for l in 0..LANES {
             let is_larger = magnitude.0[l] > largest.0[l];
@@ -117,6 +158,7 @@ fn choose_pivot(a: &mut [Lanes], n: usize, k: usize, pivot_row: &mut Lanes) -> b
     if chosen.0 == [k as f64; LANES] {
         return false;
     }
+    exchange(weights, k, chosen);
     for column in a.chunks_exact_mut(n) {
         exchange(column, k, chosen);
     }

@@ -300,7 +300,9 @@ impl<'a, S: Solved> Pack<'a, S> {
         *h = control.propose(remaining);
         let is_inside = h.lanes_where(remaining, |h, remaining| h < remaining);
         *t_new = end.choose(*t + *h, is_inside);
-        let trial = LaneTrial { system: *system, p, mass: mass.as_ref(), t, y: y.lanes(), h };
+        let mass = mass.as_ref();
+        let (y_now, of_size) = (y.lanes(), sizes.lanes());
+        let trial = LaneTrial { system: *system, p, mass, t, y: y_now, h, sizes: of_size };
         let y_new = y_new.lanes_mut();
         let e = match (&mut *family, kind) {
             (LaneMethod::Rosenbrock(family), MethodKind::Rosenbrock(tableau)) => {

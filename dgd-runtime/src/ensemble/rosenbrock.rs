@@ -52,7 +52,7 @@ impl<S: Solved> Rosenbrock<S> {
         y_new: &mut [Lanes],
     ) {
         let Self { f, jacobian, dfdt, lu, stage, rhs, k, .. } = self;
-        let LaneTrial { system, p, mass, t, y, h } = *trial;
+        let LaneTrial { system, p, mass, t, y, h, sizes } = *trial;
         let n = mass.len();
         inputs.set(*t);
         system.linearize_lanes(
@@ -64,7 +64,7 @@ impl<S: Solved> Rosenbrock<S> {
         );
         let per_h = h.map(|h| 1.0 / h);
         let c = per_h.map(|per_h| per_h / tableau.gamma);
-        lu.factorise(c, mass, &system.signature().jacobian, jacobian.lanes());
+        lu.factorise(c, mass, &system.signature().jacobian, jacobian.lanes(), sizes);
 
         for i in 0..tableau.stages() {
             let (earlier, rest) = k.split_at_mut(i);

@@ -64,6 +64,8 @@ pub(super) struct LaneTrial<'a, S: Solved> {
     pub(super) t: &'a Lanes,
     pub(super) y: &'a [Lanes],
     pub(super) h: &'a Lanes,
+    /// Sizes of the unknowns.
+    pub(super) sizes: &'a [Lanes],
 }
 
 impl<S: Solved> LaneTrial<'_, S> {

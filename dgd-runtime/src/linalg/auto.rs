@@ -62,13 +62,14 @@ impl Factorisation for AutoLu {
         differential: impl Fn(usize) -> bool,
         jacobian: &Pattern,
         values: &[f64],
+        sizes: Option<&[f64]>,
     ) -> Result<(), Singular> {
         match self {
-            Self::Dense(lu) => lu.factorise(c, differential, jacobian, values),
-            Self::Tridiagonal(lu) => lu.factorise(c, differential, jacobian, values),
-            Self::Banded(lu) => lu.factorise(c, differential, jacobian, values),
+            Self::Dense(lu) => lu.factorise(c, differential, jacobian, values, sizes),
+            Self::Tridiagonal(lu) => lu.factorise(c, differential, jacobian, values, sizes),
+            Self::Banded(lu) => lu.factorise(c, differential, jacobian, values, sizes),
             #[cfg(feature = "sparse")]
-            Self::Sparse(lu) => lu.factorise(c, differential, jacobian, values),
+            Self::Sparse(lu) => lu.factorise(c, differential, jacobian, values, sizes),
         }
     }
 

@@ -11,6 +11,7 @@
 
 use super::order::{Bandwidth, Order, narrowest};
 use super::staircase::Staircase;
+use super::weights::weigh;
 use super::{Factorisation, Pivot, Singular};
 use crate::system::Pattern;
 
@@ -28,6 +29,8 @@ pub struct BandedLu {
     exchanges: Vec<u32>,
     /// The row of W that is at each place.
     rows: Vec<u32>,
+    /// The weight of each row of W.
+    weights: Vec<f64>,
     /// A right-hand side by places.
     permuted: Vec<f64>,
 }
@@ -49,6 +52,7 @@ impl BandedLu {
             reciprocal_pivots: vec![0.0; n],
             exchanges: vec![0; n],
             rows: vec![0; n],
+            weights: vec![0.0; n],
             permuted,
         }
     }
@@ -67,8 +71,11 @@ impl Factorisation for BandedLu {
         differential: impl Fn(usize) -> bool,
         jacobian: &Pattern,
         values: &[f64],
+        sizes: Option<&[f64]>,
     ) -> Result<(), Singular> {
-        let Self { n, order, width, steps, factors, reciprocal_pivots, exchanges, rows, .. } = self;
+        let Self { n, order, width, steps, factors, reciprocal_pivots, .. } = self;
+        let Self { exchanges, rows, weights, .. } = self;
+        weigh(weights, c, &differential, jacobian, values, sizes);
         let (n, lower, filled) = (*n, width.lower, width.lower + width.upper);
         let height = filled + lower + 1;
 
@@ -93,17 +100,19 @@ impl Factorisation for BandedLu {
             let column = &mut left[k * height + filled..][..=below];
 
             let mut exchange = 0;
-            let mut largest = column[0].abs();
-            let mut is_finite = largest.is_finite();
+            let weight = |place: usize| weights[order.unknown(rows[place] as usize)];
+            let mut largest = column[0].abs() * weight(k);
+            let mut is_finite = column[0].is_finite();
             for (i, value) in column.iter().enumerate().skip(1) {
                 is_finite &= value.is_finite();
-                if value.abs() > largest {
-                    largest = value.abs();
+                let magnitude = value.abs() * weight(k + i);
+                if magnitude > largest {
+                    largest = magnitude;
                     exchange = i;
                 }
             }
             rows.swap(k, k + exchange);
-            if !largest.recip().is_finite() || !is_finite {
+            if !column[exchange].recip().is_finite() || !is_finite {
                 return Err(Singular { row: order.unknown(rows[k] as usize) });
             }
             exchanges[k] = exchange as u32;

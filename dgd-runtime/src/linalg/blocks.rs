@@ -65,13 +65,18 @@ pub(crate) fn blocks(pattern: &Pattern, jacobian: &[f64], mass: &[f64]) -> Vec<V
     found
 }
 
-/// Whether the equations of a block do not determine its unknowns.
-pub(crate) fn is_singular(block: &[usize], pattern: &Pattern, jacobian: &[f64]) -> bool {
+/// Whether the equations of a block do not determine its unknowns, which have these sizes.
+pub(crate) fn is_singular(
+    block: &[usize],
+    pattern: &Pattern,
+    jacobian: &[f64],
+    sizes: &[f64],
+) -> bool {
     let n = block.len();
     let mut rows = vec![vec![0.0; n]; n];
     for ((row, column), value) in pattern.positions().zip(jacobian) {
         if let (Ok(i), Ok(j)) = (block.binary_search(&row), block.binary_search(&column)) {
-            rows[i][j] = *value;
+            rows[i][j] = *value * sizes[column];
         }
     }
     for row in &mut rows {
@@ -123,8 +128,8 @@ mod tests {
     #[test]
     fn a_block_of_dependent_rows_is_singular() {
         let (pattern, jacobian, _) = example();
-        assert!(is_singular(&[2, 3], &pattern, &jacobian));
-        assert!(!is_singular(&[0], &pattern, &jacobian));
-        assert!(is_singular(&[4], &pattern, &jacobian), "nothing on the diagonal");
+        assert!(is_singular(&[2, 3], &pattern, &jacobian, &[1.0; 5]));
+        assert!(!is_singular(&[0], &pattern, &jacobian, &[1.0; 5]));
+        assert!(is_singular(&[4], &pattern, &jacobian, &[1.0; 5]), "nothing on the diagonal");
     }
 }

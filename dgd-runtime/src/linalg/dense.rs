@@ -3,6 +3,7 @@
 // Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
+use super::weights::weigh;
 use super::{Factorisation, Pivot, Singular};
 use crate::system::Pattern;
 
@@ -39,10 +40,14 @@ impl<const N: usize> Factorisation for FixedLu<N> {
         differential: impl Fn(usize) -> bool,
         jacobian: &Pattern,
         values: &[f64],
+        sizes: Option<&[f64]>,
     ) -> Result<(), Singular> {
-        let a = self.factors.as_flattened_mut();
+        let mut weights = [0.0; N];
+        weigh(&mut weights, c, &differential, jacobian, values, sizes);
+        let Self { factors, reciprocal_pivots, order, .. } = self;
+        let a = factors.as_flattened_mut();
         assemble(a, N, c, differential, jacobian, values);
-        self.exchanged = eliminate(a, N, &mut self.reciprocal_pivots, &mut self.order)?;
+        self.exchanged = eliminate(a, N, &mut weights, reciprocal_pivots, order)?;
         Ok(())
     }
 
@@ -165,9 +170,12 @@ impl Factorisation for DenseLu {
         differential: impl Fn(usize) -> bool,
         jacobian: &Pattern,
         values: &[f64],
+        sizes: Option<&[f64]>,
     ) -> Result<(), Singular> {
-        assemble(&mut self.factors, self.n, c, differential, jacobian, values);
-        eliminate(&mut self.factors, self.n, &mut self.reciprocal_pivots, &mut self.order)?;
+        let Self { n, factors, reciprocal_pivots, order, scratch: weights } = self;
+        weigh(weights, c, &differential, jacobian, values, sizes);
+        assemble(factors, *n, c, differential, jacobian, values);
+        eliminate(factors, *n, weights, reciprocal_pivots, order)?;
         Ok(())
     }
 
@@ -209,12 +217,13 @@ fn assemble(
     }
 }
 
-/// P A = L U with partial pivoting, in place. Returns whether P differs from the identity. Inlined, so that n is a
-/// constant in [`FixedLu`].
+/// P A = L U in place, with pivots that are largest in their columns with weighted rows. Returns whether P differs from
+/// the identity. Inlined, so that n is a constant in [`FixedLu`].
 #[inline(always)]
 fn eliminate(
     a: &mut [f64],
     n: usize,
+    weights: &mut [f64],
     reciprocal_pivots: &mut [f64],
     order: &mut [usize],
 ) -> Result<bool, Singular> {
@@ -227,21 +236,23 @@ fn eliminate(
         let pivot_column = &mut left[k * n..];
 
         let mut pivot_row = k;
-        let mut largest = pivot_column[k].abs();
-        let mut finite = largest < f64::INFINITY;
+        let mut largest = pivot_column[k].abs() * weights[k];
+        let mut finite = pivot_column[k].is_finite();
         for (i, value) in pivot_column.iter().enumerate().skip(k + 1) {
             finite &= value.is_finite();
-            if value.abs() > largest {
-                largest = value.abs();
+            let magnitude = value.abs() * weights[i];
+            if magnitude > largest {
+                largest = magnitude;
                 pivot_row = i;
             }
         }
         order.swap(k, pivot_row);
-        if largest == 0.0 || !finite {
+        if pivot_column[pivot_row] == 0.0 || !finite {
             return Err(Singular { row: order[k] });
         }
         if pivot_row != k {
             exchanged = true;
+            weights.swap(k, pivot_row);
             for column in left.chunks_exact_mut(n).chain(right.chunks_exact_mut(n)) {
                 column.swap(k, pivot_row);
             }

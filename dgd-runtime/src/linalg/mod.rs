@@ -16,6 +16,7 @@ mod order;
 mod sparse;
 mod staircase;
 mod tridiagonal;
+pub(crate) mod weights;
 pub(crate) mod width;
 
 pub use auto::AutoLu;
@@ -45,12 +46,13 @@ pub struct Pivot {
 
 /// LU factorisation of W = c M − J, with M = diag(1 or 0) and J given by its non-zeros.
 ///
-/// Neither rows nor columns are scaled: pivots are those of W as given.
+/// Pivots are chosen by weighted rows ([`weights`]), whatever the units of unknowns and the factors of equations; the
+/// pivots themselves are those of W as given.
 pub trait Factorisation: Clone {
     /// Work space for n unknowns and this pattern of J.
     fn new(n: usize, jacobian: &Pattern) -> Self;
 
-    /// Factorises c M − J.
+    /// Factorises c M − J, with unknowns of these `sizes`; without them, rows are compared as they are.
     ///
     /// # Errors
     ///
@@ -61,6 +63,7 @@ pub trait Factorisation: Clone {
         differential: impl Fn(usize) -> bool,
         jacobian: &Pattern,
         values: &[f64],
+        sizes: Option<&[f64]>,
     ) -> Result<(), Singular>;
 
     /// Overwrites B with W⁻¹ B; `b` is one right-hand side of n numbers, or several, one after the
@@ -106,7 +109,7 @@ mod tests {
     fn residual<F: Factorisation>(n: usize, pattern: &Pattern, values: &[f64]) -> f64 {
         let differential = |i: usize| i.is_multiple_of(3);
         let mut lu = F::new(n, pattern);
-        lu.factorise(2.5, differential, pattern, values).unwrap();
+        lu.factorise(2.5, differential, pattern, values, None).unwrap();
         let right: Vec<f64> = (0..2 * n).map(|i| 1.0 + i as f64).collect();
         let mut x = right.clone();
         lu.solve(&mut x);
@@ -213,10 +216,10 @@ mod tests {
             let right: Vec<f64> = (0..n).map(|i| 1.0 + i as f64).collect();
             let mut of_band = right.clone();
             let mut lu = TridiagonalLu::new(n, order::Order::Natural);
-            lu.factorise(0.3, |_| true, &pattern, &values).unwrap();
+            lu.factorise(0.3, |_| true, &pattern, &values, None).unwrap();
             lu.solve(&mut of_band);
             let mut full = DenseLu::new(n, &pattern);
-            full.factorise(0.3, |_| true, &pattern, &values).unwrap();
+            full.factorise(0.3, |_| true, &pattern, &values, None).unwrap();
             let mut of_full = right;
             full.solve(&mut of_full);
             for (a, b) in of_band.iter().zip(&of_full) {
@@ -237,14 +240,14 @@ mod tests {
                 }
             });
             let mut lu = AutoLu::new(n, &pattern);
-            let failure = lu.factorise(1.0, |i| i != empty, &pattern, &values).unwrap_err();
+            let failure = lu.factorise(1.0, |i| i != empty, &pattern, &values, None).unwrap_err();
             assert_eq!(failure.row, empty, "width {width}");
             values[200] = f64::NAN;
-            lu.factorise(1.0, |_| true, &pattern, &values).unwrap_err();
+            lu.factorise(1.0, |_| true, &pattern, &values, None).unwrap_err();
             values[200] = f64::INFINITY;
-            lu.factorise(1.0, |_| true, &pattern, &values).unwrap_err();
+            lu.factorise(1.0, |_| true, &pattern, &values, None).unwrap_err();
             values[200] = 0.0;
-            lu.factorise(1.0, |_| true, &pattern, &values).unwrap();
+            lu.factorise(1.0, |_| true, &pattern, &values, None).unwrap();
         }
     }
 
@@ -261,7 +264,7 @@ mod tests {
                 };
             });
             let mut lu = AutoLu::new(n, &pattern);
-            lu.factorise(0.0, |_| false, &pattern, &values).unwrap();
+            lu.factorise(0.0, |_| false, &pattern, &values, None).unwrap();
             assert_eq!(lu.smallest_pivot(), Some(Pivot { row: 17, magnitude: 1e-3 }));
         }
     }
@@ -272,7 +275,7 @@ mod tests {
             // W = −J: rows 0 and 1 are regular, row 2 is the zero row.
             let pattern = Pattern::of(&[(1, 0), (2, 0), (0, 1), (1, 2), (2, 2)]);
             let mut lu = F::new(n, &pattern);
-            lu.factorise(1.0, |_| false, &pattern, values).unwrap_err().row
+            lu.factorise(1.0, |_| false, &pattern, values, None).unwrap_err().row
         }
         let zero_row = [1.0, 0.0, 1.0, 1.0, 0.0];
         assert_eq!(row_of_failure::<FixedLu<3>>(3, &zero_row), 2);

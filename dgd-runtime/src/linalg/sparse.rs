@@ -11,6 +11,7 @@ use faer::sparse::linalg::lu::simplicial::{
 use faer::sparse::linalg::lu::{LuSymbolicParams, factorize_symbolic_lu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
+use super::weights::weigh;
 use super::{Factorisation, Pivot, Singular};
 use crate::system::Pattern;
 
@@ -18,6 +19,8 @@ use crate::system::Pattern;
 ///
 /// The fill-reducing order of the columns is computed once, the order of the rows by partial pivoting in each
 /// factorisation. The factors grow with fill-in; otherwise nothing is allocated after `new`.
+///
+/// Rows are multiplied by their weights, powers of two, as faer compares the elements themselves.
 ///
 /// Works column by column rather than by blocks of columns: models are sparse enough for that, and the pivots, which
 /// reveal a singular matrix, are accessible.
@@ -27,6 +30,7 @@ pub struct SparseLu {
     starts: Vec<usize>,
     rows: Vec<usize>,
     values: Vec<f64>,
+    weights: Vec<f64>,
     /// Positions in `values` of each non-zero of J, and of each diagonal element.
     jacobian_slots: Vec<usize>,
     diagonal_slots: Vec<usize>,
@@ -74,6 +78,7 @@ impl Clone for SparseLu {
             starts: self.starts.clone(),
             rows: self.rows.clone(),
             values: self.values.clone(),
+            weights: self.weights.clone(),
             jacobian_slots: self.jacobian_slots.clone(),
             diagonal_slots: self.diagonal_slots.clone(),
             column_order: self.column_order.clone(),
@@ -117,6 +122,7 @@ impl Factorisation for SparseLu {
         Self {
             n,
             values: vec![0.0; rows.len()],
+            weights: vec![1.0; n],
             starts,
             rows,
             jacobian_slots,
@@ -133,9 +139,11 @@ impl Factorisation for SparseLu {
         &mut self,
         c: f64,
         differential: impl Fn(usize) -> bool,
-        _: &Pattern,
+        jacobian: &Pattern,
         values: &[f64],
+        sizes: Option<&[f64]>,
     ) -> Result<(), Singular> {
+        weigh(&mut self.weights, c, &differential, jacobian, values, sizes);
         self.values.fill(0.0);
         for (&slot, value) in self.jacobian_slots.iter().zip(values) {
             self.values[slot] = -value;
@@ -144,6 +152,9 @@ impl Factorisation for SparseLu {
             if differential(i) {
                 self.values[slot] += c;
             }
+        }
+        for (value, &row) in self.values.iter_mut().zip(&self.rows) {
+            *value *= self.weights[row];
         }
 
         let n = self.n;
@@ -173,7 +184,7 @@ impl Factorisation for SparseLu {
         let x = &mut self.permuted;
         for b in b.chunks_exact_mut(self.n) {
             for (x, &row) in x.iter_mut().zip(&self.row_order.forward) {
-                *x = b[row];
+                *x = b[row] * self.weights[row];
             }
             // Columns of L begin with the unit diagonal, those of U end with the pivot.
             for (k, ends) in l.col_ptr().windows(2).enumerate() {
@@ -201,7 +212,8 @@ impl Factorisation for SparseLu {
     fn smallest_pivot(&self) -> Option<Pivot> {
         let (k, pivot) =
             self.pivots().map(f64::abs).enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some(Pivot { row: self.row_order.forward[k], magnitude: pivot })
+        let row = self.row_order.forward[k];
+        Some(Pivot { row, magnitude: pivot / self.weights[row] })
     }
 }
 

@@ -15,6 +15,7 @@
 use std::cmp::Ordering;
 
 use super::order::Order;
+use super::weights::weigh;
 use super::{Pivot, Singular};
 use crate::system::Pattern;
 
@@ -33,6 +34,8 @@ pub struct TridiagonalLu {
     multiples: Vec<f64>,
     /// Whether the row ahead was the pivot row.
     exchanged: Vec<bool>,
+    /// The weight of each row of W.
+    weights: Vec<f64>,
     smallest: Option<Pivot>,
 }
 
@@ -40,6 +43,7 @@ pub struct TridiagonalLu {
 #[derive(Debug, Clone, Copy)]
 struct Active {
     place: usize,
+    weight: f64,
     here: f64,
     next: f64,
 }
@@ -48,6 +52,7 @@ struct Active {
 #[derive(Debug, Clone, Copy)]
 struct Ahead {
     place: usize,
+    weight: f64,
     under: f64,
     diagonal: f64,
     next: f64,
@@ -76,13 +81,13 @@ impl Pivots {
 /// Eliminates one unknown. Returns the result, whether the row ahead was the pivot row, and the row to continue with.
 #[inline]
 fn eliminate(active: Active, ahead: Ahead, pivots: &mut Pivots) -> (Row, f64, bool, Active) {
-    if ahead.under.abs() > active.here.abs() {
+    if ahead.under.abs() * ahead.weight > active.here.abs() * active.weight {
         pivots.note(ahead.place, ahead.under.abs());
         let reciprocal = 1.0 / ahead.under;
         let multiple = active.here * reciprocal;
         let (next, after) = (ahead.diagonal * reciprocal, ahead.next * reciprocal);
         let here = active.next - multiple * ahead.diagonal;
-        let active = Active { place: active.place, here, next: -multiple * ahead.next };
+        let active = Active { here, next: -multiple * ahead.next, ..active };
         ([reciprocal, next, after], multiple, true, active)
     } else {
         pivots.note(active.place, active.here.abs());
@@ -90,7 +95,7 @@ fn eliminate(active: Active, ahead: Ahead, pivots: &mut Pivots) -> (Row, f64, bo
         let multiple = ahead.under * reciprocal;
         let next = active.next * reciprocal;
         let here = ahead.diagonal - multiple * active.next;
-        let active = Active { place: ahead.place, here, next: ahead.next };
+        let active = Active { place: ahead.place, weight: ahead.weight, here, next: ahead.next };
         ([reciprocal, next, 0.0], multiple, false, active)
     }
 }
@@ -104,6 +109,7 @@ impl TridiagonalLu {
             rows: vec![[0.0; 3]; n],
             multiples: vec![0.0; n],
             exchanged: vec![false; n],
+            weights: vec![0.0; n],
             smallest: None,
         }
     }
@@ -151,30 +157,37 @@ impl TridiagonalLu {
         differential: impl Fn(usize) -> bool,
         jacobian: &Pattern,
         values: &[f64],
+        sizes: Option<&[f64]>,
     ) -> Result<(), Singular> {
+        weigh(&mut self.weights, c, &differential, jacobian, values, sizes);
         self.assemble(c, differential, jacobian, values);
         let middle = self.middle();
-        let Self { order, rows, multiples, exchanged, .. } = self;
+        let Self { order, rows, multiples, exchanged, weights, .. } = self;
         let n = rows.len();
+        let weight = |place: usize| weights[order.unknown(place)];
         let mut pivots = Pivots { smallest: f64::INFINITY, place: 0, not_finite: None };
 
-        let mut down = Active { place: 0, here: rows[0][1], next: rows[0][2] };
-        let mut up = Active { place: n - 1, here: rows[n - 1][1], next: rows[n - 1][0] };
+        let active = |place: usize, here, next| Active { place, weight: weight(place), here, next };
+        let mut down = active(0, rows[0][1], rows[0][2]);
+        let mut up = active(n - 1, rows[n - 1][1], rows[n - 1][0]);
         for step in 0..=middle {
             // Upwards first: it has at least one step less, and the last row that the downward sweep meets is its
             // result.
             let place = n - 1 - step;
             if place > middle + 1 {
                 let [left, diagonal, right] = rows[place - 1];
-                let ahead = Ahead { place: place - 1, under: right, diagonal, next: left };
+                let weight = weight(place - 1);
+                let ahead = Ahead { place: place - 1, weight, under: right, diagonal, next: left };
                 (rows[place], multiples[place], exchanged[place], up) =
                     eliminate(up, ahead, &mut pivots);
             }
             let ahead = if step < middle {
                 let [left, diagonal, right] = rows[step + 1];
-                Ahead { place: step + 1, under: left, diagonal, next: right }
+                let weight = weight(step + 1);
+                Ahead { place: step + 1, weight, under: left, diagonal, next: right }
             } else {
-                Ahead { place: up.place, under: up.next, diagonal: up.here, next: 0.0 }
+                let Active { place, weight, here, next } = up;
+                Ahead { place, weight, under: next, diagonal: here, next: 0.0 }
             };
             (rows[step], multiples[step], exchanged[step], down) =
                 eliminate(down, ahead, &mut pivots);

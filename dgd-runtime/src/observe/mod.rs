@@ -118,6 +118,8 @@ impl<'a, S: Solved> Reading<'a, S> {
         let outputs = signature.outputs.iter().enumerate();
         let n_tau = signature.delays.len();
         let dtau = if solution.n_s == 0 { Vec::new() } else { delay_sensitivities(problem) };
+        // The sizes of unknowns are those at the start.
+        let first = late.y.get(..solution.n).unwrap_or(&[]);
         let [by_y, by_u, by_p] = &signature.output_jacobians;
         let lengths = [by_y.len(), by_u.len(), by_p.len(), signature.outputs.len()];
         Reading {
@@ -129,7 +131,7 @@ impl<'a, S: Solved> Reading<'a, S> {
             dtau: dtau.chunks_exact(n_tau).map(|column| column[late.delay]).collect(),
             u: S::Inputs::zeros(inputs.len()),
             udot: S::Inputs::zeros(inputs.len()),
-            rates: Rates::new(problem.system),
+            rates: Rates::new(problem.system, first),
             jacobians: lengths.map(|len| vec![0.0; len]),
         }
     }

@@ -1,5 +1,6 @@
 //! Properties that must hold for every model.
 
+mod ends;
 mod engines;
 mod facts;
 mod points;
@@ -80,6 +81,11 @@ pub const ORACLES: &[Oracle] = &[
         judge: facts::judge,
     },
     Oracle { name: "methods", what: "all methods come to one solution", judge: runs::methods },
+    Oracle {
+        name: "ends",
+        what: "neither the end of a run nor its rows change what they have in common",
+        judge: ends::judge,
+    },
     Oracle {
         name: "rewritten",
         what: "other units, names and orders change nothing",

@@ -185,7 +185,8 @@ impl<S: Solved> Simulation<'_, S> {
             return true;
         }
         let pattern = &self.problem.system.signature().jacobian;
-        let factorised = self.algebraic.factorise(pattern, self.stepper.jacobian.as_ref());
+        let (jacobian, sizes) = (self.stepper.jacobian.as_ref(), self.sizes.as_ref());
+        let factorised = self.algebraic.factorise(pattern, jacobian, sizes);
         solution.statistics.factorisations += 1;
         if let Err(Singular { row }) = factorised {
             self.end_sensitivities(self.t, row, solution);

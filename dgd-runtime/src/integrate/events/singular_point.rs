@@ -117,7 +117,7 @@ impl<S: Solved> Simulation<'_, S> {
                 for (e, slope) in e.iter_mut().zip(slope) {
                     *e = 0.5 * h * (*e - slope);
                 }
-                if self.algebraic.factorise(pattern, jacobian).is_ok() {
+                if self.algebraic.factorise(pattern, jacobian, sizes).is_ok() {
                     self.algebraic.factorisation.solve(e);
                     if tolerances.mean_square(e, y, y_new, sizes) <= 1.0 {
                         std::mem::swap(&mut self.y, &mut self.stepper.y_new);

@@ -103,7 +103,9 @@ impl<S: Solved> Stepper<S> {
         let pattern = &trial.base.system.signature().jacobian;
         let jacobian = self.jacobian.as_ref();
         statistics.factorisations += 1;
-        let factorised = self.factorisation.factorise(c, |i| mass[i] != 0.0, pattern, jacobian);
+        let sizes = Some(trial.sizes);
+        let factorised =
+            self.factorisation.factorise(c, |i| mass[i] != 0.0, pattern, jacobian, sizes);
         factorised.map_err(|singular| failed(singular, trial.base.t, pattern, jacobian))
     }
 
@@ -256,7 +258,9 @@ impl<S: Solved> Stepper<S> {
             let norm = largest_block(tolerances, n, r, s, s_new, d.sizes.as_ref()).sqrt();
             let progress = convergence.judge(norm);
             if progress == Progress::Diverges {
-                let worst = (0..r.len()).max_by(|&i, &j| r[i].abs().total_cmp(&r[j].abs()));
+                let sizes = d.sizes.as_ref();
+                let relative = |i: usize| r[i].abs() / tolerances.weight(s[i], sizes[i]);
+                let worst = (0..r.len()).max_by(|&i, &j| relative(i).total_cmp(&relative(j)));
                 return Err(Failed::NotConverged { unknown: worst.unwrap_or(0) % n });
             }
             for (s_new, r) in d.s_new.as_mut().iter_mut().zip(r) {

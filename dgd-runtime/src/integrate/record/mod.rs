@@ -102,7 +102,8 @@ impl<S: Solved> Simulation<'_, S> {
     pub(in crate::integrate) fn begin_projection(&mut self) {
         if let Some(projection) = &mut self.projection {
             let pattern = &self.problem.system.signature().jacobian;
-            projection.begin(&mut self.algebraic, pattern, self.stepper.jacobian.as_ref());
+            let (jacobian, sizes) = (self.stepper.jacobian.as_ref(), self.sizes.as_ref());
+            projection.begin(&mut self.algebraic, pattern, jacobian, sizes);
         }
     }
 

@@ -126,8 +126,9 @@ impl<S: Solved> Projection<S> {
         algebraic: &mut Algebraic<S>,
         pattern: &Pattern,
         jacobian: &[f64],
+        sizes: &[f64],
     ) {
-        self.is_factorised = algebraic.factorise(pattern, jacobian).is_ok();
+        self.is_factorised = algebraic.factorise(pattern, jacobian, sizes).is_ok();
         self.rate = SLOW;
     }
 
@@ -161,7 +162,7 @@ impl<S: Solved> Projection<S> {
         let solved = algebraic.solve_nearby(system, at, y, jacobian, sizes, tolerances).is_ok();
         // An iteration that finds zero residuals does not factorise.
         let pattern = &system.signature().jacobian;
-        self.is_factorised = solved && algebraic.factorise(pattern, jacobian).is_ok();
+        self.is_factorised = solved && algebraic.factorise(pattern, jacobian, sizes).is_ok();
         self.rate = SLOW;
         if !solved {
             y.copy_from_slice(self.kept.as_ref());
@@ -212,7 +213,7 @@ impl<S: Solved> Projection<S> {
         y: &[f64],
         mut row: SensitivityRow<'_>,
     ) {
-        let Rows { system, p, z, tolerances, .. } = *rows;
+        let Rows { system, p, z, sizes, tolerances } = *rows;
         let (u, udot) = drive.with_slope(t, y);
         let at = Point { t, y, u, p, z };
         self.kept_s.copy_from_slice(row.s);
@@ -226,7 +227,8 @@ impl<S: Solved> Projection<S> {
         // The equations are linear, with the matrix at this row.
         let jacobian = self.jacobian.as_mut();
         system.linearize(at, udot, self.f.as_mut(), jacobian, self.kept.as_mut());
-        self.is_factorised = algebraic.factorise(&system.signature().jacobian, jacobian).is_ok();
+        let pattern = &system.signature().jacobian;
+        self.is_factorised = algebraic.factorise(pattern, jacobian, sizes).is_ok();
         if self.is_factorised {
             algebraic.make_sensitivities_consistent(system, at, s, work);
         }

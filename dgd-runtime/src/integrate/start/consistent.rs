@@ -83,8 +83,10 @@ pub fn consistent_start<S: Solved>(
     system.linearize(at, udot, f.as_mut(), jacobian.as_mut(), dfdt.as_mut());
     let waiting = waiting(system, at, &mut e);
     algebraic
-        .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref())
-        .map_err(|Singular { row }| algebraic.singular(system, at, row, jacobian.as_ref()))
+        .rates(&signature.jacobian, jacobian.as_ref(), f.as_mut(), dfdt.as_ref(), sizes.as_ref())
+        .map_err(|Singular { row }| {
+            algebraic.singular(system, at, row, jacobian.as_ref(), sizes.as_ref())
+        })
         .map_err(IntegrateError::Initial)?;
     let is_off = |i: usize, given: f64| {
         let (y, size) = (y.as_ref()[i], sizes.as_ref()[i]);

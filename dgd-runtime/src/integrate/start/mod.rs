@@ -153,9 +153,9 @@ impl<S: Solved> Simulation<'_, S> {
         let singular = self.weak_equation(self.t, Weak::Singular);
         let Some(d) = &mut self.directions else { return };
         let pattern = &system.signature().jacobian;
-        let jacobian = self.stepper.jacobian.as_ref();
+        let (jacobian, sizes) = (self.stepper.jacobian.as_ref(), self.sizes.as_ref());
         let singular = singular.or_else(|| {
-            self.algebraic.factorise(pattern, jacobian).err().map(|Singular { row }| row)
+            self.algebraic.factorise(pattern, jacobian, sizes).err().map(|Singular { row }| row)
         });
         solution.statistics.factorisations += 2;
         if let Some(row) = singular {

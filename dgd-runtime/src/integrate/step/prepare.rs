@@ -64,8 +64,8 @@ impl<S: Solved> Simulation<'_, S> {
         // 0 = ∂f_a/∂y ẏ + df_a/dt
         let pattern = &signature.jacobian;
         let (f, dfdt) = (self.stepper.f.as_mut(), self.stepper.dfdt.as_ref());
-        let jacobian = self.stepper.jacobian.as_ref();
-        let is_regular = self.algebraic.rates(pattern, jacobian, f, dfdt).is_ok();
+        let (jacobian, sizes) = (self.stepper.jacobian.as_ref(), self.sizes.as_ref());
+        let is_regular = self.algebraic.rates(pattern, jacobian, f, dfdt, sizes).is_ok();
         solution.statistics.factorisations += usize::from(!self.algebraic.is_empty());
         if !is_regular {
             // If there is no slope, a guess is good enough.

@@ -176,6 +176,7 @@ impl<S: Solved> Stepper<S> {
             |i| !S::FEATURES.algebraic || mass[i] != 0.0,
             pattern,
             jacobian,
+            Some(trial.sizes),
         );
         factorised.map_err(|singular| failed(singular, t, pattern, jacobian))?;
         match directions {

@@ -1,0 +1,82 @@
+//! Weights of rows, by which the elements of a column are compared when its pivot is chosen.
+//!
+//! ```text
+//!   an algebraic equation among the rows    1 / maxⱼ |wᵢⱼ| sizeⱼ
+//!   differential equations alone            1 / sizeᵢ
+//! ```
+//!
+//! rounded to powers of two. An equation times 2ᵏ, or an unknown in units of 2ᵏ, changes weights by powers of two, and
+//! products of weights and elements not at all: pivots are the same, and so are the bits of solutions but for that
+//! power. Differential equations alone have rows in the units of their unknowns over time, so that no element needs to
+//! be looked at.
+//!
+//! Only the choice depends on weights; elements are not scaled.
+//!
+//! Source: implicit equilibration of rows, Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed. (2002),
+//! §9.8.
+
+// Lengths are constants if storage has a fixed size, but only after inlining.
+#![allow(clippy::inline_always)]
+
+use crate::system::Pattern;
+
+/// Bits of a number's exponent.
+const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
+/// Sum of the exponents' bits of 2ᵏ and 2⁻ᵏ.
+const OF_BOTH: u64 = 0x7fe0_0000_0000_0000;
+
+/// 1/size, rounded to a power of two; zero where that is no normal number.
+#[inline(always)]
+pub(crate) fn reciprocal(size: f64) -> f64 {
+    f64::from_bits(OF_BOTH.saturating_sub(size.to_bits() & EXPONENT))
+}
+
+/// Writes the weights of the rows of c M − J, with unknowns of these sizes; ones if there are none.
+#[inline(always)]
+pub(super) fn weigh(
+    weights: &mut [f64],
+    c: f64,
+    differential: impl Fn(usize) -> bool,
+    jacobian: &Pattern,
+    values: &[f64],
+    sizes: Option<&[f64]>,
+) {
+    let Some(sizes) = sizes else {
+        weights.fill(1.0);
+        return;
+    };
+    let sizes = &sizes[..weights.len()];
+    if (0..weights.len()).all(&differential) {
+        for (weight, size) in weights.iter_mut().zip(sizes) {
+            *weight = reciprocal(*size);
+        }
+        return;
+    }
+    for (i, (weight, size)) in weights.iter_mut().zip(sizes).enumerate() {
+        *weight = if differential(i) { (c * size).abs() } else { 0.0 };
+    }
+    jacobian.for_each(values, |row, column, value| {
+        let share = (value * sizes[column]).abs();
+        if share > weights[row] {
+            weights[row] = share;
+        }
+    });
+    for weight in weights {
+        *weight = reciprocal(*weight);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reciprocals_are_powers_of_two() {
+        for (size, expected) in [(1.0, 1.0), (3.0, 0.5), (0.25, 4.0), (1e-3, 1024.0)] {
+            assert_eq!(reciprocal(size), expected);
+            assert_eq!(reciprocal(-size), expected);
+        }
+        assert_eq!(reciprocal(f64::INFINITY), 0.0);
+        assert!(reciprocal(0.0).is_finite());
+    }
+}
