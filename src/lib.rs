@@ -48,8 +48,8 @@ pub use dgd_macros::model;
 pub use dgd_runtime::linearize::{LinearizeError, SteadyStateError};
 pub use dgd_runtime::model::Model as AnyModel;
 pub use dgd_runtime::{
-    Column, Event, InputError, Inputs, IntegrateError, Interpolation, METHODS, Method, Options,
-    PerSample, Solved, Statistics, Steps, System, UndefinedCause, UndefinedSensitivity,
+    Column, Event, InputError, Inputs, IntegrateError, Interpolation, METHODS, Method, OneSided,
+    Options, PerSample, Solved, Statistics, Steps, System, UndefinedCause, UndefinedSensitivity,
     UnknownMethod, find_method as method,
 };
 pub use ensemble::ensemble;

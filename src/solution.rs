@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use dgd_runtime::ensemble::Trajectory;
-use dgd_runtime::{Event, Observations, Signature, Statistics, UndefinedSensitivity};
+use dgd_runtime::{Event, Observations, OneSided, Signature, Statistics, UndefinedSensitivity};
 
 use crate::Error;
 
@@ -17,6 +17,7 @@ pub struct Solution {
     derivatives: BTreeMap<(String, String), Vec<f64>>,
     events: Vec<Event>,
     undefined: Vec<UndefinedSensitivity>,
+    one_sided: Vec<OneSided>,
     statistics: Statistics,
 }
 
@@ -45,6 +46,7 @@ impl Solution {
             derivatives,
             events: run.events,
             undefined: run.undefined,
+            one_sided: run.one_sided,
             statistics: run.statistics,
         }
     }
@@ -105,6 +107,11 @@ impl Solution {
     /// Where sensitivities are undefined, and why.
     pub fn undefined(&self) -> &[UndefinedSensitivity] {
         &self.undefined
+    }
+
+    /// Thresholds at which the run began, so that sensitivities to what moves them are one-sided.
+    pub fn one_sided(&self) -> &[OneSided] {
+        &self.one_sided
     }
 
     /// Work done.

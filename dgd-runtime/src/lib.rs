@@ -57,8 +57,8 @@ pub use observe::{Observations, observe};
 pub use problem::{Before, Options, Problem, Wanted};
 pub use signal::{Column, Delayed, InputError, Inputs, Segment, Side};
 pub use solution::{
-    Event, Jump, JumpCause, LateValues, Solution, Statistics, UndefinedCause, UndefinedSensitivity,
-    side,
+    Event, Jump, JumpCause, LateValues, OneSided, Solution, Statistics, UndefinedCause,
+    UndefinedSensitivity, side,
 };
 pub use solved::Solved;
 pub use system::{

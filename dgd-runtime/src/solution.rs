@@ -39,6 +39,8 @@ pub struct Solution {
     pub jumps: Vec<Jump>,
     /// Where and why sensitivities are undefined.
     pub undefined: Vec<UndefinedSensitivity>,
+    /// Thresholds on which the run began, so that sensitivities are one-sided.
+    pub one_sided: Vec<OneSided>,
     /// What another run needs to continue this one; only of a resumable run ([`Wanted::Resumed`](crate::Wanted)).
     pub memory: Option<Memory>,
     /// Counts of the work done.
@@ -78,10 +80,35 @@ pub struct UndefinedSensitivity {
     /// Its end, s.
     pub until: f64,
     /// The equation whose derivative with respect to the algebraic unknowns vanishes or depends linearly on those of
-    /// others; or the automaton that only grazes its threshold, or everything that changed at one time.
+    /// others; or the automaton that only grazes its threshold, everything that changed at one time, or the loop whose
+    /// rows jump.
     pub equation: String,
     /// Which of these.
     pub cause: UndefinedCause,
+}
+
+/// A threshold on which a run began. Sensitivities to what moves it are derivatives on the side that the run took: in
+/// the other direction the solution passes the threshold, or does not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OneSided {
+    /// The time, s.
+    pub t: f64,
+    /// The automaton whose threshold it is.
+    pub threshold: String,
+    /// Parameters and start values that move it.
+    pub directions: Vec<String>,
+}
+
+impl fmt::Display for OneSided {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { t, threshold, directions } = self;
+        let names: Vec<String> = directions.iter().map(|name| format!("`{name}`")).collect();
+        write!(
+            f,
+            "derivatives to {} are one-sided: at t = {t} s the solution starts at a threshold, `{threshold}`",
+            names.join(", ")
+        )
+    }
 }
 
 /// Why sensitivities are undefined.
@@ -93,6 +120,8 @@ pub enum UndefinedCause {
     Grazing,
     /// Events coincide that need not, and their order would make a difference.
     Simultaneous,
+    /// The rows of a loop jump, and are too many for events.
+    Unlocated,
 }
 
 /// A transition between modes.
@@ -148,6 +177,10 @@ impl fmt::Display for UndefinedSensitivity {
             UndefinedCause::Simultaneous => {
                 write!(f, "`{equation}` happen at one time, in an order that matters")
             }
+            UndefinedCause::Unlocated => write!(
+                f,
+                "the rows of `{equation}` jump: they are too many to be followed one by one"
+            ),
             UndefinedCause::Grazing => {
                 write!(f, "`{equation}` changes its mode at a threshold that is only touched")
             }
@@ -239,6 +272,7 @@ impl Solution {
             events: Vec::new(),
             jumps: Vec::new(),
             undefined: Vec::new(),
+            one_sided: Vec::new(),
             memory: None,
             statistics: Statistics::default(),
         }
@@ -253,6 +287,7 @@ impl Solution {
         self.z.clear();
         self.past.clear();
         self.undefined.clear();
+        self.one_sided.clear();
         self.statistics = Statistics::default();
     }
 

@@ -19,6 +19,8 @@ pub struct Discrete {
     pub by_mode: List<usize>,
     /// Where the equations of jumps read jumps: n × n; empty if no mode ties states together.
     pub jump_jacobian: Pattern,
+    /// Labels of loops whose rows jump without events, as they are too many: there are no sensitivities.
+    pub unlocated: List<Text>,
 }
 
 /// The kind of an automaton.
@@ -279,6 +281,7 @@ impl Discrete {
         reset_jacobian: Pattern::EMPTY,
         by_mode: List::Borrowed(&[]),
         jump_jacobian: Pattern::EMPTY,
+        unlocated: List::Borrowed(&[]),
     };
 
     /// Number of discrete numbers n_z.

@@ -279,7 +279,7 @@ fn arrays(program: &Program) -> TokenStream {
 }
 
 fn discrete(of: &Discrete) -> TokenStream {
-    if of.is_empty() {
+    if of.is_empty() && of.unlocated.is_empty() {
         return quote!(Discrete::NONE);
     }
     let automata = of.automata.iter().map(|automaton| {
@@ -320,6 +320,7 @@ fn discrete(of: &Discrete) -> TokenStream {
     let [event_jacobian, reset_jacobian, jump_jacobian] =
         [&of.event_jacobian, &of.reset_jacobian, &of.jump_jacobian].map(pattern);
     let by_mode = of.by_mode.iter().map(|i| index(*i));
+    let unlocated = of.unlocated.iter();
     quote! {
         Discrete {
             automata: List::Borrowed(&[#(#automata),*]),
@@ -329,6 +330,7 @@ fn discrete(of: &Discrete) -> TokenStream {
             reset_jacobian: #reset_jacobian,
             by_mode: List::Borrowed(&[#(#by_mode),*]),
             jump_jacobian: #jump_jacobian,
+            unlocated: List::Borrowed(&[#(Text::Borrowed(#unlocated)),*]),
         }
     }
 }

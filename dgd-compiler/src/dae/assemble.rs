@@ -168,6 +168,7 @@ fn declared(model: &Model) -> Dae {
         variants: model.variants.clone(),
         automata: Vec::new(),
         impulses: Impulses::default(),
+        unlocated: Vec::new(),
         time_conditions: Vec::new(),
         clocks: Vec::new(),
     }

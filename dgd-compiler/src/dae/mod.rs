@@ -99,6 +99,8 @@ pub struct Dae {
     pub time_conditions: Vec<TimeCondition>,
     /// Clocks, each in the place of two conditions on time.
     pub clocks: Vec<Clock>,
+    /// Labels of loops whose rows jump without events.
+    pub unlocated: Vec<String>,
 }
 
 /// A `modes` block, or anything else that changes at events. Its equations are in the rows, so only

@@ -166,6 +166,7 @@ fn of_single(
             reset_jacobian: pattern(ResultKind::ResetJacobian),
             by_mode: (0..dae.unknowns.len()).filter(|i| by_mode(dae, &dae.unknowns[*i])).collect(),
             jump_jacobian: pattern(ResultKind::JumpJacobian),
+            unlocated: dae.unlocated.iter().map(|label| label.clone().into()).collect(),
         },
         starts_at_rest: dae.starts_at_rest,
         start_equations: dae

@@ -39,6 +39,8 @@ pub struct Sensitivities {
     pub solution: SolutionFacts,
     /// When a derivative is not defined.
     pub undefined: Vec<Undefined>,
+    /// Thresholds at which the run began, so that derivatives are one-sided.
+    pub one_sided: Vec<OneSided>,
     /// How the derivatives compare with differences, where that was asked for.
     pub verification: Option<verify::Report>,
     /// Why it did not go to the end.
@@ -60,6 +62,15 @@ pub struct Undefined {
     pub until: f64,
     /// The equation because of which.
     pub equation: String,
+}
+
+/// A threshold at which the run began.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct OneSided {
+    /// What changes there.
+    pub threshold: String,
+    /// Parameters and start values to which derivatives are one-sided.
+    pub directions: Vec<String>,
 }
 
 /// Something that can be differentiated.
@@ -88,6 +99,9 @@ pub fn sensitivity(
     tell_jumps(run.signature(), &solution, session);
     for undefined in &solution.undefined {
         session.remark(&format!("note: {undefined}"));
+    }
+    for one_sided in &solution.one_sided {
+        session.remark(&format!("note: {one_sided}"));
     }
     let verified =
         (cfg!(feature = "estimators") && request.verify_sensitivities && stopped.is_none())
@@ -120,12 +134,17 @@ pub fn sensitivity(
         until: stretch.until,
         equation: stretch.equation.clone(),
     });
+    let one_sided = solution.one_sided.iter().map(|start| OneSided {
+        threshold: start.threshold.clone(),
+        directions: start.directions.clone(),
+    });
     Ok(Sensitivities {
         model: run.signature().name.to_string(),
         trajectories: of.iter().map(trajectory).collect(),
         method: run.options.method.name,
         solution: SolutionFacts::of(&solution),
         undefined: undefined.collect(),
+        one_sided: one_sided.collect(),
         verification,
         stopped,
         is_interrupted,
@@ -145,6 +164,9 @@ impl Sensitivities {
         let mut all = self.solution.to_json(&self.model, self.method);
         if let Some(details) = all.as_object_mut() {
             details.insert("undefined".to_owned(), json!(self.undefined));
+            if !self.one_sided.is_empty() {
+                details.insert("one_sided".to_owned(), json!(self.one_sided));
+            }
             if let Some(error) = &self.stopped {
                 details.insert("error".to_owned(), json!(error));
             }

@@ -80,13 +80,11 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
             if beside(&whole) || beside(&other) || events(&whole, k) != events(&tight, k) {
                 continue;
             }
-            if events(&whole, k) != events(&other, at) || whole.solution.z(k) != other.solution.z(at)
+            if events(&whole, k) != events(&other, at)
+                || whole.solution.z(k) != other.solution.z(at)
             {
-                let detail = format!(
-                    "at {t}: {:?} and {:?}",
-                    whole.solution.z(k),
-                    other.solution.z(at)
-                );
+                let detail =
+                    format!("at {t}: {:?} and {:?}", whole.solution.z(k), other.solution.z(at));
                 findings.push(Finding::new("ends", format!("{what}: other events"), detail));
                 return;
             }

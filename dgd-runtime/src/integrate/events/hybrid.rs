@@ -131,6 +131,11 @@ impl Hybrid {
         !self.selecting[automaton]
     }
 
+    /// ∂t/∂θ of the times of conditions, n_c × n_s by columns.
+    pub(in crate::integrate) fn dtimes(&self) -> &[f64] {
+        &self.dtimes
+    }
+
     /// Whether states are selected during the run.
     #[inline]
     pub(in crate::integrate) fn selects_states(&self) -> bool {

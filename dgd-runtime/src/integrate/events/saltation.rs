@@ -83,6 +83,20 @@ impl Saltation {
         }
     }
 
+    /// ẏ of all unknowns.
+    pub(in crate::integrate) fn ydot(&self) -> &[f64] {
+        &self.ydot
+    }
+
+    /// ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇.
+    pub(in crate::integrate) fn dedy(&self) -> &[f64] {
+        &self.dedy
+    }
+
+    pub(in crate::integrate) fn dedt(&self) -> &[f64] {
+        &self.dedt
+    }
+
     /// Whether the time of the instant does not depend on parameters.
     fn is_fixed(&self) -> bool {
         self.tau.iter().all(|tau| *tau == 0.0)

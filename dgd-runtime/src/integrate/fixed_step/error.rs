@@ -96,6 +96,9 @@ fn refusal(signature: &Signature) -> Option<PerSampleError> {
     if let Some(automaton) = signature.discrete.automata.first() {
         return Some(PerSampleError::Modes { automaton: automaton.name.to_string() });
     }
+    if let Some(rows) = signature.discrete.unlocated.first() {
+        return Some(PerSampleError::Modes { automaton: rows.to_string() });
+    }
     if signature.discrete.n_time_conditions > 0 {
         return Some(PerSampleError::TimeCondition);
     }

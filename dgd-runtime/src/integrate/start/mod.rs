@@ -4,6 +4,7 @@ pub(crate) mod consistent;
 pub(crate) mod dependent;
 pub(crate) mod equations;
 pub(crate) mod measured;
+mod one_sided;
 
 use crate::algebraic::AlgebraicPoint;
 use crate::error::IntegrateError;
@@ -89,7 +90,9 @@ impl<S: Solved> Simulation<'_, S> {
             self.make_first_ticks(solution)?;
         }
         self.begin_history();
-        self.pass_discontinuities(solution)
+        self.pass_discontinuities(solution)?;
+        self.judge_derivatives(solution);
+        Ok(())
     }
 
     /// Makes algebraic unknowns and their sensitivities consistent with the current inputs.

@@ -6,7 +6,7 @@
 //!   x − z − 1 rises above 0, x − z falls below 0:    z = ⌊x⌋
 //! ```
 //!
-//! What differs from row to row of a loop is computed row by row, without events. An angle atan2(y, x) jumps by 2 π
+//! Loops whose rows step at places of their own have been unrolled ([`super::unrolled`]). An angle atan2(y, x) jumps by 2 π
 //! where y passes zero and x is below: there it is written with the sign of y, which is a switch like any other.
 
 use super::surfaces::{Moves, moves};
@@ -56,6 +56,38 @@ pub(super) fn locate(dae: &mut Dae, model: &Model) {
         let automaton = automaton(dae, model, x, z);
         dae.automata.push(automaton);
     }
+}
+
+/// Whether a row of a loop steps where something passes a whole number that differs from row to row.
+pub(super) fn differ_by_row(dae: &Dae, model: &Model, row: ExprId) -> bool {
+    let nodes = dae.graph.listed([row]);
+    let moving = moves(dae, model, &nodes);
+    nodes.iter().any(|(id, node)| {
+        let Moves { varies, sweeps } = moving[id];
+        matches!(node, Node::Call1(function, _) if function.get().name == "floor")
+            && varies
+            && sweeps
+    })
+}
+
+/// The row of a loop with switches for angles that jump where something differs from row to row.
+pub(super) fn with_switched_angles(dae: &mut Dae, model: &Model, row: ExprId) -> ExprId {
+    let nodes = dae.graph.listed([row]);
+    let moving = moves(dae, model, &nodes);
+    let mut built: HashMap<ExprId, ExprId> = HashMap::default();
+    for (id, node) in nodes {
+        let here = match node {
+            Node::Symbol(_) => id,
+            Node::Call2(function, y, x)
+                if function.get().name == "atan2" && moving[&y].varies && moving[&id].sweeps =>
+            {
+                angle(&mut dae.graph, built[&y], built[&x])
+            }
+            _ => dae.graph.simplified(node.map(|operand| built[&operand])),
+        };
+        built.insert(id, here);
+    }
+    built[&row]
 }
 
 /// A rebuilding of all expressions.

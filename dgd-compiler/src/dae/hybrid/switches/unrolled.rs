@@ -1,8 +1,10 @@
 //! Loops whose rows jump are unrolled, so that each row has its own events.
 //!
 //! Where only slopes jump, a loop stays one: the control of the error sees corners, and sensitivities
-//! go through them. They would not go through a jump that nothing locates.
+//! go through them. They do not go through a jump that nothing locates: loops that are too long for that
+//! are listed, so that runs leave sensitivities blank.
 
+use super::steps;
 use super::surfaces::{SurfaceKind, surfaces};
 use crate::dae::hybrid::smoothness::{Passage, Sizes, passage};
 use crate::dae::rates::at_passage;
@@ -18,7 +20,12 @@ const MOST_ROWS: u32 = 10_000;
 pub(super) fn unroll(dae: &mut Dae, model: &Model) {
     let sizes = Sizes::of(dae, model);
     for family in std::mem::take(&mut dae.families) {
-        if family.count == 1 || family.count > MOST_ROWS || !jumps(dae, model, &sizes, family.rhs) {
+        if family.count == 1 || !jumps(dae, model, &sizes, family.rhs) {
+            dae.families.push(family);
+            continue;
+        }
+        if family.count > MOST_ROWS {
+            dae.unlocated.push(family.equation.clone());
             dae.families.push(family);
             continue;
         }
@@ -38,6 +45,10 @@ pub(super) fn unroll(dae: &mut Dae, model: &Model) {
 
 /// Whether a row jumps at a surface of its own.
 fn jumps(dae: &mut Dae, model: &Model, sizes: &Sizes, row: ExprId) -> bool {
+    if steps::differ_by_row(dae, model, row) {
+        return true;
+    }
+    let row = steps::with_switched_angles(dae, model, row);
     let found = surfaces(dae, model, &[row], SurfaceKind::OfRows);
     if found.is_empty() {
         return false;
