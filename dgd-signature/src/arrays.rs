@@ -139,6 +139,7 @@ mod tests {
             discrete: Discrete::NONE,
             starts_at_rest: false,
             start_equations: List::Borrowed(&[]),
+            conserved: List::Borrowed(&[]),
         };
         let family = |count, differential, lower| Family {
             count,

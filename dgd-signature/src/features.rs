@@ -11,11 +11,13 @@ pub struct Features {
     pub past: bool,
     /// Algebraic unknowns, in some mode.
     pub algebraic: bool,
+    /// Sums that the equations conserve.
+    pub conserved: bool,
 }
 
 impl Features {
     /// All features.
-    pub const ANY: Self = Self { events: true, past: true, algebraic: true };
+    pub const ANY: Self = Self { events: true, past: true, algebraic: true, conserved: true };
 
     /// Whether a model has no other features.
     pub fn cover(self, signature: &Signature) -> bool {
@@ -24,5 +26,6 @@ impl Features {
         (self.events || signature.discrete.is_empty())
             && (self.past || delayed == 0)
             && (self.algebraic || !algebraic)
+            && (self.conserved || signature.conserved.is_empty())
     }
 }

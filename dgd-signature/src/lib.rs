@@ -48,7 +48,7 @@ pub use past::{DelayedInput, DelayedUnknown, PastLayout};
 pub use pattern::Pattern;
 pub use prior::PriorDensity;
 pub use quantity::{Input, Interpolation, Output, Parameter, Unknown};
-pub use signature::{DifferentiatedInput, Direction, Signature, StartEquation};
+pub use signature::{Conserved, DifferentiatedInput, Direction, Signature, StartEquation};
 pub use unit::Unit;
 pub use unknowns::{Labels, Unknowns};
 

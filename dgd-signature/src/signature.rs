@@ -52,6 +52,15 @@ pub struct Signature {
     pub starts_at_rest: bool,
     /// What holds at the start besides the equations, and determines as many start values.
     pub start_equations: List<StartEquation>,
+    /// Sums that the equations conserve in all modes and for all inputs.
+    pub conserved: List<Conserved>,
+}
+
+/// A sum Σ cₖ yₖ of differential unknowns that the equations conserve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Conserved {
+    /// Positions of the unknowns, ascending, with their coefficients.
+    pub terms: List<(usize, f64)>,
 }
 
 /// An equation that holds at the start.

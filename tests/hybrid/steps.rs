@@ -1,6 +1,9 @@
 //! `floor` and what is made of it, as events: states, times and sensitivities against closed forms and differences.
 
-use dgd_runtime::{AutomatonKind, Inputs, IntegrateError, Problem, System, observe, simulate};
+use dgd_runtime::{
+    AutomatonKind, Inputs, IntegrateError, Options, Problem, System, UndefinedCause, observe,
+    simulate, simulate_with_sensitivities,
+};
 
 use crate::exact::{
     assert_close, assert_slopes_are_differences, options, parameters, run, run_with, slopes, value,
@@ -203,4 +206,90 @@ fn what_steps_is_not_differentiated() {
     let text = error.expect_err("a mistake");
     let text = text.downcast_ref::<String>().expect("a message");
     assert!(text.contains("E404") && text.contains("floor"), "{text}");
+}
+
+/// Bins that fill row by row: yᵢ counts how often xᵢ = kᵢ t has passed `lev`, over time.
+const BINS: &str = "model bins
+    size N = 3
+    parameter k[1..N] [1/s] = (1, 1.3, 1.7)
+    parameter lev = 0.55
+    state x[1..N] = 0
+    state y[1..N] = 0
+    for i in 1..N {
+      equation x[i]: der(x[i]) = k[i]
+      equation y[i]: der(y[i]) = STEP/1 [s]
+    }";
+
+/// After n steps y = n t − Σ m lev/k, so dy/dlev = −n (n + 1)/(2 k) and dy/dk = lev n (n + 1)/(2 k²).
+#[test]
+fn rows_of_a_loop_step_where_their_own_states_do() {
+    let angle = "(atan2(sin(2*pi*(x[i]/lev - 0.5)), cos(2*pi*(x[i]/lev - 0.5))) * (-1/(2*pi)) + x[i]/lev - 0.5)";
+    for step in ["floor(x[i]/lev)", "(ceil(x[i]/lev) - 1)", angle] {
+        let system = system(&BINS.replace("STEP", step));
+        for until in [0.4, 1.0, 2.0, 3.1] {
+            let solution = run(&system, &[0.0, until]);
+            assert!(solution.undefined.is_empty(), "{:?}", solution.undefined);
+            for (i, k) in [1.0, 1.3, 1.7].into_iter().enumerate() {
+                let name = format!("y[{}]", i + 1);
+                let n = (k * until / 0.55).floor();
+                let sum = 0.5 * n * (n + 1.0);
+                let y = value(&system, &solution, &name, 1);
+                assert!((y - (n * until - sum * 0.55 / k)).abs() < CLOSE, "{step}: {name} = {y}");
+                let mut expected = vec![0.0; 4];
+                expected[0] = -sum / k;
+                expected[1 + i] = 0.55 * sum / (k * k);
+                assert_close(&slopes(&system, &solution, &name, 1), &expected, CLOSE);
+            }
+        }
+    }
+}
+
+/// More rows than can have events: values are followed, derivatives are not.
+#[test]
+fn rows_that_jump_unseen_have_no_sensitivities() {
+    for (row, jumps) in [
+        ("1 + floor(y[i]/lev)", true),
+        ("if y[i] > lev then 2 else 1", true),
+        ("max(y[i], lev)", false),
+    ] {
+        let text = format!(
+            "model many\nsize N = 10001\nparameter lev = 0.55\nstate y[1..N] = 0.1\n\
+             for i in 1..N {{\n  equation y[i]: 1 [s]*der(y[i]) = {row}\n}}"
+        );
+        let system = system(&text);
+        let p = parameters(&system);
+        let problem = Problem { system: &system, p: &p, inputs: &Inputs::none(), start: &[] };
+        let options = Options::default();
+        let solution =
+            simulate_with_sensitivities(&problem, &[0.0, 0.3], &options).expect("a solution");
+        assert_eq!(solution.s(1).iter().all(|s| s.is_nan()), jumps, "{row}");
+        let causes: Vec<UndefinedCause> = solution.undefined.iter().map(|u| u.cause).collect();
+        let expected: &[UndefinedCause] = if jumps { &[UndefinedCause::Unlocated] } else { &[] };
+        assert_eq!(causes, expected, "{row}");
+    }
+}
+
+/// A run that begins on a threshold which a parameter moves.
+#[test]
+fn a_start_on_a_threshold_has_one_sided_derivatives() {
+    let listed = |row: &str, start: &str| -> Vec<Vec<String>> {
+        let text = format!(
+            "model m\nparameter x0 = 1\nparameter lev = 1\nparameter k [1/s] = 0.5\n\
+             state x = {start}\nstate y = 0\nequation x: der(x) = -k*x\nequation y: der(y) = {row}"
+        );
+        let solution = run(&system(&text), &[0.0, 1.0]);
+        assert!(solution.undefined.is_empty(), "{row}: {:?}", solution.undefined);
+        solution.one_sided.into_iter().map(|start| start.directions).collect()
+    };
+    let none: [Vec<String>; 0] = [];
+    let both = [vec!["x0".to_owned(), "lev".to_owned()]];
+    let jump = "if x < lev then 1 [1/s] else 3 [1/s]";
+    assert_eq!(listed(jump, "x0"), both);
+    assert_eq!(listed("floor(x/lev)/1 [s]", "x0"), both);
+    assert_eq!(listed(jump, "1"), [vec!["lev".to_owned()]]);
+    assert_eq!(listed(jump, "1.1*x0"), none);
+    // A corner that the solution leaves has one slope.
+    assert_eq!(listed("max(x, lev)/1 [s]", "x0"), none);
+    let when = "1 [1/s]\nwhen x falls below lev { reset y = y + 1 }";
+    assert_eq!(listed(when, "x0"), both);
 }

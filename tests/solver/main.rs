@@ -5,6 +5,7 @@ mod inline;
 #[path = "../support/mod.rs"]
 mod support;
 
+mod conserved;
 mod domain;
 mod ensembles;
 mod generated;
@@ -14,6 +15,7 @@ mod linearize;
 mod printed_rows;
 mod random_daes;
 mod reference;
+mod scaling;
 mod sensitivity_references;
 mod taylor;
 mod weak_equations;

@@ -138,13 +138,14 @@ fn system_impl(program: &Program, sources: &Sources) -> TokenStream {
 
 /// What a solver of this model need not look for.
 fn features(program: &Program) -> TokenStream {
-    let Features { events, past, algebraic } = program.features;
+    let Features { events, past, algebraic, conserved } = program.features;
     quote! {
         const FEATURES: ::dgd::__runtime::signature::Features =
             ::dgd::__runtime::signature::Features {
                 events: #events,
                 past: #past,
                 algebraic: #algebraic,
+                conserved: #conserved,
             };
     }
 }

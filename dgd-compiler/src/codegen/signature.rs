@@ -39,6 +39,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
         discrete: modes,
         starts_at_rest,
         start_equations,
+        conserved,
     } = &program.signature;
     let equations = &equations.single;
     let unknowns = unknowns.single.iter().map(unknown);
@@ -56,6 +57,13 @@ pub(super) fn signature(program: &Program) -> TokenStream {
     let discrete = discrete(modes);
     let start_equations = start_equations.iter().map(|StartEquation { name, unknown }| {
         quote!(StartEquation { name: Text::Borrowed(#name), unknown: #unknown })
+    });
+    let conserved = conserved.iter().map(|sum| {
+        let terms = sum.terms.iter().map(|(unknown, share)| {
+            let (unknown, share) = (index(*unknown), number(*share));
+            quote!((#unknown, #share))
+        });
+        quote!(Conserved { terms: List::Borrowed(&[#(#terms),*]) })
     });
     let signature = quote! {
         Signature {
@@ -80,6 +88,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
             discrete: #discrete,
             starts_at_rest: #starts_at_rest,
             start_equations: List::Borrowed(&[#(#start_equations),*]),
+            conserved: List::Borrowed(&[#(#conserved),*]),
         }
     };
     let (of, value) = if program.signature.unknowns.arrays.is_empty() {

@@ -8,6 +8,7 @@ use dgd_signature::{
     Pattern, Signature, StartEquation, Transition, Unit, Unknown,
 };
 
+use super::conserved::conserved;
 use super::functions::{RUNS, ResultKind};
 use super::{Described, ProgramSource, Row};
 use crate::dae::{self, Dae};
@@ -20,7 +21,8 @@ pub(super) fn signature(
     directions: &[Direction],
     patterns: &BTreeMap<ResultKind, Pattern>,
 ) -> Signature {
-    let single = of_single(dae, directions, patterns);
+    let single =
+        Signature { conserved: conserved(dae).into(), ..of_single(dae, directions, patterns) };
     if dae.arrays.is_empty() {
         return single;
     }
@@ -60,7 +62,7 @@ pub(super) fn output_arrays(dae: &Dae) -> Vec<OutputArray> {
 }
 
 /// What the model can have.
-pub(super) fn features(dae: &Dae) -> Features {
+pub(super) fn features(dae: &Dae, signature: &Signature) -> Features {
     Features {
         events: !dae.automata.is_empty() || !dae.time_conditions.is_empty(),
         past: !dae.delayed_inputs.is_empty() || !dae.delayed_unknowns.is_empty(),
@@ -69,6 +71,7 @@ pub(super) fn features(dae: &Dae) -> Features {
             .iter()
             .any(|unknown| by_mode(dae, unknown) || !unknown.differential)
             || dae.families.iter().any(|family| !family.differential),
+        conserved: !signature.conserved.is_empty(),
     }
 }
 
@@ -177,6 +180,7 @@ fn of_single(
                 unknown: equation.unknown,
             })
             .collect(),
+        conserved: List::Borrowed(&[]),
     }
 }
 

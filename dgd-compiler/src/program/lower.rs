@@ -46,10 +46,11 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
         })
         .collect();
     let taylor = taylor(&mut derivation);
+    let signature = describe::signature(dae, directions, &derivation.patterns);
     Program {
-        signature: describe::signature(dae, directions, &derivation.patterns),
         output_arrays: describe::output_arrays(dae),
-        features: describe::features(dae),
+        features: describe::features(dae, &signature),
+        signature,
         source: describe::source(dae),
         functions,
         taylor,

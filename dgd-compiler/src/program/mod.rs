@@ -1,5 +1,6 @@
 //! Functions in single assignment over f64, ready to run or to be written as code.
 
+mod conserved;
 mod describe;
 mod directions;
 mod expressions;

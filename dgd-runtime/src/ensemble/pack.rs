@@ -124,6 +124,10 @@ impl<'a, S: Solved> Pack<'a, S> {
         if let Steps::PerSample(_) = options.steps {
             return None;
         }
+        // Lanes have no rows of conserved sums.
+        if S::FEATURES.conserved && !signature.conserved.is_empty() {
+            return None;
+        }
         let family = match options.method.kind {
             MethodKind::Rosenbrock(_) => LaneMethod::Rosenbrock(Box::new(Rosenbrock::new(system))),
             MethodKind::Explicit(_) => LaneMethod::Explicit(Box::new(Explicit::new(n))),

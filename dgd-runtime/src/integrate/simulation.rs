@@ -13,6 +13,7 @@ use crate::integrate::methods::catalogue::Method;
 use crate::integrate::methods::stepper::{Base, Directions, Stepper};
 use crate::integrate::record::projection::Projection;
 use crate::integrate::watched::Watched;
+use crate::linalg::KeptSum;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem};
 use crate::signal::Side;
@@ -109,6 +110,9 @@ impl<'a, S: Solved> Simulation<'a, S> {
         let sensitivity_row = directions.as_ref().map(|directions| directions.s.clone());
         let mut stepper = Stepper::new(system, options.method.kind);
         stepper.lay_out(system, options.rtol, n_s);
+        if S::FEATURES.conserved {
+            stepper.sums = KeptSum::all(&system.signature().conserved, n, n_s);
+        }
         Self {
             problem,
             tolerances,

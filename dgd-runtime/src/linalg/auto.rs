@@ -4,7 +4,7 @@
 use super::SparseLu;
 use super::order::narrowest;
 use super::staircase::Staircase;
-use super::{BandedLu, DenseLu, Factorisation, Pivot, Singular, TridiagonalLu};
+use super::{BandedLu, DenseLu, Factorisation, KeptSum, Pivot, Singular, TridiagonalLu};
 use crate::system::Pattern;
 
 /// Size up to which dense elimination is faster than any other, however sparse the matrix.
@@ -71,6 +71,22 @@ impl Factorisation for AutoLu {
             #[cfg(feature = "sparse")]
             Self::Sparse(lu) => lu.factorise(c, differential, jacobian, values, sizes),
         }
+    }
+
+    fn factorise_keeping(
+        &mut self,
+        c: f64,
+        differential: impl Fn(usize) -> bool,
+        jacobian: &Pattern,
+        values: &[f64],
+        sizes: &[f64],
+        sums: &[KeptSum],
+    ) -> Result<bool, Singular> {
+        if let Self::Dense(lu) = self {
+            return lu.factorise_keeping(c, differential, jacobian, values, sizes, sums);
+        }
+        self.factorise(c, differential, jacobian, values, Some(sizes))?;
+        Ok(false)
     }
 
     fn solve(&mut self, b: &mut [f64]) {

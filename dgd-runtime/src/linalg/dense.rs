@@ -3,8 +3,8 @@
 // Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
-use super::weights::weigh;
-use super::{Factorisation, Pivot, Singular};
+use super::weights::{reciprocal, weigh};
+use super::{Factorisation, KeptSum, Pivot, Singular};
 use crate::system::Pattern;
 
 /// Columns up to this length are solved inline, without a call.
@@ -49,6 +49,25 @@ impl<const N: usize> Factorisation for FixedLu<N> {
         assemble(a, N, c, differential, jacobian, values);
         self.exchanged = eliminate(a, N, &mut weights, reciprocal_pivots, order)?;
         Ok(())
+    }
+
+    fn factorise_keeping(
+        &mut self,
+        c: f64,
+        differential: impl Fn(usize) -> bool,
+        jacobian: &Pattern,
+        values: &[f64],
+        sizes: &[f64],
+        sums: &[KeptSum],
+    ) -> Result<bool, Singular> {
+        let mut weights = [0.0; N];
+        weigh(&mut weights, c, &differential, jacobian, values, Some(sizes));
+        let Self { factors, reciprocal_pivots, order, .. } = self;
+        let a = factors.as_flattened_mut();
+        assemble(a, N, c, &differential, jacobian, values);
+        replace(a, &mut weights, c, differential, sizes, sums);
+        self.exchanged = eliminate(a, N, &mut weights, reciprocal_pivots, order)?;
+        Ok(true)
     }
 
     #[inline(always)]
@@ -179,6 +198,23 @@ impl Factorisation for DenseLu {
         Ok(())
     }
 
+    fn factorise_keeping(
+        &mut self,
+        c: f64,
+        differential: impl Fn(usize) -> bool,
+        jacobian: &Pattern,
+        values: &[f64],
+        sizes: &[f64],
+        sums: &[KeptSum],
+    ) -> Result<bool, Singular> {
+        let Self { n, factors, reciprocal_pivots, order, scratch: weights } = self;
+        weigh(weights, c, &differential, jacobian, values, Some(sizes));
+        assemble(factors, *n, c, &differential, jacobian, values);
+        replace(factors, weights, c, differential, sizes, sums);
+        eliminate(factors, *n, weights, reciprocal_pivots, order)?;
+        Ok(true)
+    }
+
     fn solve(&mut self, b: &mut [f64]) {
         if self.n == 0 {
             return;
@@ -214,6 +250,27 @@ fn assemble(
         if differential(i) {
             a[i * n + i] += c;
         }
+    }
+}
+
+/// Replaces rows by c times those of conserved sums.
+fn replace(
+    a: &mut [f64],
+    weights: &mut [f64],
+    c: f64,
+    differential: impl Fn(usize) -> bool,
+    sizes: &[f64],
+    sums: &[KeptSum],
+) {
+    let n = weights.len();
+    let per_rate = if (0..n).all(differential) { 1.0 } else { c };
+    for sum in sums {
+        let mut largest = 0.0_f64;
+        for (column, (share, size)) in sum.shares.iter().zip(sizes).enumerate() {
+            a[column * n + sum.row] = c * share;
+            largest = largest.max((share * size).abs());
+        }
+        weights[sum.row] = reciprocal(per_rate * largest);
     }
 }
 

@@ -10,11 +10,13 @@ mod auto;
 mod banded;
 pub(crate) mod blocks;
 mod dense;
+pub(crate) mod full;
 pub(crate) mod norm;
 mod order;
 #[cfg(feature = "sparse")]
 mod sparse;
 mod staircase;
+pub(crate) mod sums;
 mod tridiagonal;
 pub(crate) mod weights;
 pub(crate) mod width;
@@ -24,6 +26,7 @@ pub use banded::BandedLu;
 pub use dense::{DenseLu, FixedLu};
 #[cfg(feature = "sparse")]
 pub use sparse::SparseLu;
+pub use sums::KeptSum;
 pub use tridiagonal::TridiagonalLu;
 
 use crate::system::Pattern;
@@ -65,6 +68,25 @@ pub trait Factorisation: Clone {
         values: &[f64],
         sizes: Option<&[f64]>,
     ) -> Result<(), Singular>;
+
+    /// The same with rows of W replaced by those of conserved sums, where the factorisation can do that. Returns whether
+    /// it did.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Factorisation::factorise`].
+    fn factorise_keeping(
+        &mut self,
+        c: f64,
+        differential: impl Fn(usize) -> bool,
+        jacobian: &Pattern,
+        values: &[f64],
+        sizes: &[f64],
+        _sums: &[KeptSum],
+    ) -> Result<bool, Singular> {
+        self.factorise(c, differential, jacobian, values, Some(sizes))?;
+        Ok(false)
+    }
 
     /// Overwrites B with W⁻¹ B; `b` is one right-hand side of n numbers, or several, one after the
     /// other.
@@ -295,7 +317,7 @@ mod tests {
         fn smallest<F: Factorisation>() -> Pivot {
             let pattern = Pattern::of(&[(1, 0), (0, 1)]);
             let mut lu = F::new(2, &pattern);
-            lu.factorise(1.0, |_| false, &pattern, &[3.0, -0.5]).unwrap();
+            lu.factorise(1.0, |_| false, &pattern, &[3.0, -0.5], None).unwrap();
             lu.smallest_pivot().unwrap()
         }
         let expected = Pivot { row: 0, magnitude: 0.5 };

@@ -11,10 +11,12 @@
 //! where ' is the derivative with respect to a parameter.
 
 use nalgebra::allocator::Allocator;
-use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, Dyn, LU, OMatrix};
+use nalgebra::{DMatrix, DVector, DefaultAllocator, Dim, Dyn, OMatrix};
 
 use super::error::LinearizeError;
 use super::singular;
+use crate::linalg::full::FullLu;
+use crate::problem::unknown_sizes;
 use crate::solved::Solved;
 use crate::system::{Point, Storage};
 
@@ -27,7 +29,7 @@ pub struct Elimination {
     pub eliminated: Vec<usize>,
     /// K: columns of the states, then those after the unknowns.
     pub follows: DMatrix<f64>,
-    own: Option<LU<f64, Dyn, Dyn>>,
+    own: Option<FullLu>,
     n: usize,
 }
 
@@ -55,7 +57,10 @@ impl Elimination {
         }
         let own = f_a.select_columns(&eliminated);
         let open = singular::open(&own);
-        let own = own.lu();
+        let mut sizes = vec![0.0; n];
+        unknown_sizes(system, at.y, &mut sizes);
+        let sizes: Vec<f64> = eliminated.iter().map(|i| sizes[*i]).collect();
+        let own = FullLu::new(own, &sizes);
         match (open, own.solve(&of_others)) {
             (None, Some(response)) => {
                 Ok(Self { states, eliminated, follows: -response, own: Some(own), n })

@@ -17,6 +17,7 @@ use super::error::SteadyStateError;
 use super::point::OperatingPoint;
 use super::{Columns, Slopes, singular};
 use crate::algebraic::{Algebraic, AlgebraicPoint, add_terms};
+use crate::linalg::full::FullLu;
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::solved::Solved;
@@ -153,7 +154,7 @@ impl<S: Solved> Held<'_, S> {
         let mut before = f64::INFINITY;
         for _ in 0..MOST_CORRECTIONS {
             let (left, matrix) = self.equations(conserved, y, z);
-            let lu = matrix.lu();
+            let lu = FullLu::new(matrix, self.sizes);
             let Some(step) = lu.solve(&-left) else { return false };
             let size = norm(&step);
             if !size.is_finite() {

@@ -29,9 +29,10 @@ pub mod storage;
 use crate::codegen::taylor::{KeptSeries, NoTaylor, Terms};
 
 pub use dgd_signature::{
-    Automaton, AutomatonKind, Clock, Crossing, DelayedInput, DelayedUnknown, DifferentiatedInput,
-    Direction, Discrete, Features, Input, Interpolation, JumpKind, Labels, List, Output, Parameter,
-    PastLayout, Pattern, Signature, Text, Transition, Trigger, Unit, Unknown, Unknowns, arrays,
+    Automaton, AutomatonKind, Clock, Conserved, Crossing, DelayedInput, DelayedUnknown,
+    DifferentiatedInput, Direction, Discrete, Features, Input, Interpolation, JumpKind, Labels,
+    List, Output, Parameter, PastLayout, Pattern, Signature, Text, Transition, Trigger, Unit,
+    Unknown, Unknowns, arrays,
 };
 pub use storage::Storage;
 

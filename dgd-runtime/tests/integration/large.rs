@@ -69,6 +69,7 @@ impl Diffusion {
                 densities: Vec::new().into(),
                 starts_at_rest: false,
                 start_equations: Vec::new().into(),
+                conserved: Vec::new().into(),
                 directions: vec![Direction::Parameter(0)].into(),
                 sensitivity_jacobian: pattern(&jacobian),
                 jacobian: pattern(&jacobian),

@@ -87,6 +87,7 @@ fn signature<E: Equations>() -> Signature {
         densities: Vec::new().into(),
         starts_at_rest: false,
         start_equations: Vec::new().into(),
+        conserved: Vec::new().into(),
         directions: (0..n_s).map(Direction::Parameter).collect(),
         jacobian: full(n, n),
         sensitivity_jacobian: full(n * n_s, n),

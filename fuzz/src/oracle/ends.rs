@@ -1,6 +1,6 @@
 //! Checks that results do not depend on where a run ends (`--until`) nor on which rows it has (`--every`).
 
-use dgd_runtime::Solution;
+use dgd_runtime::{Direction, Signature, Solution};
 
 use super::Finding;
 use super::runs::{Rows, largest, name};
@@ -30,6 +30,18 @@ fn others(times: &[f64]) -> Vec<(&'static str, Vec<f64>)> {
         ("every", finer),
         ("every", coarser),
     ]
+}
+
+/// The size of what a direction changes, as tolerances of derivatives have it.
+fn size_of(signature: &Signature, j: usize, sizes: &[f64]) -> f64 {
+    match signature.directions[j] {
+        Direction::Parameter(position) => {
+            let parameter = &signature.parameters[position];
+            let size = parameter.nominal.unwrap_or(parameter.value).abs();
+            if size == 0.0 { parameter.unit.factor } else { size }
+        }
+        Direction::Start(i) => sizes[i],
+    }
 }
 
 /// The positions of rows at equal times.
@@ -101,7 +113,8 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
                 let (own, others) = (whole.derivatives(k, j), other.derivatives(at, j));
                 let tight = tight.derivatives(k, j);
                 for (i, ((a, b), c)) in own.into_iter().zip(others).zip(tight).enumerate() {
-                    let allowed = TOLERANCES * (TOLERANCE * scales[i].max(size[i]) + (a - c).abs());
+                    let least = size[i] / size_of(signature, j, &size);
+                    let allowed = TOLERANCES * (TOLERANCE * (scales[i] + least) + (a - c).abs());
                     // Blank in one of the runs at two tolerances says that the other is as doubtful.
                     if c.is_nan() || (a.is_nan() && b.is_nan()) || (a - b).abs() <= allowed {
                         continue;

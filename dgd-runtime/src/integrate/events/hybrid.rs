@@ -31,6 +31,8 @@ pub(in crate::integrate) struct Hybrid {
     pub(in crate::integrate) slack: Vec<f64>,
     /// The transition at which the last step was cut.
     pub(in crate::integrate) located: Option<usize>,
+    /// The size of the last step along which event functions were sampled.
+    pub(in crate::integrate) sampled: f64,
     /// The size of the last step that should have been cut at a corner but could not be.
     pub(in crate::integrate) uncut: f64,
     /// Whether only corners are watched.
@@ -82,6 +84,7 @@ impl Hybrid {
             back: ways_back(discrete),
             slack: vec![0.0; n_e],
             located: None,
+            sampled: 0.0,
             uncut: f64::INFINITY,
             only_corners: discrete.automata.iter().all(|a| a.kind.only_ends_steps()),
             armed: discrete.transitions().map(|(_, t)| t.trigger == Trigger::Level).collect(),

@@ -111,7 +111,10 @@ impl<S: Solved> Simulation<'_, S> {
             Some(due) => {
                 self.make_events(due, solution)?;
             }
-            None => self.settle(solution)?,
+            None => {
+                self.begin_sample();
+                self.settle(solution)?;
+            }
         }
         self.mark_instant();
         // Other changes at this time come first.

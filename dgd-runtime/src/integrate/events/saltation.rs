@@ -26,13 +26,14 @@
 //! systems, Applied Numerical Mathematics 31 (1999) 17–47.
 
 use crate::error::IntegrateError;
+use crate::integrate::events::simultaneous::AT_ONCE;
 use crate::integrate::events::transitions::SLIDING;
 use crate::integrate::simulation::Simulation;
 use crate::linalg::{Factorisation, Singular};
 use crate::problem::Problem;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
 use crate::solved::Solved;
-use crate::system::{Point, Signature};
+use crate::system::{Crossing, Point, Signature};
 
 /// Work space of an instant; matrices by columns, one for each direction.
 pub(in crate::integrate) struct Saltation {
@@ -131,22 +132,41 @@ impl<S: Solved> Simulation<'_, S> {
             self.discrete.saltation.tau.fill(0.0);
         } else if self.directions.is_some() && self.take_event_slopes(solution) {
             let (rate, size) = self.event_rate(k);
-            let depth = match self.discrete.turned.take() {
+            let turned = match self.discrete.turned.take() {
                 Some((turned, depth)) if turned == k => depth,
                 _ => f64::INFINITY,
             };
-            let touches = (rate * self.span).abs().min(depth) <= self.tolerances.atol * size;
+            let depth = turned.min(self.depth(k, self.crossing(k)));
+            let touches = depth <= self.tolerances.atol * size;
             if touches || rate == 0.0 || !rate.is_finite() {
                 self.end_sensitivities_at_threshold(k, solution);
             } else {
-                let saltation = &mut self.discrete.saltation;
-                let n_e = saltation.dedt.len();
-                for (j, tau) in saltation.tau.iter_mut().enumerate() {
-                    *tau = -saltation.de[j * n_e + k] / rate;
-                }
+                self.set_time_of(k, rate);
             }
         }
         self.begin_instant(solution);
+    }
+
+    /// τ of the event function of the k-th transition, whose slopes have been taken.
+    fn set_time_of(&mut self, k: usize, rate: f64) {
+        let Saltation { tau, de, dedt, .. } = &mut self.discrete.saltation;
+        let n_e = dedt.len();
+        for (j, tau) in tau.iter_mut().enumerate() {
+            *tau = -de[j * n_e + k] / rate;
+        }
+    }
+
+    /// Gives a transition within an instant the derivatives of its own time if the solution passes its threshold by
+    /// itself just now, and not by a jump of this instant: rounding may take it past while something else happens.
+    pub(in crate::integrate) fn follow_threshold(&mut self, k: usize, solution: &mut Solution) {
+        if self.directions.is_none() || self.is_continuous(k) || !self.take_event_slopes(solution) {
+            return;
+        }
+        let (rate, _) = self.event_rate(k);
+        let passes = self.crossing(k).is_past(rate);
+        if passes && (self.discrete.e[k] / rate).abs() <= self.at_once(AT_ONCE) {
+            self.set_time_of(k, rate);
+        }
     }
 
     /// Computes ∂e/∂y S + ∂e/∂θ, ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇ of all event functions, and ẏ. Returns false if
@@ -176,6 +196,12 @@ impl<S: Solved> Simulation<'_, S> {
             }
         }
         (rate, size)
+    }
+
+    /// The direction in which the event function of a transition passes its threshold.
+    fn crossing(&self, k: usize) -> Crossing {
+        let mut transitions = self.problem.system.signature().discrete.transitions();
+        transitions.nth(k).map_or(Crossing::Rises, |(_, transition)| transition.crossing)
     }
 
     /// Whether ẏ is the same on both sides of a transition without resets: at corners, and where a solution stops

@@ -11,8 +11,8 @@ use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
 use crate::solved::Solved;
 use crate::system::{AutomatonKind, Signature};
 
-/// Event functions that pass zero within this fraction of the simulated time count as simultaneous.
-const AT_ONCE: f64 = 1e-10;
+/// Event functions that pass zero within this fraction of a step, or of their rounding, count as simultaneous.
+pub(super) const AT_ONCE: f64 = 1e-10;
 /// Relative difference up to which derivatives of times, or outcomes of two orders, count as equal.
 const SAME: f64 = 1e-6;
 
@@ -118,13 +118,19 @@ impl<S: Solved> Simulation<'_, S> {
             }
             let (rate, _) = self.event_rate(other);
             let is_near =
-                transition.crossing.is_past(rate) && (e / rate).abs() <= AT_ONCE * self.span;
+                transition.crossing.is_past(rate) && (e / rate).abs() <= self.at_once(AT_ONCE);
             if is_past || is_near {
                 self.discrete.simultaneous.due.push(other);
                 differs |= is_near && self.times_differ(k, other);
             }
         }
         differs
+    }
+
+    /// The time within which events cannot be told apart, at least this fraction of the step that led to them. It does
+    /// not depend on the length of the run.
+    pub(in crate::integrate) fn at_once(&self, part: f64) -> f64 {
+        (part * self.discrete.sampled).max(16.0 * f64::EPSILON * self.t.abs())
     }
 
     /// Whether the times of two events have different derivatives.

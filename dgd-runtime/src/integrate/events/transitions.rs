@@ -9,7 +9,7 @@ use crate::solution::{Event, Solution};
 use crate::solved::Solved;
 use crate::system::{AutomatonKind, Crossing, Point, Trigger};
 
-/// Transitions within this fraction of the simulated time count as simultaneous.
+/// Transitions within this fraction of a step are one action, and endless ones within this fraction of the run.
 const ONE_TIME: f64 = 1e-9;
 /// More transitions at one time than this, plus this number for each transition of the model, are taken as endless.
 const MOST_TRANSITIONS: usize = 100;
@@ -46,6 +46,7 @@ impl<S: Solved> Simulation<'_, S> {
                 self.arm();
                 return Ok(());
             };
+            self.follow_threshold(due, solution);
             self.make_transition(due, solution)?;
         }
     }
@@ -341,7 +342,7 @@ impl<S: Solved> Simulation<'_, S> {
         if automaton.kind != AutomatonKind::When || automaton.transitions.len() == 1 {
             return false;
         }
-        let soon = ONE_TIME * self.span;
+        let soon = self.at_once(ONE_TIME);
         discrete.transitions().enumerate().any(|(other, (of, next))| {
             of == position
                 && other != k

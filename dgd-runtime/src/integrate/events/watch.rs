@@ -39,6 +39,9 @@ impl Samples {
     }
 }
 
+/// Differences of samples below this fraction of them are rounding.
+const STRAIGHT: f64 = 1e-9;
+
 /// The fraction of the step at a sample.
 fn part_of(sample: usize) -> f64 {
     sample as f64 / INTERVALS as f64
@@ -52,6 +55,7 @@ impl<S: Solved> Simulation<'_, S> {
         let hybrid = &mut self.discrete;
         let z = &hybrid.schedule.z;
         hybrid.uncut = f64::INFINITY;
+        hybrid.sampled = h;
         let needed = if hybrid.only_corners() { INTERVALS } else { 0 };
         for (sample, e) in hybrid.samples.e.iter_mut().enumerate().skip(needed) {
             let (t, y) = match sample {
@@ -150,6 +154,24 @@ impl<S: Solved> Simulation<'_, S> {
             return Ok(true);
         }
         Ok(false)
+    }
+
+    /// How far beyond its threshold the event function of a located transition would go before it turns back, by the
+    /// parabola through the samples around the crossing; infinity where it does not turn, or does not move.
+    pub(in crate::integrate) fn depth(&self, k: usize, crossing: Crossing) -> f64 {
+        let samples = self.discrete.samples.e.each_ref().map(|e| e[k]);
+        let past = samples.iter().position(|e| crossing.is_past(*e)).unwrap_or(INTERVALS);
+        let middle = past.clamp(1, INTERVALS - 1);
+        let [a, b, c] = [samples[middle - 1], samples[middle], samples[middle + 1]];
+        let (slope, curvature) = (0.5 * (c - a), 0.5 * (a + c) - b);
+        let beyond = b - 0.25 * slope * slope / curvature;
+        let largest = a.abs().max(c.abs());
+        let turns_back = match crossing {
+            Crossing::Rises => curvature < 0.0,
+            Crossing::Falls => curvature > 0.0,
+        };
+        let is_seen = curvature.abs() > STRAIGHT * largest;
+        if turns_back && is_seen { beyond.abs() } else { f64::INFINITY }
     }
 
     /// The fraction of the step at which an armed transition is due.

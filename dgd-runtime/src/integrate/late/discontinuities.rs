@@ -162,7 +162,8 @@ impl<S: Solved> Simulation<'_, S> {
         let pattern = &self.problem.system.signature().jacobian;
         let (jacobian, dfdt) = (self.stepper.jacobian.as_ref(), self.stepper.dfdt.as_ref());
         solution.statistics.factorisations += usize::from(!self.algebraic.is_empty());
-        self.algebraic.rates(pattern, jacobian, ydot.as_mut(), dfdt).is_ok()
+        let sizes = self.sizes.as_ref();
+        self.algebraic.rates(pattern, jacobian, ydot.as_mut(), dfdt, sizes).is_ok()
     }
 
     /// Locates where a variable delay reaches a mark before the end of the last tried step, to `t_new`, so that the

@@ -23,7 +23,7 @@ use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
 use crate::linalg::norm::Tolerances;
 use crate::linalg::norm::largest_block;
-use crate::linalg::{Factorisation, Singular};
+use crate::linalg::{Factorisation, KeptSum, Singular};
 use crate::solution::Statistics;
 use crate::solved::Solved;
 use crate::system::{Pattern, Point};
@@ -101,11 +101,9 @@ impl<S: Solved> Stepper<S> {
     ) -> Result<(), Failed> {
         let mass = trial.base.mass.as_ref();
         let pattern = &trial.base.system.signature().jacobian;
-        let jacobian = self.jacobian.as_ref();
         statistics.factorisations += 1;
-        let sizes = Some(trial.sizes);
-        let factorised =
-            self.factorisation.factorise(c, |i| mass[i] != 0.0, pattern, jacobian, sizes);
+        let factorised = self.factorise_step(c, |i| mass[i] != 0.0, pattern, trial.sizes);
+        let jacobian = self.jacobian.as_ref();
         factorised.map_err(|singular| failed(singular, trial.base.t, pattern, jacobian))
     }
 
@@ -157,6 +155,9 @@ impl<S: Solved> Stepper<S> {
                 return Err(Failed::NotFinite { t, what: NonFinite::Equation(row) });
             }
             subtract(r, c, base.mass.as_ref(), self.y_new.as_ref(), self.stage.as_ref());
+            if S::FEATURES.conserved && self.keeps_sums {
+                keep_sums(&self.sums, r, c, self.y_new.as_ref(), self.stage.as_ref());
+            }
             self.factorisation.solve(r);
             let norm = tolerances.mean_square(r, y, self.y_new.as_ref(), sizes).sqrt();
             let progress = convergence.judge(norm);
@@ -252,6 +253,9 @@ impl<S: Solved> Stepper<S> {
             let columns = r.chunks_exact_mut(n).zip(d.s_new.as_ref().chunks_exact(n));
             for ((r, s), known) in columns.zip(d.stage.as_ref().chunks_exact(n)) {
                 subtract(r, c, base.mass.as_ref(), s, known);
+                if S::FEATURES.conserved && self.keeps_sums {
+                    keep_sums(&self.sums, r, c, s, known);
+                }
             }
             self.factorisation.solve(r);
             let (s, s_new) = (d.s.as_ref(), d.s_new.as_ref());
@@ -284,6 +288,14 @@ pub(in crate::integrate) fn failed(
     match jacobian.iter().position(|j| !j.is_finite()) {
         None => singular.into(),
         Some(k) => Failed::NotFinite { t, what: NonFinite::Derivative(pattern.position(k).0) },
+    }
+}
+
+/// The residuals of conserved sums, in which f cancels: −c Σ cₖ (Yₖ − Ȳₖ).
+fn keep_sums(sums: &[KeptSum], r: &mut [f64], c: f64, y: &[f64], known: &[f64]) {
+    for sum in sums {
+        let terms = sum.shares.iter().zip(y.iter().zip(known));
+        r[sum.row] = -c * terms.map(|(share, (y, known))| share * (y - known)).sum::<f64>();
     }
 }
 

@@ -14,10 +14,10 @@ use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::tableaux::{MAX_STAGES, RungeKuttaTableau};
 use crate::integrate::methods::taylor::Expansion;
 use crate::linalg::norm::Tolerances;
-use crate::linalg::{Factorisation, Singular};
+use crate::linalg::{Factorisation, KeptSum, Singular};
 use crate::solution::Statistics;
 use crate::solved::Solved;
-use crate::system::{Point, Storage};
+use crate::system::{Pattern, Point, Storage};
 
 /// Work space of the unknowns.
 pub(crate) struct Stepper<S: Solved> {
@@ -51,6 +51,9 @@ pub(crate) struct Stepper<S: Solved> {
     /// Number of steps in a row limited by stability, and of those since then that were not.
     pub(in crate::integrate) stiff_steps: (u32, u32),
     pub(in crate::integrate) history: History,
+    /// Sums that the equations conserve, and whether the factors have their rows.
+    pub(in crate::integrate) sums: Vec<KeptSum>,
+    pub(in crate::integrate) keeps_sums: bool,
     /// Taylor series at the start of the step.
     pub(in crate::integrate) expansion: Expansion,
 }
@@ -181,8 +184,29 @@ impl<S: Solved> Stepper<S> {
             eta: 1.0,
             stiff_steps: (0, 0),
             history: History::default(),
+            sums: Vec::new(),
+            keeps_sums: false,
             expansion: Expansion::default(),
         }
+    }
+
+    /// Factorises c M − J of a step, with the rows of conserved sums.
+    #[inline]
+    pub(in crate::integrate) fn factorise_step(
+        &mut self,
+        c: f64,
+        differential: impl Fn(usize) -> bool,
+        pattern: &Pattern,
+        sizes: &[f64],
+    ) -> Result<(), Singular> {
+        let (lu, jacobian) = (&mut self.factorisation, self.jacobian.as_ref());
+        if S::FEATURES.conserved && !self.sums.is_empty() {
+            let sums = &self.sums;
+            let kept = lu.factorise_keeping(c, differential, pattern, jacobian, sizes, sums);
+            self.keeps_sums = kept?;
+            return Ok(());
+        }
+        lu.factorise(c, differential, pattern, jacobian, Some(sizes))
     }
 
     /// Discards what is known of the solution before (t, y), which is not smooth here.

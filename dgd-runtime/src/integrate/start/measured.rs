@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::IntegrateError;
 use crate::integrate::drive::Drive;
 use crate::integrate::start::consistent::{ConsistentStart, consistent_start};
+use crate::linalg::full::FullLu;
 use crate::linalg::norm::Tolerances;
 use crate::problem::{Options, Problem, unknown_sizes};
 use crate::signal::Side;
@@ -135,7 +136,11 @@ fn output_slopes<S: Solved>(
         f_y[(row, column)] = *value;
     }
     let f_a = f_y.select_rows(algebraic);
-    let response = f_a.select_columns(algebraic).lu().solve(&f_a.select_columns(differential))?;
+    let mut sizes = vec![0.0; n];
+    unknown_sizes(system, at.y, &mut sizes);
+    let sizes: Vec<f64> = algebraic.iter().map(|i| sizes[*i]).collect();
+    let own = FullLu::new(f_a.select_columns(algebraic), &sizes);
+    let response = own.solve(&f_a.select_columns(differential))?;
     Some(of_differential - w_y.select_columns(algebraic) * response)
 }
 

@@ -10,6 +10,7 @@ use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
 use crate::integrate::methods::stepper::{Failed, Trial};
 use crate::integrate::simulation::{Simulation, Stop, Variables, base};
+use crate::linalg::sums;
 use crate::solution::Solution;
 use crate::solved::Solved;
 use judge::Verdict;
@@ -24,6 +25,7 @@ impl<S: Solved> Simulation<'_, S> {
         end: f64,
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
+        self.begin_sums();
         let h = self.prepare(controller, end, solution)?;
         let outcome = self.try_step(h, Variables::All, solution);
         let tried = self.tried(h, end, outcome);
@@ -80,6 +82,24 @@ impl<S: Solved> Simulation<'_, S> {
         outcome
     }
 
+    /// Takes the values of conserved sums.
+    #[inline]
+    fn begin_sums(&mut self) {
+        if S::FEATURES.conserved && !self.stepper.sums.is_empty() {
+            let s = self.directions.as_ref().map(|d| d.s.as_ref());
+            sums::begin(&mut self.stepper.sums, self.y.as_ref(), s);
+        }
+    }
+
+    /// Puts the end of the last tried step onto conserved sums.
+    #[inline]
+    fn close_sums(&mut self) {
+        if S::FEATURES.conserved && !self.stepper.sums.is_empty() {
+            let s = self.directions.as_mut().map(|d| d.s_new.as_mut());
+            sums::close(&self.stepper.sums, self.stepper.y_new.as_mut(), s);
+        }
+    }
+
     /// Whether inputs or modes change at the end of a step.
     #[inline]
     fn stop_at(&self, t_new: f64) -> Stop {
@@ -101,6 +121,7 @@ impl<S: Solved> Simulation<'_, S> {
         if !self.algebraic.is_empty() && self.directions.is_some() {
             self.look_for_singular_point(t_new, solution);
         }
+        self.close_sums();
         self.remember_step(t_new);
         self.record_step(t_new, stop, times, solution);
         let h = t_new - self.t;

@@ -305,9 +305,11 @@ pub mod tank {
                 reset_jacobian: Pattern::single(&[0], &[0]),
                 by_mode: List::Borrowed(&[0]),
                 jump_jacobian: Pattern::single(&[], &[]),
+                unlocated: List::Borrowed(&[]),
             },
             starts_at_rest: false,
             start_equations: List::Borrowed(&[]),
+            conserved: List::Borrowed(&[]),
         }
     };
     #[automatically_derived]
@@ -321,6 +323,7 @@ pub mod tank {
             events: true,
             past: false,
             algebraic: true,
+            conserved: false,
         };
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::signature::Signature {

@@ -265,6 +265,7 @@ pub mod spring {
             discrete: Discrete::NONE,
             starts_at_rest: false,
             start_equations: List::Borrowed(&[]),
+            conserved: List::Borrowed(&[]),
         }
     };
     #[automatically_derived]
@@ -278,6 +279,7 @@ pub mod spring {
             events: false,
             past: false,
             algebraic: false,
+            conserved: false,
         };
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::signature::Signature {

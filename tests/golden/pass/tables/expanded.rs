@@ -281,9 +281,11 @@ pub mod tables {
                 reset_jacobian: Pattern::single(&[], &[]),
                 by_mode: List::Borrowed(&[]),
                 jump_jacobian: Pattern::single(&[], &[]),
+                unlocated: List::Borrowed(&[]),
             },
             starts_at_rest: false,
             start_equations: List::Borrowed(&[]),
+            conserved: List::Borrowed(&[]),
         }
     };
     /// `smooth''`
@@ -561,6 +563,7 @@ pub mod tables {
             events: true,
             past: false,
             algebraic: false,
+            conserved: false,
         };
         #[inline]
         fn signature(&self) -> &::dgd::__runtime::signature::Signature {

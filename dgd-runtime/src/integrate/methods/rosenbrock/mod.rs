@@ -170,14 +170,13 @@ impl<S: Solved> Stepper<S> {
         let Trial { base: Base { system, mass, t, .. }, h, .. } = trial;
         let mass = mass.as_ref();
         let pattern = &system.signature().jacobian;
-        let jacobian = self.jacobian.as_ref();
-        let factorised = self.factorisation.factorise(
+        let factorised = self.factorise_step(
             1.0 / (h * tableau.gamma),
             |i| !S::FEATURES.algebraic || mass[i] != 0.0,
             pattern,
-            jacobian,
-            Some(trial.sizes),
+            trial.sizes,
         );
+        let jacobian = self.jacobian.as_ref();
         factorised.map_err(|singular| failed(singular, t, pattern, jacobian))?;
         match directions {
             None => self.make_stages(tableau, trial, drive, None),
@@ -260,6 +259,7 @@ impl<S: Solved> Stepper<S> {
 
         // Uᵢ ← W⁻¹ (f + M/h Σ cᵢⱼ Uⱼ + h γᵢ df/dt)
         add_rates::<S>(u_i.as_mut(), f, self.dfdt.as_ref(), mass, per_h, slope);
+        self.keep_sums(u_i.as_mut());
         self.factorisation.solve(u_i.as_mut());
 
         if let (Some(d), Some((_, v_i))) = (&directions, &mut of_s) {
@@ -275,6 +275,7 @@ impl<S: Solved> Stepper<S> {
             }
             let pattern = &system.signature().sensitivity_jacobian;
             add_product(v_i, pattern, d.dgdy.as_ref(), u_i.as_ref());
+            self.keep_sums(v_i);
             self.factorisation.solve(v_i);
         }
         self.y_new = stage;
@@ -282,6 +283,18 @@ impl<S: Solved> Stepper<S> {
         if let (Some(d), Some((stage, v_i))) = (directions, of_s) {
             d.stage = stage;
             d.v[I] = v_i;
+        }
+    }
+
+    /// Increments add nothing to conserved sums.
+    #[inline(always)]
+    fn keep_sums(&self, right: &mut [f64]) {
+        if S::FEATURES.conserved && self.keeps_sums {
+            for sum in &self.sums {
+                for column in right.chunks_exact_mut(sum.shares.len()) {
+                    column[sum.row] = 0.0;
+                }
+            }
         }
     }
 

@@ -1,0 +1,205 @@
+//! Sums that the equations conserve, so that solvers keep them.
+//!
+//! Each row is written as a sum of monomials, products of powers of what is no sum. A combination of rows in which
+//! every monomial cancels is zero wherever it is evaluated, in all modes and for all inputs:
+//!
+//! ```text
+//!   Σ cₖ ẏₖ = 0,   cₖ numbers
+//! ```
+//!
+//! What cancels only for certain values of parameters, or by identities of functions, is not seen.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use dgd_signature::Conserved;
+
+use crate::dae::{Dae, Family};
+use crate::expr::{ExprId, Graph, Node, Symbol};
+
+/// Larger systems are not looked at: solvers keep sums where their matrices are full.
+const MOST_UNKNOWNS: usize = 32;
+/// A product of sums with more terms than this is not multiplied out.
+const MOST_TERMS: usize = 64;
+/// Coefficients below this fraction of those that they come from have cancelled.
+const ROUNDING: f64 = 1e-12;
+
+/// Powers of expressions, ascending.
+type Monomial = Vec<(ExprId, i32)>;
+/// Coefficients of monomials.
+type Sum = BTreeMap<Monomial, f64>;
+
+/// A combination of rows: what is left of it, and the rows that it is made of.
+#[derive(Clone)]
+struct Combination {
+    rest: Sum,
+    of: BTreeMap<usize, f64>,
+}
+
+/// Combinations of at least two unknowns, each with a share of one in an unknown that no other has.
+pub(super) fn conserved(dae: &Dae) -> Vec<Conserved> {
+    let n = dae.unknowns.len() + dae.families.iter().map(|f| f.count as usize).sum::<usize>();
+    if !(2..=MOST_UNKNOWNS).contains(&n) {
+        return Vec::new();
+    }
+    let mut graph = dae.graph.clone();
+    let mut known = BTreeMap::new();
+    let mut reduced: Vec<(Monomial, Combination)> = Vec::new();
+    let mut found: Vec<BTreeMap<usize, f64>> = Vec::new();
+    for (unknown, row) in rows(dae, &mut graph) {
+        let rest = sum_of(&graph, row, &mut known);
+        let mut own = Combination { rest, of: BTreeMap::from([(unknown, 1.0)]) };
+        for (pivot, other) in &reduced {
+            if let Some(share) = own.rest.get(pivot).copied() {
+                own.subtract(other, share / other.rest[pivot]);
+                own.rest.remove(pivot);
+            }
+        }
+        let largest = own.rest.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        match largest.map(|(monomial, _)| monomial.clone()) {
+            Some(pivot) => reduced.push((pivot, own)),
+            None => found.push(own.of),
+        }
+    }
+    // Each keeps an unknown for itself.
+    for k in 0..found.len() {
+        let Some((name, share)) = largest(&found[k]) else { continue };
+        found[k].values_mut().for_each(|c| *c /= share);
+        let own = found[k].clone();
+        for (other, combination) in found.iter_mut().enumerate() {
+            if other != k
+                && let Some(share) = combination.get(&name).copied()
+            {
+                add(combination, &own, -share);
+                combination.remove(&name);
+            }
+        }
+    }
+    found.retain(|combination| combination.len() > 1);
+    found.into_iter().map(|terms| Conserved { terms: terms.into_iter().collect() }).collect()
+}
+
+/// The share of largest size, the first of equals.
+fn largest(combination: &BTreeMap<usize, f64>) -> Option<(usize, f64)> {
+    let by_size =
+        |a: &(&usize, &f64), b: &(&usize, &f64)| a.1.abs().total_cmp(&b.1.abs()).then(b.0.cmp(a.0));
+    combination.iter().max_by(by_size).map(|(unknown, share)| (*unknown, *share))
+}
+
+impl Combination {
+    /// Subtracts a multiple of another one.
+    fn subtract(&mut self, other: &Combination, times: f64) {
+        add(&mut self.rest, &other.rest, -times);
+        add(&mut self.of, &other.of, -times);
+    }
+}
+
+/// Adds a multiple; what cancels to rounding goes.
+fn add<K: Ord + Clone>(to: &mut BTreeMap<K, f64>, other: &BTreeMap<K, f64>, times: f64) {
+    for (key, value) in other {
+        let term = value * times;
+        let before = to.get(key).copied().unwrap_or(0.0);
+        let after = before + term;
+        if after.abs() <= ROUNDING * before.abs().max(term.abs()) {
+            to.remove(key);
+        } else {
+            to.insert(key.clone(), after);
+        }
+    }
+}
+
+/// The rows of unknowns that are differential in every mode, those of loops one by one.
+fn rows(dae: &Dae, graph: &mut Graph) -> Vec<(usize, ExprId)> {
+    let single = dae.unknowns.iter().enumerate();
+    let single = single.filter(|(_, x)| x.differential && dae.graph.value(x.mass) == Some(1.0));
+    let mut rows: Vec<(usize, ExprId)> = single.map(|(i, x)| (i, x.rhs)).collect();
+    for family in dae.families.iter().filter(|family| family.differential) {
+        for k in 0..family.count {
+            rows.push((family.first + k as usize, row_of(graph, family, k)));
+        }
+    }
+    rows
+}
+
+fn row_of(graph: &mut Graph, family: &Family, k: u32) -> ExprId {
+    let symbols: BTreeSet<Symbol> = graph.symbols(family.rhs).into_iter().collect();
+    let mut replaced = BTreeMap::new();
+    for symbol in symbols {
+        let now = match symbol {
+            Symbol::Swept(i) => graph.symbol(Symbol::Unknown(i + k)),
+            Symbol::SweptParameter(i, _) => graph.symbol(Symbol::Parameter(i + k)),
+            Symbol::SweptInput(i, _) => graph.symbol(Symbol::Input(i + k)),
+            Symbol::Counter => graph.constant(f64::from(k)),
+            _ => continue,
+        };
+        replaced.insert(symbol, now);
+    }
+    graph.substitute(family.rhs, |symbol| replaced.get(&symbol).copied())
+}
+
+/// An expression as a sum of monomials, with those of its parts that are `known`.
+fn sum_of(graph: &Graph, root: ExprId, known: &mut BTreeMap<ExprId, Sum>) -> Sum {
+    for (id, node) in graph.listed([root]) {
+        if known.contains_key(&id) {
+            continue;
+        }
+        let atom = || Sum::from([(vec![(id, 1)], 1.0)]);
+        let sum = match node {
+            Node::Constant(_) => {
+                let value = graph.value(id).unwrap_or(f64::NAN);
+                if value == 0.0 { Sum::new() } else { Sum::from([(Vec::new(), value)]) }
+            }
+            Node::Negate(a) => scaled(&known[&a], -1.0),
+            Node::Add(a, b) => added(&known[&a], &known[&b], 1.0),
+            Node::Subtract(a, b) => added(&known[&a], &known[&b], -1.0),
+            Node::Multiply(a, b) => product(&known[&a], &known[&b]).unwrap_or_else(atom),
+            Node::Divide(a, b) => {
+                let inverse = inverse(&known[&b], b);
+                product(&known[&a], &inverse).unwrap_or_else(atom)
+            }
+            _ => atom(),
+        };
+        known.insert(id, sum);
+    }
+    known[&root].clone()
+}
+
+fn scaled(sum: &Sum, by: f64) -> Sum {
+    sum.iter().map(|(monomial, c)| (monomial.clone(), c * by)).collect()
+}
+
+fn added(a: &Sum, b: &Sum, times: f64) -> Sum {
+    let mut sum = a.clone();
+    add(&mut sum, b, times);
+    sum
+}
+
+/// The product, where it has few terms.
+fn product(a: &Sum, b: &Sum) -> Option<Sum> {
+    if a.len() * b.len() > MOST_TERMS {
+        return None;
+    }
+    let mut sum = Sum::new();
+    for (left, c) in a {
+        for (right, d) in b {
+            let mut powers: BTreeMap<ExprId, i32> = left.iter().copied().collect();
+            for (id, power) in right {
+                *powers.entry(*id).or_default() += power;
+            }
+            let monomial: Monomial = powers.into_iter().filter(|(_, power)| *power != 0).collect();
+            add(&mut sum, &Sum::from([(monomial, c * d)]), 1.0);
+        }
+    }
+    Some(sum)
+}
+
+/// 1/b; a sum of several terms is inverted as a whole.
+fn inverse(sum: &Sum, b: ExprId) -> Sum {
+    let mut terms = sum.iter();
+    match (terms.next(), terms.next()) {
+        (Some((monomial, c)), None) => {
+            let inverted = monomial.iter().map(|(id, power)| (*id, -power)).collect();
+            Sum::from([(inverted, 1.0 / c)])
+        }
+        _ => Sum::from([(vec![(b, -1)], 1.0)]),
+    }
+}
