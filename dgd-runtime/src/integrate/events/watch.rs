@@ -39,7 +39,7 @@ impl Samples {
     }
 }
 
-/// Differences of samples below this fraction of them are rounding.
+/// Curvatures below this fraction of the slope are rounding.
 const STRAIGHT: f64 = 1e-9;
 
 /// The fraction of the step at a sample.
@@ -156,22 +156,24 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(false)
     }
 
-    /// How far beyond its threshold the event function of a located transition would go before it turns back, by the
-    /// parabola through the samples around the crossing; infinity where it does not turn, or does not move.
-    pub(in crate::integrate) fn depth(&self, k: usize, crossing: Crossing) -> f64 {
+    /// How far beyond its threshold the event function of a located transition, which passes it at this rate, would go
+    /// before it turns back, with the curvature of the samples around the crossing; infinity where it does not turn.
+    ///
+    /// ```text
+    ///   e ≈ s x + q x²,   s q < 0:   s²/(4 |q|)
+    /// ```
+    pub(in crate::integrate) fn depth(&self, k: usize, crossing: Crossing, rate: f64) -> f64 {
         let samples = self.discrete.samples.e.each_ref().map(|e| e[k]);
         let past = samples.iter().position(|e| crossing.is_past(*e)).unwrap_or(INTERVALS);
         let middle = past.clamp(1, INTERVALS - 1);
         let [a, b, c] = [samples[middle - 1], samples[middle], samples[middle + 1]];
-        let (slope, curvature) = (0.5 * (c - a), 0.5 * (a + c) - b);
-        let beyond = b - 0.25 * slope * slope / curvature;
-        let largest = a.abs().max(c.abs());
-        let turns_back = match crossing {
-            Crossing::Rises => curvature < 0.0,
-            Crossing::Falls => curvature > 0.0,
-        };
-        let is_seen = curvature.abs() > STRAIGHT * largest;
-        if turns_back && is_seen { beyond.abs() } else { f64::INFINITY }
+        let slope = rate * self.discrete.sampled / INTERVALS as f64;
+        let curvature = 0.5 * (a + c) - b;
+        if slope * curvature < 0.0 && curvature.abs() > STRAIGHT * slope.abs() {
+            slope * slope / (4.0 * curvature.abs())
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// The fraction of the step at which an armed transition is due.
