@@ -47,9 +47,13 @@ impl<S: Solved> Simulation<'_, S> {
             return;
         }
         let (mut times, mut after) = (vec![0.0; n], vec![0.0; n]);
-        let at = Point { t: self.t, y: &[], u: &[], p, z: &[] };
+        let at = Point { t: self.t, y: &[], u: &[], p, z: self.discrete.z() };
         system.condition_times(at, &mut times, &mut after);
         let columns = self.discrete.dtimes().chunks_exact(n);
+        for clock in system.signature().discrete.clocks.iter() {
+            // Its period.
+            times[clock.condition + 1] = f64::NAN;
+        }
         let moves = |dt: &[f64]| dt.iter().zip(&times).any(|(dt, t)| *t == self.t && *dt != 0.0);
         let moving = columns.enumerate().filter(|(_, dt)| moves(dt)).map(|(j, _)| j).collect();
         add(solution, system.signature(), self.t, ON_TIME, moving);
