@@ -85,16 +85,13 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
         };
         for (k, at) in in_common(&whole.solution, &other.solution) {
             let t = whole.solution.times[k];
-            let events = |rows: &Rows, k: usize| rows.events(k);
             let beside = |rows: &Rows| {
                 rows.solution.events.iter().any(|event| (event.t - t).abs() <= BESIDE * span)
             };
-            if beside(&whole) || beside(&other) || events(&whole, k) != events(&tight, k) {
+            if beside(&whole) || beside(&other) || whole.events(k) != tight.events(k) {
                 continue;
             }
-            if events(&whole, k) != events(&other, at)
-                || whole.solution.z(k) != other.solution.z(at)
-            {
+            if whole.events(k) != other.events(at) || whole.solution.z(k) != other.solution.z(at) {
                 let detail =
                     format!("at {t}: {:?} and {:?}", whole.solution.z(k), other.solution.z(at));
                 findings.push(Finding::new("ends", format!("{what}: other events"), detail));
