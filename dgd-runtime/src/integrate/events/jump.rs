@@ -90,8 +90,8 @@ impl<S: Solved> Jumps<S> {
         self.kind(i).has_equation() && !(self.is_reset[i] && self.kind(i).jumps())
     }
 
-    /// Sets rows without an equation to zero, and factorises −H with a one in these.
-    fn factorise(&mut self, system: &S) -> bool {
+    /// Sets rows without an equation to zero, and factorises −H with a one in these, with unknowns of these sizes.
+    fn factorise(&mut self, system: &S, sizes: &[f64]) -> bool {
         let pattern = &system.signature().discrete.jump_jacobian;
         let mut jacobian = std::mem::take(&mut self.jacobian);
         pattern.for_each_mut(&mut jacobian, |row, _, value| {
@@ -105,7 +105,7 @@ impl<S: Solved> Jumps<S> {
             let kind = kinds.get(i).copied().unwrap_or(JumpKind::None);
             !kind.has_equation() || (is_reset[i] && kind.jumps())
         };
-        factorisation.factorise(1.0, is_free, pattern, jacobian).is_ok()
+        factorisation.factorise(1.0, is_free, pattern, jacobian, Some(sizes)).is_ok()
     }
 }
 
@@ -162,7 +162,7 @@ impl<S: Solved> Simulation<'_, S> {
             self.evaluate_jumps();
             let system = self.problem.system;
             let Some(jumps) = self.jumps.as_deref_mut() else { return false };
-            if !jumps.factorise(system) {
+            if !jumps.factorise(system, self.sizes.as_ref()) {
                 break;
             }
             for i in 0..jumps.rests.len() {
