@@ -113,7 +113,7 @@ fn a_constant_output_has_the_column_of_its_noise_by_a_formula() {
     let files = InMemory::default().with("m.dgd", include_str!("found/cn.dgd"));
     let session = Session::new(&Silent).with_files(&files);
     let mut run = RunRequest::new("m.dgd");
-    run.solve.until = Some(1.0.into());
+    run.solve.until = Some(1.0);
     let found = simulate(&SimulateRequest::new(run), session).unwrap_or_else(|e| panic!("{e}"));
     for (name, wanted) in [("std(a)", 0.13), ("std(b)", 0.125)] {
         let column = found.table.columns.iter().find(|column| column.name == name);

@@ -1,11 +1,16 @@
 //! Noise that grows with the output: the search from far starts, and what residuals are judged by.
 
+use std::fmt::Write;
+
 use dgd_data::InMemory;
 use dgd_work::{FitRequest, Session, Silent, fit};
 use rand_pcg::Pcg64;
 use serde_json::Value;
 
 use super::normal;
+
+/// A reading of w by two normal deviates.
+type Scatter = fn(f64, f64, f64) -> f64;
 
 /// 200 times over 40 s.
 const TIMES: usize = 200;
@@ -30,7 +35,7 @@ fn readings(seed: u64, scattered: impl Fn(f64, f64, f64) -> f64) -> String {
     for k in 0..TIMES {
         let w = 10.0 * (-0.1 * time(k)).exp();
         let y = scattered(w, normal(&mut random), normal(&mut random));
-        csv.push_str(&format!("{},{y:e}\n", time(k)));
+        writeln!(csv, "{},{y:e}", time(k)).expect("strings take all");
     }
     csv
 }
@@ -99,12 +104,8 @@ fn recorded_noise_is_white_and_a_real_correlation_is_still_found() {
             let w = 10.0 * (-0.1 * time(k)).exp();
             last = correlated * last + (1.0 - correlated * correlated).sqrt() * normal(&mut random);
             let z = 2.0 * w + 0.1 * normal(&mut random);
-            csv.push_str(&format!(
-                "{},{:e},{:e},{z:e}\n",
-                time(k),
-                w * (1.0 + 0.05 * last),
-                0.05 * w
-            ));
+            writeln!(csv, "{},{:e},{:e},{z:e}", time(k), w * (1.0 + 0.05 * last), 0.05 * w)
+                .expect("strings take all");
         }
         csv
     };
@@ -153,7 +154,7 @@ fn residuals_beyond_twice_the_declared_noise_are_bad_whatever_weighs_them() {
 /// likelihood itself, which is not that of logarithms or of weights that are held.
 #[test]
 fn far_starts_end_at_the_maximum_of_the_likelihood() {
-    let cases: [(&str, fn(f64, f64, f64) -> f64); 6] = [
+    let cases: [(&str, Scatter); 6] = [
         ("0.05*abs(y)", |w, z, _| w * (1.0 + 0.05 * z)),
         ("0.2*y", |w, z, _| w * (1.0 + 0.2 * z)),
         ("0.02 + 0.05*abs(y)", |w, z, _| w + (0.02 + 0.05 * w) * z),

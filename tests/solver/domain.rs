@@ -42,7 +42,7 @@ fn an_empty_tank_does_not_fill_up() {
             for name in METHODS {
                 match run(&text, until, name) {
                     Ok(h) => {
-                        assert!(h.abs() <= 1e-5 * f64::max(h_0, 1.0), "{name} {power} {k}: {h}")
+                        assert!(h.abs() <= 1e-5 * f64::max(h_0, 1.0), "{name} {power} {k}: {h}");
                     }
                     Err(message) => assert!(
                         message.ends_with(

@@ -163,7 +163,7 @@ fn array(argument: Argument) -> Ident {
 fn result_name(kind: ResultKind) -> Ident {
     let name = match kind {
         ResultKind::F => "_f",
-        ResultKind::Jacobian => "_jacobian",
+        ResultKind::Jacobian | ResultKind::JumpJacobian => "_jacobian",
         ResultKind::Dfdt => "_dfdt",
         ResultKind::G => "_g",
         ResultKind::Dgdy => "_dgdy",
@@ -198,7 +198,6 @@ fn result_name(kind: ResultKind) -> Ident {
         ResultKind::ResetSlopes => "_drdt",
         ResultKind::JumpKinds => "_kinds",
         ResultKind::JumpRests => "_rests",
-        ResultKind::JumpJacobian => "_jacobian",
         ResultKind::JumpRestSensitivities => "_drests",
         ResultKind::JumpRestSlopes => "_drestsdt",
         ResultKind::JumpJacobianSensitivities => "_djacobian",

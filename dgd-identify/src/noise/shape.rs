@@ -93,7 +93,8 @@ fn grown(pairs: &[(f64, f64)]) -> Option<(f64, f64)> {
     let usable = |(w, sigma): &&(f64, f64)| w.is_finite() && sigma.is_finite() && *sigma != 0.0;
     let pairs: Vec<(f64, f64)> = pairs.iter().filter(usable).copied().collect();
     let size = pairs.iter().map(|(w, _)| w.abs()).fold(0.0, f64::max);
-    if !(size > 0.0) {
+    // All w are finite.
+    if size == 0.0 {
         return None;
     }
     // 1 = α x + β z with x = σ₀²/σ² and z = w²/σ² over its largest: neither is lost where they span decades.

@@ -443,9 +443,10 @@ pub const TABLE: &[Row] = &[
         } else {
             w.random.pick(&times).name.clone()
         };
-        let offset = match w.random.chance(0.3) {
-            true => format!(" offset {} [s]", w.positive()),
-            false => String::new(),
+        let offset = if w.random.chance(0.3) {
+            format!(" offset {} [s]", w.positive())
+        } else {
+            String::new()
         };
         let known = w.known.clone();
         w.known.retain(|known| known.kind != Kind::Held);

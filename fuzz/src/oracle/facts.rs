@@ -81,7 +81,7 @@ fn contradiction(
     let j = match by {
         Some(by) => {
             let all = 0..signature.directions.len();
-            Some(all.into_iter().find(|j| signature.direction_name(*j).to_string() == by)?)
+            Some(all.into_iter().find(|j| signature.direction_name(*j) == by)?)
         }
         None => None,
     };

@@ -291,7 +291,7 @@ impl<'a> Instant<'a> {
             }
             let constraint = self.constraint_below(row)?;
             rule.rests.insert(*z, constraint);
-            for (x, slope) in self.slopes(graph, constraint) {
+            for (x, slope) in Self::slopes(graph, constraint) {
                 if lost.contains(&x) {
                     return None;
                 }
@@ -316,7 +316,7 @@ impl<'a> Instant<'a> {
     }
 
     /// ∂e/∂x of the unknowns with a derivative.
-    fn slopes(&self, graph: &mut Graph, e: ExprId) -> Vec<(u32, ExprId)> {
+    fn slopes(graph: &mut Graph, e: ExprId) -> Vec<(u32, ExprId)> {
         let own: Vec<u32> = unknowns_in(graph, e);
         let gradient = graph.gradient(e, |symbol| match symbol {
             Symbol::Unknown(i) => own.iter().position(|other| *other == i),
@@ -327,7 +327,7 @@ impl<'a> Instant<'a> {
 
     /// ∂e/∂z of the impulsive unknowns, where these do not move during the instant.
     fn coefficients(&self, graph: &mut Graph, e: ExprId) -> Option<Vec<(u32, ExprId)>> {
-        let slopes = self.slopes(graph, e).into_iter();
+        let slopes = Self::slopes(graph, e).into_iter();
         let slopes: Vec<(u32, ExprId)> =
             slopes.filter(|(z, _)| self.impulsive.contains(z)).collect();
         slopes.into_iter().map(|(z, slope)| Some((z, self.still(graph, slope)?))).collect()
@@ -445,7 +445,9 @@ fn of_one_size(mut rows: Vec<Vec<f64>>, n: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
         let largest = rows.iter().fold(0.0_f64, |largest, row| largest.max(row[column].abs()));
         if largest > 0.0 {
             *size = largest;
-            rows.iter_mut().for_each(|row| row[column] /= largest);
+            for row in &mut rows {
+                row[column] /= largest;
+            }
         }
     }
     (rows, sizes)
@@ -456,7 +458,9 @@ fn null_space(mut rows: Vec<Vec<f64>>, n: usize) -> Vec<Vec<f64>> {
     for row in &mut rows {
         let largest = row.iter().fold(0.0_f64, |largest, a| largest.max(a.abs()));
         if largest > 0.0 {
-            row.iter_mut().for_each(|a| *a /= largest);
+            for a in row.iter_mut() {
+                *a /= largest;
+            }
         }
     }
     let mut pivots: Vec<usize> = Vec::new();
@@ -487,7 +491,9 @@ fn null_space(mut rows: Vec<Vec<f64>>, n: usize) -> Vec<Vec<f64>> {
             v[*pivot] = -rows[row][column] / rows[row][*pivot];
         }
         let largest = v.iter().fold(0.0_f64, |largest, a| largest.max(a.abs()));
-        v.iter_mut().for_each(|a| *a /= largest);
+        for a in &mut v {
+            *a /= largest;
+        }
         v
     })
     .collect()

@@ -217,8 +217,9 @@ impl<S: Solved> Simulation<'_, S> {
             let mut correction = jumps.correction.take();
             let own = correction.as_mut();
             own.fill(0.0);
-            for i in 0..single {
-                own[i] = jumps.drests[j * single + i] + along(jumps.drestsdt[i]);
+            let drests = &jumps.drests[j * single..];
+            for ((own, drest), slope) in own.iter_mut().zip(drests).zip(&jumps.drestsdt[..single]) {
+                *own = drest + along(*slope);
             }
             for (h, (row, column)) in discrete.jump_jacobian.positions().enumerate() {
                 // The derivatives of constraints, at y⁺, have theirs already.

@@ -94,7 +94,7 @@ fn by_input(draft: &mut Draft) -> Length {
     }
     rows.push((draft.until, rows[steps - 1].1));
     draft.item("input w [s]");
-    draft.data = "time [s],w [s]\n".to_owned();
+    "time [s],w [s]\n".clone_into(&mut draft.data);
     draft.data.extend(rows.iter().map(|(t, w)| format!("{t},{w}\n")));
     let corners = rows[1..steps].iter().map(|row| row.0).collect();
     let at = move |t: f64| rows[rows.partition_point(|row| row.0 <= t).max(1) - 1].1;

@@ -4,6 +4,9 @@ use super::Draft;
 use super::curve::Curve;
 use super::quadrature::integral;
 
+/// A function of time.
+type Of<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
+
 pub(super) fn write(draft: &mut Draft) {
     let length = *draft.random.pick(&[1.0, 10.0, 100.0, 2000.0]);
     let points = points(draft, length);
@@ -17,7 +20,6 @@ pub(super) fn write(draft: &mut Draft) {
     // Time itself, a time that begins later, or one that begins again and again.
     let late = length * draft.number(0.1, 0.5, 2);
     let until = length * draft.number(0.7, 0.99, 3);
-    type Of<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
     let curve = &curve;
     let knots = || points.iter().map(|(x, _)| *x);
     let (argument, until, breaks, value, whole): (String, f64, Vec<f64>, Of<'_>, Of<'_>) =
