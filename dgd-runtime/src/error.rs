@@ -79,6 +79,13 @@ pub enum IntegrateError {
         /// Number of transitions at this time or leading up to it.
         transitions: usize,
     },
+    /// A condition that cannot be told apart from its threshold in a whole interval, or that changes infinitely often.
+    UnresolvedCondition {
+        /// Where the interval begins, s.
+        t: f64,
+        /// The automaton whose condition it is.
+        automaton: String,
+    },
     /// A variable delay becomes negative: the model would read the future.
     DelayBelowZero {
         /// The time, s.
@@ -391,6 +398,12 @@ impl fmt::Display for IntegrateError {
                 f,
                 "`{automaton}` acts again and again without end at t = {t} s, {transitions} times so far: a model that \
                  comes to rest like this, as a bouncing ball does, needs a mode in which it is at rest"
+            ),
+            Self::UnresolvedCondition { t, automaton } => write!(
+                f,
+                "`{automaton}` may change infinitely often right after t = {t} s: rounding decides which side of the \
+                 threshold its condition is on, or it oscillates ever faster; a margin between the two sides keeps them \
+                 apart"
             ),
             Self::DelayBelowZero { t, delay, value } => write!(
                 f,

@@ -43,6 +43,8 @@ pub use integrate::begin::{OtherMethod, method_to_begin};
 pub use integrate::catalogue::{
     METHODS, Method, MethodKind, UnknownMethod, automatic as automatic_method, find as find_method,
 };
+#[doc(hidden)]
+pub use integrate::enclosure::encloses;
 pub use integrate::fixed_step::{
     PerSample, PerSampleChoice, PerSampleError, Steps, choose_per_sample,
 };

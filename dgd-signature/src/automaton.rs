@@ -1,6 +1,6 @@
 //! Discrete state that changes only at events: automata with their modes and transitions, and conditions on time.
 
-use crate::{Clock, List, Pattern, Text};
+use crate::{Clock, Formulas, List, Pattern, Text};
 
 /// Modes, transitions and conditions on time.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,6 +11,8 @@ pub struct Discrete {
     pub n_time_conditions: usize,
     /// Clocks, each of which occupies two conditions on time.
     pub clocks: List<Clock>,
+    /// The event functions e as data, by which crossings are excluded between points.
+    pub event_formulas: Formulas,
     /// Where ∂e/∂y is not zero: n_e × n.
     pub event_jacobian: Pattern,
     /// Where ∂r/∂y is not zero: n_r × n.
@@ -277,6 +279,7 @@ impl Discrete {
         automata: List::Borrowed(&[]),
         n_time_conditions: 0,
         clocks: List::Borrowed(&[]),
+        event_formulas: Formulas::NONE,
         event_jacobian: Pattern::EMPTY,
         reset_jacobian: Pattern::EMPTY,
         by_mode: List::Borrowed(&[]),

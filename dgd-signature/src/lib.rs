@@ -13,8 +13,8 @@
 //! | `arrays` | additions to a description by arrays |
 //! | `pattern` | sparsity patterns of matrices |
 //! | `automaton` | discrete state that changes at events |
-//! | `curve` | piecewise polynomials of tables |
 //! | `past` | delayed inputs and unknowns |
+//! | `formula` | formulas as data, to be evaluated over ranges; piecewise polynomials of tables |
 //! | `features` | features that models of a type may have |
 //! | `unit` | a declared unit |
 //! | `number` | numbers in sentences |
@@ -23,9 +23,9 @@
 pub mod arrays;
 mod automaton;
 mod clock;
-mod curve;
 mod density;
 mod features;
+mod formula;
 pub mod number;
 mod past;
 mod pattern;
@@ -41,9 +41,9 @@ use std::borrow::Cow;
 pub use arrays::Arrays;
 pub use automaton::{Automaton, AutomatonKind, Crossing, Discrete, JumpKind, Transition, Trigger};
 pub use clock::{Clock, ExactTicks};
-pub use curve::Curve;
 pub use density::{Density, Distribution};
 pub use features::Features;
+pub use formula::{Curve, Formulas, Operation};
 pub use past::{DelayedInput, DelayedUnknown, PastLayout};
 pub use pattern::Pattern;
 pub use prior::PriorDensity;

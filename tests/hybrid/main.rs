@@ -15,6 +15,7 @@ mod hybrid;
 mod impulses;
 mod periodic;
 mod profiles;
+mod schedules;
 mod steps;
 mod switches;
 mod tables;

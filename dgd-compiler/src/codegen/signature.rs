@@ -7,14 +7,14 @@ use std::fmt::Debug;
 use dgd_signature::arrays::{Array, Family, OutputArray, Run};
 use dgd_signature::{
     Automaton, Clock, DelayedInput, DelayedUnknown, Density, DifferentiatedInput, Direction,
-    Discrete, Distribution, ExactTicks, Input, Output, Parameter, Pattern, Signature,
-    StartEquation, Transition, Unit, Unknown,
+    Discrete, Distribution, ExactTicks, Formulas, Input, Operation, Output, Parameter, Pattern,
+    Signature, StartEquation, Transition, Unit, Unknown,
 };
 use proc_macro2::{Ident, Literal, Span, TokenStream};
 use quote::quote;
 
-use super::{index, number};
-use crate::program::{Program, RUNS};
+use super::{curves, index, number};
+use crate::program::{self, FunctionKind, Program, RUNS};
 
 pub(super) fn signature(program: &Program) -> TokenStream {
     let Signature {
@@ -54,7 +54,7 @@ pub(super) fn signature(program: &Program) -> TokenStream {
     let [jacobian, dgdy, parameter_jacobian, input_jacobian] =
         [jacobian, sensitivity_jacobian, parameter_jacobian, input_jacobian].map(pattern);
     let output_jacobians = output_jacobians.iter().map(pattern);
-    let discrete = discrete(modes);
+    let discrete = discrete(modes, program);
     let start_equations = start_equations.iter().map(|StartEquation { name, unknown }| {
         quote!(StartEquation { name: Text::Borrowed(#name), unknown: #unknown })
     });
@@ -287,7 +287,7 @@ fn arrays(program: &Program) -> TokenStream {
     }
 }
 
-fn discrete(of: &Discrete) -> TokenStream {
+fn discrete(of: &Discrete, program: &Program) -> TokenStream {
     if of.is_empty() && of.unlocated.is_empty() {
         return quote!(Discrete::NONE);
     }
@@ -326,6 +326,7 @@ fn discrete(of: &Discrete) -> TokenStream {
             }
         }
     });
+    let event_formulas = formulas(&of.event_formulas, program);
     let [event_jacobian, reset_jacobian, jump_jacobian] =
         [&of.event_jacobian, &of.reset_jacobian, &of.jump_jacobian].map(pattern);
     let by_mode = of.by_mode.iter().map(|i| index(*i));
@@ -335,6 +336,7 @@ fn discrete(of: &Discrete) -> TokenStream {
             automata: List::Borrowed(&[#(#automata),*]),
             n_time_conditions: #n_time_conditions,
             clocks: List::Borrowed(&[#(#clocks),*]),
+            event_formulas: #event_formulas,
             event_jacobian: #event_jacobian,
             reset_jacobian: #reset_jacobian,
             by_mode: List::Borrowed(&[#(#by_mode),*]),
@@ -342,6 +344,66 @@ fn discrete(of: &Discrete) -> TokenStream {
             unlocated: List::Borrowed(&[#(Text::Borrowed(#unlocated)),*]),
         }
     }
+}
+
+/// The event functions as data.
+fn formulas(of: &Formulas, program: &Program) -> TokenStream {
+    // Operation by operation the function that they are made of, which names the curves.
+    let function = &program.function(FunctionKind::EventFunctions).body;
+    let at = |position: &u32| Literal::u32_unsuffixed(*position);
+    let operations = of.operations.iter().zip(function).map(|(operation, own)| match operation {
+        Operation::Constant(value) => {
+            let value = number(*value);
+            quote!(Constant(#value))
+        }
+        Operation::Time => quote!(Time),
+        Operation::Call(name, a) => {
+            let a = at(a);
+            quote!(Call(#name, #a))
+        }
+        Operation::Call2(name, a, b) => {
+            let [a, b] = [a, b].map(at);
+            quote!(Call2(#name, #a, #b))
+        }
+        Operation::Curve(_, a) => {
+            let program::Operation::Curve(curve, _) = own else {
+                unreachable!("data and function have the same operations")
+            };
+            let (curve, a) = (curves::name(*curve), at(a));
+            quote!(Curve(&#curve, #a))
+        }
+        // The others have positions alone.
+        Operation::Unknown(i)
+        | Operation::Input(i)
+        | Operation::Parameter(i)
+        | Operation::Discrete(i)
+        | Operation::Negate(i)
+        | Operation::Not(i) => named(operation, &[i].map(at)),
+        Operation::Add(a, b)
+        | Operation::Subtract(a, b)
+        | Operation::Multiply(a, b)
+        | Operation::Divide(a, b)
+        | Operation::Above(a, b)
+        | Operation::NotBelow(a, b)
+        | Operation::And(a, b)
+        | Operation::Or(a, b) => named(operation, &[a, b].map(at)),
+        Operation::Select(c, a, b) => named(operation, &[c, a, b].map(at)),
+    });
+    let operations = operations.map(|operation| quote!(Operation::#operation));
+    let results = of.results.iter().map(at);
+    quote! {
+        Formulas {
+            operations: List::Borrowed(&[#(#operations),*]),
+            results: List::Borrowed(&[#(#results),*]),
+        }
+    }
+}
+
+/// A variant whose `Debug` begins with its name.
+fn named(of: &Operation, positions: &[Literal]) -> TokenStream {
+    let text = format!("{of:?}");
+    let name = Ident::new(text.split('(').next().unwrap_or_default(), Span::call_site());
+    quote!(#name(#(#positions),*))
 }
 
 fn transition(of: &Transition) -> TokenStream {

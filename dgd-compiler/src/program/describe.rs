@@ -4,25 +4,28 @@ use std::collections::BTreeMap;
 
 use dgd_signature::arrays::{Array, Arrays, Family, OutputArray, with_arrays};
 use dgd_signature::{
-    Automaton, DelayedUnknown, Direction, Discrete, Features, Input, List, Output, Parameter,
-    Pattern, Signature, StartEquation, Transition, Unit, Unknown,
+    Automaton, DelayedUnknown, Direction, Discrete, Features, Formulas, Input, List, Output,
+    Parameter, Pattern, Signature, StartEquation, Transition, Unit, Unknown,
 };
 
 use super::conserved::conserved;
+use super::formulas::formulas;
 use super::functions::{RUNS, ResultKind};
-use super::{Described, ProgramSource, Row};
+use super::{Described, Function, ProgramSource, Row};
 use crate::dae::{self, Dae};
 use crate::model::Declared;
 use crate::units;
 
-/// Names, sizes, units, defaults and sparsity.
+/// Names, sizes, units, defaults and sparsity, and the event functions as data.
 pub(super) fn signature(
     dae: &Dae,
     directions: &[Direction],
     patterns: &BTreeMap<ResultKind, Pattern>,
+    events: &Function,
 ) -> Signature {
-    let single =
+    let mut single =
         Signature { conserved: conserved(dae).into(), ..of_single(dae, directions, patterns) };
+    single.discrete.event_formulas = formulas(events);
     if dae.arrays.is_empty() {
         return single;
     }
@@ -165,6 +168,7 @@ fn of_single(
             automata: dae.automata.iter().map(automaton).collect(),
             n_time_conditions: dae.time_conditions.len(),
             clocks: dae.clocks.clone().into(),
+            event_formulas: Formulas::NONE,
             event_jacobian: pattern(ResultKind::EventJacobian),
             reset_jacobian: pattern(ResultKind::ResetJacobian),
             by_mode: (0..dae.unknowns.len()).filter(|i| by_mode(dae, &dae.unknowns[*i])).collect(),

@@ -6,11 +6,11 @@ use dgd_signature::arrays::Run;
 use dgd_signature::{Direction, PastLayout, Pattern};
 
 use super::expressions::{Expressions, Number};
-use super::functions::{FUNCTIONS, ResultKind};
+use super::functions::{FUNCTIONS, FunctionKind, ResultKind};
 use super::loops::schedule;
 use super::past::{begin, opened};
 use super::taylor::{Derivatives, NonZero, taylor};
-use super::{Program, describe, rounds};
+use super::{Function, Program, describe, rounds};
 use crate::dae::{self, Dae};
 use crate::expr::graph::Comparison;
 use crate::expr::hash::{HashMap, HashSet};
@@ -35,7 +35,7 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
     };
     let mut derivation = Derivation::new(dae, directions, past);
     let kinds = rounds::of_one_kind(dae);
-    let functions = FUNCTIONS
+    let functions: Vec<Function> = FUNCTIONS
         .iter()
         .map(|spec| {
             let results: Vec<Vec<Number>> =
@@ -46,7 +46,8 @@ pub fn lower(dae: &Dae, directions: &[Direction]) -> Program {
         })
         .collect();
     let taylor = taylor(&mut derivation);
-    let signature = describe::signature(dae, directions, &derivation.patterns);
+    let events = &functions[FunctionKind::EventFunctions as usize];
+    let signature = describe::signature(dae, directions, &derivation.patterns, events);
     Program {
         output_arrays: describe::output_arrays(dae),
         features: describe::features(dae, &signature),

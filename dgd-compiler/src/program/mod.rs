@@ -4,6 +4,7 @@ mod conserved;
 mod describe;
 mod directions;
 mod expressions;
+mod formulas;
 mod functions;
 mod loops;
 mod lower;

@@ -1,6 +1,7 @@
 //! Inputs during a run, and the past of delayed unknowns.
 
 use crate::algebraic::InputsAt;
+use crate::integrate::enclosure::{Interval, Tube};
 use crate::integrate::late::history::{Discontinuity, History, Past};
 use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
@@ -84,6 +85,25 @@ impl<'a, S: Solved> Drive<'a, S> {
             history.write(self.problem, t, y, self.now.as_mut());
         }
         self.now.as_ref()
+    }
+
+    /// A delayed value along an interval, if it can be enclosed.
+    pub(super) fn past_tube(&self, i: usize, times: [f64; 2]) -> Option<Tube> {
+        if !S::FEATURES.past {
+            return None;
+        }
+        self.history.as_ref()?.tube(i, times)
+    }
+
+    /// An input along an interval of the segment.
+    pub(super) fn tube(&self, i: usize, time: Tube) -> Tube {
+        let (start, slope) = (self.start.as_ref()[i], self.slope.as_ref()[i]);
+        let start = Tube::still(Interval::point(start));
+        if slope == 0.0 {
+            return start;
+        }
+        let passed = time.minus(Tube::still(Interval::point(self.t0)));
+        start.plus(passed.times(Tube::still(Interval::point(slope))))
     }
 
     /// u(t) and u̇; the slopes of delayed unknowns are their own entries of u.

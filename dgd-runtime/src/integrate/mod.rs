@@ -18,6 +18,7 @@
 pub(crate) mod begin;
 pub(crate) mod controller;
 pub(crate) mod drive;
+pub(crate) mod enclosure;
 mod events;
 pub(crate) mod fixed_step;
 mod late;

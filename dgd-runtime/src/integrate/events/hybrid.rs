@@ -3,9 +3,11 @@
 use crate::discrete::Schedule;
 use crate::discrete::clock::Tick;
 use crate::discrete::state_selection::selecting;
+use crate::integrate::enclosure::Enclosures;
+use crate::integrate::events::past::PastValues;
 use crate::integrate::events::saltation::Saltation;
+use crate::integrate::events::scan::Watching;
 use crate::integrate::events::simultaneous::Simultaneous;
-use crate::integrate::events::watch::Samples;
 use crate::solved::Solved;
 use crate::system::{Crossing, Discrete, Point, Transition, Trigger};
 
@@ -35,14 +37,16 @@ pub(in crate::integrate) struct Hybrid {
     pub(in crate::integrate) sampled: f64,
     /// The size of the last step that should have been cut at a corner but could not be.
     pub(in crate::integrate) uncut: f64,
-    /// Whether only corners are watched.
-    only_corners: bool,
     /// Event functions, and the same at the ends of the interval that brackets an event.
     pub(in crate::integrate) e: Vec<f64>,
     pub(in crate::integrate) low: Vec<f64>,
     pub(in crate::integrate) high: Vec<f64>,
-    /// The same along a step.
-    pub(in crate::integrate) samples: Samples,
+    /// The same along parts of a step, with what they read of the past, and how each transition is watched in it.
+    pub(in crate::integrate) enclosures: Enclosures,
+    pub(in crate::integrate) past: PastValues,
+    pub(in crate::integrate) watching: Vec<Watching>,
+    /// Event functions around the last crossing, at three points of the step.
+    pub(in crate::integrate) around: [Vec<f64>; 3],
     /// The transition that became due only by a turn within the step, and how far beyond its threshold the event
     /// function turns.
     pub(in crate::integrate) turned: Option<(usize, f64)>,
@@ -76,6 +80,7 @@ impl Hybrid {
             system.condition_time_sensitivities(at, &mut dtimes);
             schedule.tell_apart(&dtimes, n_s);
         }
+        let enclosures = Enclosures::new(&discrete.event_formulas);
         Self {
             schedule,
             n_automata: discrete.automata.len(),
@@ -86,12 +91,14 @@ impl Hybrid {
             located: None,
             sampled: 0.0,
             uncut: f64::INFINITY,
-            only_corners: discrete.automata.iter().all(|a| a.kind.only_ends_steps()),
             armed: discrete.transitions().map(|(_, t)| t.trigger == Trigger::Level).collect(),
             e: vec![0.0; n_e],
             low: vec![0.0; n_e],
             high: vec![0.0; n_e],
-            samples: Samples::new(n_e),
+            past: PastValues::new(enclosures.inputs(), signature.past().first),
+            enclosures,
+            watching: vec![Watching::No; n_e],
+            around: std::array::from_fn(|_| vec![0.0; n_e]),
             turned: None,
             crowd: (from, 0),
             occurrences: vec![Occurrences::NONE; n_e],
@@ -148,11 +155,6 @@ impl Hybrid {
     /// Whether this value of its event function makes the k-th transition due.
     pub(in crate::integrate) fn is_past(&self, k: usize, crossing: Crossing, e: f64) -> bool {
         crossing.is_past(e) && e.abs() > self.slack[k]
-    }
-
-    /// Whether interior points of steps need not be checked.
-    pub(in crate::integrate) fn only_corners(&self) -> bool {
-        self.only_corners
     }
 
     /// Whether a corner has been passed less than `calm` ago.

@@ -11,8 +11,10 @@
 mod hybrid;
 mod jump;
 mod locate;
+mod past;
 mod reselect;
 mod saltation;
+mod scan;
 mod simultaneous;
 pub(in crate::integrate) mod singular_point;
 mod ticks;

@@ -136,7 +136,7 @@ impl<S: Solved> Simulation<'_, S> {
                 Some((turned, depth)) if turned == k => depth,
                 _ => f64::INFINITY,
             };
-            let depth = turned.min(self.depth(k, self.crossing(k), rate));
+            let depth = turned.min(self.depth(k, rate));
             let touches = depth <= self.tolerances.atol * size;
             if touches || rate == 0.0 || !rate.is_finite() {
                 self.end_sensitivities_at_threshold(k, solution);

@@ -3,6 +3,7 @@
 use crate::discrete::{choose_sides, choose_start_modes, count_steps_of};
 use crate::error::IntegrateError;
 use crate::integrate::events::hybrid::Hybrid;
+use crate::integrate::methods::stepper::At;
 use crate::integrate::simulation::Simulation;
 use crate::problem::Problem;
 use crate::solution::{Event, Solution};
@@ -78,20 +79,36 @@ impl<S: Solved> Simulation<'_, S> {
 
     /// Writes to `high` how much event functions change by errors of all unknowns within these tolerances.
     fn take_errors(&mut self, rtol: f64, atol: f64) {
+        self.take_errors_at(At::Start, self.t, rtol, atol);
+    }
+
+    /// The same at an end of the last tried step, with the event functions there in `e`.
+    fn take_errors_at(&mut self, end: At, t: f64, rtol: f64, atol: f64) {
         let Problem { system, p, .. } = *self.problem;
         let Hybrid { schedule, e, low, high, .. } = &mut self.discrete;
-        let (y, u) = (self.y.as_ref(), self.drive.at(self.t, self.y.as_ref()));
+        let y = match end {
+            At::Start => self.y.as_ref(),
+            At::End => self.stepper.y_new.as_ref(),
+        };
+        let u = self.drive.at(t, y);
         high.fill(0.0);
         for i in 0..y.len() {
             let moved = self.row.as_mut();
             moved.copy_from_slice(y);
             moved[i] += rtol * y[i].abs() + atol * self.sizes.as_ref()[i];
-            let at = Point { t: self.t, y: self.row.as_ref(), u, p, z: &schedule.z };
+            let at = Point { t, y: self.row.as_ref(), u, p, z: &schedule.z };
             system.event_functions(at, low);
             for ((error, moved), e) in high.iter_mut().zip(low.iter()).zip(e.iter()) {
                 *error += (moved - e).abs();
             }
         }
+    }
+
+    /// How much the k-th event function changes by errors of the unknowns within the tolerance, at the end of the last
+    /// tried step, with the event functions there in `e`.
+    pub(super) fn error_of_event(&mut self, k: usize, t_new: f64) -> f64 {
+        self.take_errors_at(At::End, t_new, self.tolerances.rtol, self.tolerances.atol);
+        self.discrete.high[k]
     }
 
     /// Evaluates e at (t, y), where inputs or unknowns may just have jumped. If the jump took a sliding solution off

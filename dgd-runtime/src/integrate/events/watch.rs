@@ -1,115 +1,78 @@
 //! Detects crossings of thresholds within a step, not only at its end.
 //!
-//! A threshold that is crossed twice within one step would be missed at its end. So event functions are sampled along
-//! the dense output at quarters of the step, and also where a parabola through three neighbouring samples has its
-//! extremum beyond the threshold. The step is then repeated, shorter, to the first sample at which a transition is due,
-//! or at which one can be armed that is due later in the step.
-//!
-//! A pair of crossings is missed if it lies between two samples and the parabola does not show it: if the event
-//! function moves within a quarter of a step while the unknowns, which error control sees, do not. Time windows are
-//! never missed, as steps end at them.
+//! Event functions are enclosed along the step, with the dense output in the place of the unknowns
+//! ([`super::scan`]): no crossing is missed, however long the step is. The step is then repeated, shorter, to a point
+//! just behind the first crossing, or to one at which a transition can be armed that is due later in the step.
 
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
 use crate::integrate::events::hybrid::Hybrid;
+use crate::integrate::events::scan::Scanned;
 use crate::integrate::simulation::{Simulation, Stop, Variables};
 use crate::problem::Problem;
 use crate::solution::Solution;
 use crate::solved::Solved;
-use crate::system::{Crossing, Point};
-
-/// Intervals between samples.
-const INTERVALS: usize = 4;
+use crate::system::Point;
 
 /// A corner is looked for again after this many steps.
-const CALM: f64 = 4.0;
+pub(super) const CALM: f64 = 4.0;
 
 /// A step that could not be cut at a corner is tried again when it has shrunk to this fraction.
 const AGAIN: f64 = 0.1;
 
-/// Event functions along a step.
-pub(in crate::integrate) struct Samples {
-    e: [Vec<f64>; INTERVALS + 1],
-    turn: Vec<f64>,
-}
-
-impl Samples {
-    pub(in crate::integrate) fn new(n_e: usize) -> Self {
-        Self { e: std::array::from_fn(|_| vec![0.0; n_e]), turn: vec![0.0; n_e] }
-    }
-}
-
 /// Curvatures below this fraction of the slope are rounding.
 const STRAIGHT: f64 = 1e-9;
+/// How far apart event functions are sampled around a crossing, as a fraction of the step.
+const APART: f64 = 0.25;
 
-/// The fraction of the step at a sample.
-fn part_of(sample: usize) -> f64 {
-    sample as f64 / INTERVALS as f64
-}
+/// A scan that has come this far, as a fraction of the run, without an end lets the step end there.
+const FAR_ENOUGH: f64 = 1e-9;
 
 impl<S: Solved> Simulation<'_, S> {
     /// The fraction of the last tried step up to the first point where a transition is due or can be armed. If there is
     /// none, arms what can be armed at the end.
-    pub(in crate::integrate) fn watch(&mut self, h: f64, t_new: f64) -> Option<f64> {
+    ///
+    /// # Errors
+    ///
+    /// A condition that may change infinitely often right after the start of the step.
+    pub(in crate::integrate) fn watch(
+        &mut self,
+        h: f64,
+        t_new: f64,
+    ) -> Result<Option<f64>, IntegrateError> {
         let Problem { system, p, .. } = *self.problem;
-        let hybrid = &mut self.discrete;
-        let z = &hybrid.schedule.z;
-        hybrid.uncut = f64::INFINITY;
-        hybrid.sampled = h;
-        let needed = if hybrid.only_corners() { INTERVALS } else { 0 };
-        for (sample, e) in hybrid.samples.e.iter_mut().enumerate().skip(needed) {
-            let (t, y) = match sample {
-                0 => (self.t, self.y.as_ref()),
-                INTERVALS => (t_new, self.stepper.y_new.as_ref()),
-                _ => {
-                    if sample == 1 {
-                        self.stepper.prepare_dense(self.y.as_ref(), None);
-                    }
-                    let part = part_of(sample);
-                    self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
-                    (self.t + part * h, self.row.as_ref())
-                }
-            };
-            let at = Point { t, y, u: self.drive.at(t, y), p, z };
-            system.event_functions(at, e);
-        }
-        hybrid.e.copy_from_slice(&hybrid.samples.e[INTERVALS]);
-        hybrid.turned = None;
-
-        let mut first = f64::INFINITY;
-        for (k, (automaton, transition)) in system.signature().discrete.transitions().enumerate() {
-            let hybrid = &self.discrete;
-            if hybrid.is_event(automaton) && hybrid.is_active(automaton, transition.from) {
-                let kind = system.signature().discrete.automata[automaton].kind;
-                let found = if kind.only_ends_steps() {
-                    self.corner_at_end(k, transition.crossing, t_new, h)
-                } else if self.discrete.armed[k] {
-                    self.first_past(k, transition.crossing, h)
-                } else {
-                    self.first_to_arm(k, transition.crossing, h)
-                };
-                first = first.min(found.unwrap_or(f64::INFINITY));
+        let y_new = self.stepper.y_new.as_ref();
+        let at = Point {
+            t: t_new,
+            y: y_new,
+            u: self.drive.at(t_new, y_new),
+            p,
+            z: &self.discrete.schedule.z,
+        };
+        system.event_functions(at, &mut self.discrete.e);
+        self.discrete.uncut = f64::INFINITY;
+        self.discrete.sampled = h;
+        self.discrete.turned = None;
+        match self.scan(h) {
+            Scanned::Nothing => {
+                self.arm();
+                Ok(None)
             }
+            Scanned::Until(part) => {
+                self.sample_around(h, part);
+                Ok(Some(part))
+            }
+            Scanned::Stuck { part, .. } if part * h > FAR_ENOUGH * self.span => Ok(Some(part)),
+            Scanned::Stuck { part, k } => Err(self.unresolved_condition(self.t + part * h, k)),
         }
-        if first.is_finite() {
-            return Some(first);
-        }
-        self.arm();
-        None
     }
 
-    /// Whether a corner is passed in the step. One that has just been passed is left to error control, since a solution
-    /// may flutter about it.
-    fn corner_at_end(&mut self, k: usize, crossing: Crossing, t_new: f64, h: f64) -> Option<f64> {
-        let e = self.discrete.samples.e[INTERVALS][k];
-        if !self.discrete.armed[k] || !crossing.is_past(e) {
-            return None;
-        }
-        if self.discrete.flutters(k, t_new, CALM * h) {
-            self.discrete.pass_corner(k, t_new);
-            return None;
-        }
-        Some(1.0)
+    fn unresolved_condition(&self, t: f64, k: usize) -> IntegrateError {
+        let discrete = &self.problem.system.signature().discrete;
+        let automaton = discrete.transitions().nth(k).map(|(automaton, _)| automaton);
+        let automaton =
+            automaton.map_or_else(String::new, |k| discrete.automata[k].name.to_string());
+        IntegrateError::UnresolvedCondition { t, automaton }
     }
 
     /// Whether the last tried step, whose error is too large, passes a corner at which it may be cut.
@@ -156,98 +119,39 @@ impl<S: Solved> Simulation<'_, S> {
         Ok(false)
     }
 
+    /// Samples event functions around the crossing at this fraction of the last tried step, of size h, for the
+    /// curvature there.
+    fn sample_around(&mut self, h: f64, part: f64) {
+        if self.directions.is_none() {
+            return;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let middle = part.clamp(APART, 1.0 - APART);
+        for (k, part) in [middle - APART, middle, middle + APART].into_iter().enumerate() {
+            self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
+            let t = self.t + part * h;
+            let u = self.drive.at(t, self.row.as_ref());
+            let Hybrid { schedule, around, .. } = &mut self.discrete;
+            let at = Point { t, y: self.row.as_ref(), u, p, z: &schedule.z };
+            system.event_functions(at, &mut around[k]);
+        }
+    }
+
     /// How far beyond its threshold the event function of a located transition, which passes it at this rate, would go
     /// before it turns back, with the curvature of the samples around the crossing; infinity where it does not turn.
     ///
     /// ```text
     ///   e ≈ s x + q x²,   s q < 0:   s²/(4 |q|)
     /// ```
-    pub(in crate::integrate) fn depth(&self, k: usize, crossing: Crossing, rate: f64) -> f64 {
-        let samples = self.discrete.samples.e.each_ref().map(|e| e[k]);
-        let past = samples.iter().position(|e| crossing.is_past(*e)).unwrap_or(INTERVALS);
-        let middle = past.clamp(1, INTERVALS - 1);
-        let [a, b, c] = [samples[middle - 1], samples[middle], samples[middle + 1]];
-        let slope = rate * self.discrete.sampled / INTERVALS as f64;
+    pub(in crate::integrate) fn depth(&self, k: usize, rate: f64) -> f64 {
+        let [a, b, c] = self.discrete.around.each_ref().map(|e| e[k]);
+        let slope = rate * self.discrete.sampled * APART;
         let curvature = 0.5 * (a + c) - b;
         if slope * curvature < 0.0 && curvature.abs() > STRAIGHT * slope.abs() {
             slope * slope / (4.0 * curvature.abs())
         } else {
             f64::INFINITY
         }
-    }
-
-    /// The fraction of the step at which an armed transition is due.
-    fn first_past(&mut self, k: usize, crossing: Crossing, h: f64) -> Option<f64> {
-        for sample in 1..=INTERVALS {
-            if self.discrete.is_past(k, crossing, self.discrete.samples.e[sample][k]) {
-                return Some(part_of(sample));
-            }
-            if sample > 1
-                && let Some(turn) = self.turns_to(true, k, crossing, sample, h)
-            {
-                self.discrete.turned = Some((k, self.discrete.samples.turn[k].abs()));
-                return Some(turn);
-            }
-        }
-        None
-    }
-
-    /// The fraction of the step at which a transition can be armed that is due at the end.
-    fn first_to_arm(&mut self, k: usize, crossing: Crossing, h: f64) -> Option<f64> {
-        if !crossing.is_past(self.discrete.samples.e[INTERVALS][k]) {
-            return None;
-        }
-        for sample in 1..INTERVALS {
-            if let Some(turn) = self.turns_to(false, k, crossing, sample + 1, h) {
-                return Some(turn);
-            }
-            if !crossing.is_past(self.discrete.samples.e[sample][k]) {
-                return Some(part_of(sample));
-            }
-        }
-        None
-    }
-
-    /// The extremum of the parabola through the three samples up to `last`, if it is beyond the threshold (or not
-    /// beyond it) and the event function is so there too.
-    fn turns_to(
-        &mut self,
-        beyond: bool,
-        k: usize,
-        crossing: Crossing,
-        last: usize,
-        h: f64,
-    ) -> Option<f64> {
-        let [a, b, c] = [last - 2, last - 1, last].map(|sample| self.discrete.samples.e[sample][k]);
-        // e = b + s x + q x², x from −1 to 1, turns at x = −s/(2q), where it is b − s²/(4q).
-        let (slope, curvature) = (0.5 * (c - a), 0.5 * (a + c) - b);
-        let turn = -0.5 * slope / curvature;
-        let value = b + 0.5 * slope * turn;
-        // NaN compares false.
-        let is_beyond = |hybrid: &Hybrid, e| {
-            if beyond { hybrid.is_past(k, crossing, e) } else { !crossing.is_past(e) }
-        };
-        let turns = turn.abs() < 1.0 && is_beyond(&self.discrete, value);
-        if !turns {
-            return None;
-        }
-        let part = part_of(last - 1) + turn / INTERVALS as f64;
-        if part * h <= 4.0 * f64::EPSILON * self.t.abs() {
-            return None;
-        }
-        let Problem { system, p, .. } = *self.problem;
-        let t = self.t + part * h;
-        self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
-        let hybrid = &mut self.discrete;
-        let at = Point {
-            t,
-            y: self.row.as_ref(),
-            u: self.drive.at(t, self.row.as_ref()),
-            p,
-            z: &hybrid.schedule.z,
-        };
-        system.event_functions(at, &mut hybrid.samples.turn);
-        is_beyond(hybrid, hybrid.samples.turn[k]).then_some(part)
     }
 
     /// Repeats the last tried step up to the fraction that [`Simulation::watch`] found.

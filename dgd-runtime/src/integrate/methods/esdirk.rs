@@ -10,6 +10,7 @@
 
 use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
+use crate::integrate::enclosure::Coefficients;
 use crate::integrate::methods::family::{Family, Needs, Remembers, Solves, Traits};
 use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
 use crate::integrate::methods::tableaux::MAX_STAGES;
@@ -59,6 +60,16 @@ impl Family for Esdirk {
     #[inline]
     fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
         self.0.interpolate(theta, stepper.h, y, &stepper.k, out);
+    }
+
+    fn polynomial<S: Solved>(
+        self,
+        stepper: &Stepper<S>,
+        i: usize,
+        y: f64,
+        out: &mut Coefficients,
+    ) -> usize {
+        self.0.polynomial(i, stepper.h, y, &stepper.k, out)
     }
 
     #[inline]

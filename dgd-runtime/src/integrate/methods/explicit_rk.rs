@@ -16,6 +16,7 @@
 
 use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
+use crate::integrate::enclosure::Coefficients;
 use crate::integrate::methods::family::{Family, Needs, Remembers, Solves, Traits};
 use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Trial};
@@ -80,6 +81,16 @@ impl Family for ExplicitRungeKutta {
     #[inline]
     fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
         self.0.interpolate(theta, stepper.h, y, &stepper.k, out);
+    }
+
+    fn polynomial<S: Solved>(
+        self,
+        stepper: &Stepper<S>,
+        i: usize,
+        y: f64,
+        out: &mut Coefficients,
+    ) -> usize {
+        self.0.polynomial(i, stepper.h, y, &stepper.k, out)
     }
 
     #[inline]

@@ -14,6 +14,7 @@
 use crate::error::IntegrateError;
 use crate::integrate::controller::{Controller, Law};
 use crate::integrate::drive::Drive;
+use crate::integrate::enclosure::Coefficients;
 use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
 use crate::linalg::norm::{Tolerances, larger, largest_block};
@@ -241,6 +242,15 @@ pub(crate) trait Family: Copy {
 
     /// y at the fraction θ of the last tried step.
     fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]);
+
+    /// The same for the i-th unknown, as coefficients in powers of θ. Returns their number.
+    fn polynomial<S: Solved>(
+        self,
+        stepper: &Stepper<S>,
+        i: usize,
+        y: f64,
+        out: &mut Coefficients,
+    ) -> usize;
 
     /// S at the fraction θ of the last tried step.
     fn interpolate_sensitivities<S: Solved>(

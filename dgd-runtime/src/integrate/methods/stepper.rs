@@ -7,6 +7,7 @@
 
 use crate::integrate::controller::Controller;
 use crate::integrate::drive::Drive;
+use crate::integrate::enclosure::Coefficients;
 use crate::integrate::methods::catalogue::MethodKind;
 use crate::integrate::methods::family::{Asked, Family, Judged, Scale, Traits, by_family};
 use crate::integrate::methods::multistep::History;
@@ -393,6 +394,11 @@ impl<S: Solved> Stepper<S> {
     #[inline]
     pub(crate) fn interpolate(&self, theta: f64, y: &[f64], out: &mut [f64]) {
         by_family!(self.kind, |family| family.interpolate(self, theta, y, out));
+    }
+
+    /// The same for the i-th unknown, as coefficients in powers of θ. Returns their number.
+    pub(crate) fn polynomial(&self, i: usize, y: f64, out: &mut Coefficients) -> usize {
+        by_family!(self.kind, |family| family.polynomial(self, i, y, out))
     }
 
     /// S at the fraction θ of the last tried step.

@@ -31,6 +31,7 @@ use crate::codegen::taylor::{MOST_ORDER, Terms};
 use crate::error::IntegrateError;
 use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
+use crate::integrate::enclosure::Coefficients;
 use crate::integrate::methods::family::{Family, Needs, Remembers, Solves, Traits};
 use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::stepper::{Base, Directions, Failed, Stepper, Trial};
@@ -315,6 +316,25 @@ impl Family for Taylor {
     #[inline]
     fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
         stepper.series_at(theta * stepper.h, y, out);
+    }
+
+    fn polynomial<S: Solved>(
+        self,
+        stepper: &Stepper<S>,
+        i: usize,
+        y: f64,
+        out: &mut Coefficients,
+    ) -> usize {
+        let Expansion { order, h: own, y: series, .. } = &stepper.expansion;
+        let n = stepper.y_new.as_ref().len();
+        let stretch = stepper.h / own;
+        let mut power = 1.0;
+        out[0] = y;
+        for k in 1..=*order {
+            power *= stretch;
+            out[k] = power * series[k * n + i];
+        }
+        order + 1
     }
 
     #[inline]

@@ -31,6 +31,8 @@ pub(super) enum Verdict {
     Accept,
     /// Its error is within the tolerance, and at this fraction of it a transition is due or can be armed.
     Threshold { part: f64 },
+    /// Its error is within the tolerance, but a condition may change infinitely often right after its start.
+    Unresolved(Box<IntegrateError>),
     /// Its error is within the tolerance, but a variable delay reaches a mark before its end.
     Mark,
     /// A variable delay becomes negative.
@@ -69,11 +71,12 @@ impl<S: Solved> Simulation<'_, S> {
             if self.reaches_mark(t_new) {
                 return Verdict::Mark;
             }
-            if S::FEATURES.events
-                && self.discrete.has_transitions()
-                && let Some(part) = self.watch(h, t_new)
-            {
-                return Verdict::Threshold { part };
+            if S::FEATURES.events && self.discrete.has_transitions() {
+                return match self.watch(h, t_new) {
+                    Ok(None) => Verdict::Accept,
+                    Ok(Some(part)) => Verdict::Threshold { part },
+                    Err(error) => Verdict::Unresolved(Box::new(error)),
+                };
             }
             return Verdict::Accept;
         }

@@ -38,6 +38,7 @@ impl<S: Solved> Simulation<'_, S> {
             Verdict::Threshold { part } => {
                 self.step_to_threshold(controller, h, part, tried.t_new, times, solution)
             }
+            Verdict::Unresolved(error) => Err(*error),
             // The next step ends there.
             Verdict::Mark => Ok(()),
             Verdict::ReadsAhead(error) => self.step_less_far(&tried, *error, controller, solution),

@@ -109,8 +109,12 @@ pub(super) fn passage(
             break;
         }
     }
-    // What cannot be evaluated anywhere nearby is left to error control.
-    found.unwrap_or(Passage::Corner)
+    // A value that cannot be evaluated anywhere nearby is left to error control. Where no point was found at which time
+    // or inputs alone change the condition, as with a short peak of a table, the value may jump there.
+    let is_of_unknown =
+        |symbol: &Symbol| symbol.is_of_unknown() || matches!(symbol, Symbol::DelayedUnknown(_));
+    let moves_by_itself = !on_surface.iter().any(is_of_unknown);
+    found.unwrap_or(if moves_by_itself { Passage::Jump } else { Passage::Corner })
 }
 
 fn is_sign(node: Node) -> bool {

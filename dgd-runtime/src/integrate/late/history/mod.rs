@@ -12,6 +12,7 @@
 //! methods are blind to higher ones. If very many are in transit, as with recordings of every second and a long delay,
 //! only levels 0 and 1 are followed, at which values or sensitivities jump.
 
+mod along;
 mod given;
 mod look_up;
 mod passing;

@@ -25,6 +25,7 @@
 
 use crate::integrate::controller::{Controller, Law};
 use crate::integrate::drive::Drive;
+use crate::integrate::enclosure::Coefficients;
 use crate::integrate::methods::family::{Family, Judged, Needs, Remembers, Scale, Solves, Traits};
 use crate::integrate::methods::stepper::{Directions, Failed, Stepper, Trial};
 use crate::integrate::methods::tableaux::MAX_STAGES;
@@ -108,6 +109,43 @@ impl History {
             *out += sum * d;
         }
     }
+
+    /// The same for the i-th number, as coefficients in powers of the fraction of a step of size h. Returns their
+    /// number.
+    fn polynomial<V: Storage>(
+        &self,
+        i: usize,
+        h: f64,
+        y: f64,
+        k: &[V; MAX_STAGES],
+        d: f64,
+        out: &mut Coefficients,
+    ) -> usize {
+        let len = self.order + 1;
+        let stretch = h / self.h;
+        let (mut p, mut sum) = ([0.0; MAX_ORDER + 1], [0.0; MAX_ORDER + 1]);
+        (p[0], sum[0]) = (1.0, 1.0);
+        out[..len].fill(0.0);
+        out[0] = y;
+        for (m, k) in k[1..=self.order].iter().enumerate() {
+            // p ← p (θ − 1 + m)/(m + 1)
+            let (at_zero, slope) = ((m as f64 - 1.0) / (m + 1) as f64, stretch / (m + 1) as f64);
+            for power in (0..len).rev() {
+                let lower = if power > 0 { p[power - 1] } else { 0.0 };
+                p[power] = at_zero * p[power] + slope * lower;
+            }
+            for (sum, p) in sum.iter_mut().zip(&p) {
+                *sum += p;
+            }
+            for (out, sum) in out[..len].iter_mut().zip(&sum) {
+                *out += sum * k.as_ref()[i];
+            }
+        }
+        for (out, sum) in out[..len].iter_mut().zip(&sum) {
+            *out += sum * d;
+        }
+        len
+    }
 }
 
 /// Backward differentiation up to a maximum order.
@@ -181,6 +219,17 @@ impl Family for Bdf {
     fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
         let Stepper { history, h, k, stage, .. } = stepper;
         history.interpolate(theta * h, y, k, stage.as_ref(), out);
+    }
+
+    fn polynomial<S: Solved>(
+        self,
+        stepper: &Stepper<S>,
+        i: usize,
+        y: f64,
+        out: &mut Coefficients,
+    ) -> usize {
+        let Stepper { history, h, k, stage, .. } = stepper;
+        history.polynomial(i, *h, y, k, stage.as_ref()[i], out)
     }
 
     #[inline]

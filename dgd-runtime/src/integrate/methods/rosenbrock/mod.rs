@@ -17,6 +17,7 @@ mod lanes;
 
 use crate::integrate::controller::Law;
 use crate::integrate::drive::Drive;
+use crate::integrate::enclosure::Coefficients;
 use crate::integrate::methods::family::{Asked, Family, Needs, Remembers, Solves, Traits};
 use crate::integrate::methods::newton::failed;
 use crate::integrate::methods::non_finite::NonFinite;
@@ -99,6 +100,24 @@ impl Family for Rosenbrock {
     #[inline]
     fn interpolate<S: Solved>(self, stepper: &Stepper<S>, theta: f64, y: &[f64], out: &mut [f64]) {
         interpolate(theta, y, &stepper.dense, out);
+    }
+
+    fn polynomial<S: Solved>(
+        self,
+        stepper: &Stepper<S>,
+        i: usize,
+        y: f64,
+        out: &mut Coefficients,
+    ) -> usize {
+        let [c1, c2, c3, c4] = &stepper.dense;
+        out[..5].copy_from_slice(&[
+            y,
+            c1.as_ref()[i],
+            c2.as_ref()[i],
+            c3.as_ref()[i],
+            c4.as_ref()[i],
+        ]);
+        5
     }
 
     #[inline]

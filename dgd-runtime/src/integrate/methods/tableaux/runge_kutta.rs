@@ -1,5 +1,6 @@
 //! Coefficients of explicit and singly diagonally implicit Runge–Kutta methods.
 
+use crate::integrate::enclosure::Coefficients;
 use crate::integrate::methods::tableaux::{MAX_STAGES, Triangle};
 use crate::system::Storage;
 
@@ -64,6 +65,24 @@ impl RungeKuttaTableau {
             *weight = theta * (d1 + theta * (d2 + theta * (d3 + theta * d4)));
         }
         extrapolate(y, h, &k[..self.stages()], &weights, out);
+    }
+
+    /// The same for the i-th number, as coefficients in powers of θ. Returns their number.
+    pub(in crate::integrate) fn polynomial<V: Storage>(
+        &self,
+        i: usize,
+        h: f64,
+        y: f64,
+        k: &[V; MAX_STAGES],
+        out: &mut Coefficients,
+    ) -> usize {
+        out[..5].copy_from_slice(&[y, 0.0, 0.0, 0.0, 0.0]);
+        for (weights, k) in self.dense.iter().zip(k) {
+            for (out, weight) in out[1..5].iter_mut().zip(weights) {
+                *out += h * weight * k.as_ref()[i];
+            }
+        }
+        5
     }
 
     /// Sets `k[0]` to the slopes at the end of a step; `mass` repeats for every column.

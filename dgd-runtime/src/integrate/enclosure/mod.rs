@@ -1,0 +1,364 @@
+//! Guaranteed enclosures of formulas along an interval of time.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `interval` | arithmetic of intervals, rounded outwards |
+//! | `tube` | a quantity along an interval, with its slope |
+//! | `polynomial` | tubes of polynomials |
+//! | `functions` | THE table: tubes of the functions of the language |
+//! | `curve` | tubes of curves of tables |
+//!
+//! [`Enclosures`] evaluates [`Formulas`] operation by operation, for interpreted, native and generated models alike.
+
+mod curve;
+mod functions;
+mod interval;
+mod polynomial;
+mod tube;
+
+#[cfg(test)]
+mod tests;
+
+pub(crate) use interval::Interval;
+pub(crate) use polynomial::{Coefficients, tube_of};
+pub(crate) use tube::Tube;
+
+use dgd_signature::{Curve, Formulas, Operation};
+use polynomial::Polynomial;
+
+/// Whether there is an enclosure of a function of the language.
+pub fn encloses(function: &str) -> bool {
+    functions::of_one(function).is_some() || functions::of_two(function).is_some()
+}
+
+/// An operation on tubes. Numbers are positions of earlier ones.
+#[derive(Debug, Clone, Copy)]
+enum Step {
+    Constant(f64),
+    Time,
+    Unknown(usize),
+    Input(usize),
+    Parameter(usize),
+    Discrete(usize),
+    Negate(usize),
+    Add(usize, usize),
+    Subtract(usize, usize),
+    Multiply(usize, usize),
+    Divide(usize, usize),
+    Call(functions::OfOne, usize),
+    Call2(functions::OfTwo, usize, usize),
+    Curve(&'static Curve, usize),
+    Above(usize, usize),
+    NotBelow(usize, usize),
+    And(usize, usize),
+    Or(usize, usize),
+    Not(usize),
+    Select(usize, usize, usize),
+    Larger(usize, usize),
+    Smaller(usize, usize),
+    /// A function without an enclosure.
+    Anything,
+}
+
+/// What an operation depends on.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Reads {
+    /// Time, or inputs, which move with it.
+    pub(crate) time: bool,
+    pub(crate) unknowns: bool,
+}
+
+/// An interval of a step: its ends as fractions of the step, and what moves in it.
+pub(crate) struct Along<'a, U: Fn(usize) -> Tube> {
+    pub(crate) ends: [f64; 2],
+    pub(crate) time: Tube,
+    pub(crate) input: &'a U,
+}
+
+/// Formulas, and what they are along an interval.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Enclosures {
+    steps: Vec<Step>,
+    reads: Vec<Reads>,
+    results: Vec<usize>,
+    values: Vec<Tube>,
+    wanted: Vec<bool>,
+    /// Steps that are wanted and move.
+    moving: Vec<usize>,
+    /// For each step its polynomial in the fraction of the step, if it has one: a sum of multiples of unknowns, whose
+    /// terms may cancel.
+    polynomials: Vec<Option<usize>>,
+    kept: Vec<Polynomial>,
+    /// Inputs that formulas read, ascending.
+    inputs: Vec<usize>,
+}
+
+impl Enclosures {
+    pub(crate) fn new(formulas: &Formulas) -> Self {
+        let mut all = Self::default();
+        for operation in formulas.operations.iter() {
+            let mut reads = Reads {
+                time: matches!(operation, Operation::Time | Operation::Input(_)),
+                unknowns: matches!(operation, Operation::Unknown(_)),
+            };
+            for operand in operation.operands() {
+                let of = all.reads[operand as usize];
+                reads.time |= of.time;
+                reads.unknowns |= of.unknowns;
+            }
+            let step = all.step(*operation);
+            all.steps.push(step);
+            all.reads.push(reads);
+            let polynomial = all.is_linear(step).then(|| {
+                all.kept.push(Polynomial::ZERO);
+                all.kept.len() - 1
+            });
+            all.polynomials.push(polynomial);
+        }
+        all.inputs.sort_unstable();
+        all.inputs.dedup();
+        all.results = formulas.results.iter().map(|at| *at as usize).collect();
+        all.values = vec![Tube::EMPTY; all.steps.len()];
+        all.wanted = vec![false; all.steps.len()];
+        all.moving = Vec::with_capacity(all.steps.len());
+        all
+    }
+
+    fn step(&mut self, operation: Operation) -> Step {
+        let at = |position: u32| position as usize;
+        match operation {
+            Operation::Constant(value) => Step::Constant(value),
+            Operation::Time => Step::Time,
+            Operation::Unknown(i) => Step::Unknown(at(i)),
+            Operation::Input(i) => {
+                self.inputs.push(at(i));
+                Step::Input(at(i))
+            }
+            Operation::Parameter(i) => Step::Parameter(at(i)),
+            Operation::Discrete(i) => Step::Discrete(at(i)),
+            Operation::Negate(a) => Step::Negate(at(a)),
+            Operation::Add(a, b) => Step::Add(at(a), at(b)),
+            Operation::Subtract(a, b) => Step::Subtract(at(a), at(b)),
+            Operation::Multiply(a, b) => Step::Multiply(at(a), at(b)),
+            Operation::Divide(a, b) => Step::Divide(at(a), at(b)),
+            Operation::Call(name, a) => {
+                functions::of_one(name).map_or(Step::Anything, |f| Step::Call(f, at(a)))
+            }
+            Operation::Call2(name, a, b) => {
+                functions::of_two(name).map_or(Step::Anything, |f| Step::Call2(f, at(a), at(b)))
+            }
+            Operation::Curve(curve, a) => Step::Curve(curve, at(a)),
+            Operation::Above(a, b) => Step::Above(at(a), at(b)),
+            Operation::NotBelow(a, b) => Step::NotBelow(at(a), at(b)),
+            Operation::And(a, b) => Step::And(at(a), at(b)),
+            Operation::Or(a, b) => Step::Or(at(a), at(b)),
+            Operation::Not(a) => Step::Not(at(a)),
+            Operation::Select(c, a, b) => self.selected(at(c), at(a), at(b)),
+        }
+    }
+
+    /// Whether a step is an unknown, or a sum of multiples of such and of what does not move.
+    fn is_linear(&self, step: Step) -> bool {
+        let is_still = |at: usize| !self.reads[at].time && !self.reads[at].unknowns;
+        let is_linear = |at: usize| self.polynomials[at].is_some();
+        match step {
+            Step::Unknown(_) => true,
+            Step::Negate(a) => is_linear(a),
+            Step::Add(a, b) | Step::Subtract(a, b) => {
+                (is_linear(a) && (is_linear(b) || is_still(b))) || (is_still(a) && is_linear(b))
+            }
+            Step::Multiply(a, b) => (is_linear(a) && is_still(b)) || (is_still(a) && is_linear(b)),
+            _ => false,
+        }
+    }
+
+    /// Computes the polynomial of a linear step from those of its operands.
+    fn add_up(&mut self, step: Step, slot: usize) {
+        let mut sum = std::mem::replace(&mut self.kept[slot], Polynomial::ZERO);
+        // A number that does not move, exact or to rounding.
+        let number = |at: usize| {
+            let Interval { lo, hi } = self.values[at].range;
+            if lo == hi { lo } else { 0.5 * (lo + hi) }
+        };
+        let constant = |at: usize| {
+            let value = number(at);
+            let mut constant = Polynomial::ZERO;
+            constant.coefficients[0] = value;
+            constant.size = value.abs();
+            constant
+        };
+        let polynomial = |at: usize| self.polynomials[at].map(|slot| &self.kept[slot]);
+        let mut combine = |a: usize, f: f64, b: usize| match (polynomial(a), polynomial(b)) {
+            (Some(a), Some(b)) => sum.add_multiple(a, f, b),
+            (Some(a), None) => sum.add_multiple(a, f, &constant(b)),
+            (None, Some(b)) => sum.add_multiple(&constant(a), f, b),
+            (None, None) => {}
+        };
+        match step {
+            Step::Add(a, b) => combine(a, 1.0, b),
+            Step::Subtract(a, b) => combine(a, -1.0, b),
+            Step::Negate(a) => {
+                if let Some(a) = polynomial(a) {
+                    sum.add_multiple(&Polynomial::ZERO, -1.0, a);
+                }
+            }
+            Step::Multiply(a, b) => {
+                let (of, factor) = if polynomial(a).is_some() { (a, b) } else { (b, a) };
+                if let Some(of) = polynomial(of) {
+                    sum.add_multiple(&Polynomial::ZERO, number(factor), of);
+                }
+            }
+            _ => {}
+        }
+        self.kept[slot] = sum;
+    }
+
+    /// A choice; where the operands of the comparison are what is chosen, the larger or the smaller, which does not
+    /// jump.
+    fn selected(&self, c: usize, a: usize, b: usize) -> Step {
+        match self.steps[c] {
+            Step::Above(x, y) | Step::NotBelow(x, y) if (x, y) == (a, b) => Step::Larger(a, b),
+            Step::Above(x, y) | Step::NotBelow(x, y) if (x, y) == (b, a) => Step::Smaller(a, b),
+            _ => Step::Select(c, a, b),
+        }
+    }
+
+    /// What the k-th formula depends on.
+    pub(crate) fn reads(&self, k: usize) -> Reads {
+        self.results.get(k).map_or_else(Reads::default, |at| self.reads[*at])
+    }
+
+    /// The inputs that formulas read, ascending.
+    pub(crate) fn inputs(&self) -> &[usize] {
+        &self.inputs
+    }
+
+    /// Prepares the formulas that are wanted for a step: evaluates what does not move, and takes the polynomials of the
+    /// unknowns that are read, each from `polynomial`, which returns the number of coefficients.
+    pub(crate) fn begin(
+        &mut self,
+        wanted: impl Fn(usize) -> bool,
+        p: &[f64],
+        z: &[f64],
+        mut polynomial: impl FnMut(usize, &mut Coefficients) -> usize,
+    ) {
+        self.wanted.fill(false);
+        for (k, at) in self.results.iter().enumerate() {
+            self.wanted[*at] |= wanted(k);
+        }
+        for i in (0..self.steps.len()).rev() {
+            if self.wanted[i] {
+                let (step, wanted) = (self.steps[i], &mut self.wanted);
+                step.each_operand(|operand| wanted[operand] = true);
+            }
+        }
+        self.moving.clear();
+        for i in 0..self.steps.len() {
+            if !self.wanted[i] {
+                continue;
+            }
+            match (self.steps[i], self.polynomials[i]) {
+                (Step::Unknown(unknown), Some(slot)) => {
+                    let of = &mut self.kept[slot];
+                    of.len = polynomial(unknown, &mut of.coefficients);
+                    of.measure();
+                }
+                (step, Some(slot)) => self.add_up(step, slot),
+                _ => {}
+            }
+            let Reads { time, unknowns } = self.reads[i];
+            if time || unknowns {
+                self.moving.push(i);
+                continue;
+            }
+            self.values[i] = match self.steps[i] {
+                Step::Parameter(at) => Tube::still(Interval::point(p[at])),
+                Step::Discrete(at) => Tube::still(Interval::point(z[at])),
+                step => self.value(step),
+            };
+        }
+    }
+
+    /// Evaluates the formulas along an interval.
+    pub(crate) fn evaluate<U: Fn(usize) -> Tube>(&mut self, along: &Along<'_, U>) {
+        for at in 0..self.moving.len() {
+            let i = self.moving[at];
+            self.values[i] = match (self.steps[i], self.polynomials[i]) {
+                (_, Some(slot)) => self.kept[slot].tube(along.ends[0], along.ends[1]),
+                (Step::Time, None) => along.time,
+                (Step::Input(input), None) => (along.input)(input),
+                (step, None) => self.value(step),
+            };
+        }
+    }
+
+    /// The k-th formula along the interval evaluated last.
+    #[inline]
+    pub(crate) fn value_of(&self, k: usize) -> Tube {
+        self.values[self.results[k]]
+    }
+
+    fn value(&self, step: Step) -> Tube {
+        let v = &self.values;
+        match step {
+            Step::Constant(value) => Tube::still(Interval::point(value)),
+            Step::Negate(a) => v[a].negated(),
+            Step::Add(a, b) => v[a].plus(v[b]),
+            Step::Subtract(a, b) => v[a].minus(v[b]),
+            Step::Multiply(a, b) => v[a].times(v[b]),
+            Step::Divide(a, b) => v[a].over(v[b]),
+            Step::Call(f, a) => f(v[a]),
+            Step::Call2(f, a, b) => f(v[a], v[b]),
+            Step::Curve(curve, a) => curve::along(curve, v[a]),
+            Step::Above(a, b) => v[a].minus(v[b]).above_zero(),
+            Step::NotBelow(a, b) => v[a].minus(v[b]).not_below_zero(),
+            Step::And(a, b) => v[a].and(v[b]),
+            Step::Or(a, b) => v[a].not().and(v[b].not()).not(),
+            Step::Not(a) => v[a].not(),
+            Step::Select(c, a, b) => v[c].select(v[a], v[b]),
+            Step::Larger(a, b) => v[a].larger(v[b]),
+            Step::Smaller(a, b) => v[a].smaller(v[b]),
+            Step::Anything
+            | Step::Time
+            | Step::Unknown(_)
+            | Step::Input(_)
+            | Step::Parameter(_)
+            | Step::Discrete(_) => Tube::ANY,
+        }
+    }
+}
+
+impl Step {
+    #[inline]
+    fn each_operand(self, mut f: impl FnMut(usize)) {
+        match self {
+            Self::Negate(a) | Self::Call(_, a) | Self::Curve(_, a) | Self::Not(a) => f(a),
+            Self::Add(a, b)
+            | Self::Subtract(a, b)
+            | Self::Multiply(a, b)
+            | Self::Divide(a, b)
+            | Self::Call2(_, a, b)
+            | Self::Above(a, b)
+            | Self::NotBelow(a, b)
+            | Self::And(a, b)
+            | Self::Or(a, b)
+            | Self::Larger(a, b)
+            | Self::Smaller(a, b) => {
+                f(a);
+                f(b);
+            }
+            Self::Select(c, a, b) => {
+                f(c);
+                f(a);
+                f(b);
+            }
+            Self::Constant(_)
+            | Self::Time
+            | Self::Unknown(_)
+            | Self::Input(_)
+            | Self::Parameter(_)
+            | Self::Discrete(_)
+            | Self::Anything => {}
+        }
+    }
+}

@@ -1,0 +1,334 @@
+//! Scans a step for the first crossing of a threshold.
+//!
+//! Event functions are enclosed along the step, which is halved until each part is proven to be free of crossings, or
+//! all event functions that may pass their thresholds in it are monotone. Parts are taken in their order, so that no
+//! crossing comes before the one that is found.
+//!
+//! An excess over a threshold that is below the rounding of the event function is no crossing. Where a part is as short
+//! as the rounding of time, its ends decide.
+
+use crate::integrate::enclosure::{Along, Interval, Tube};
+use crate::integrate::events::watch::CALM;
+use crate::integrate::simulation::Simulation;
+use crate::problem::Problem;
+use crate::solved::Solved;
+use crate::system::{Crossing, Trigger};
+
+/// Halvings of a step: as many as separate any two numbers of it.
+const MOST_HALVINGS: usize = 120;
+/// Parts that are looked at in one scan.
+const MOST_PARTS: usize = 1 << 14;
+
+/// An excess of fewer roundings of the event function is a touch.
+const NO_TOUCH: f64 = 4.0;
+/// Parts of a step longer than this are halved where event functions read the past, which is sampled.
+const SAMPLED: f64 = 0.25;
+
+/// What a scan found.
+pub(super) enum Scanned {
+    /// No transition is due in the step.
+    Nothing,
+    /// At this fraction of the step a transition is due or can be armed.
+    Until(f64),
+    /// Up to this fraction no transition is due. From there on the k-th cannot be told apart from its threshold.
+    Stuck { part: f64, k: usize },
+}
+
+/// How a transition is watched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::integrate) enum Watching {
+    /// It is not.
+    No,
+    /// It is due where its event function is beyond the threshold.
+    Due,
+    /// It is armed where its event function is not beyond the threshold.
+    ToArm,
+    /// It can be armed at this fraction of the step, and is due later where its event function is beyond the threshold.
+    ArmedAt(f64),
+}
+
+/// An event function in a part of a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Found {
+    /// Nothing happens.
+    Clear,
+    /// The transition is armed at the end.
+    Arms,
+    /// The transition is due at the end, and becomes due once.
+    Due,
+    /// A shorter part has to be looked at.
+    Unclear,
+}
+
+/// A transition that is due, and the fraction of the step at which the step ends for it.
+#[derive(Debug, Clone, Copy)]
+struct Due {
+    k: usize,
+    at: f64,
+}
+
+/// A part of a step.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    from: f64,
+    to: f64,
+    /// Whether it cannot be halved.
+    is_last: bool,
+}
+
+impl<S: Solved> Simulation<'_, S> {
+    /// Scans the last tried step, of size h.
+    pub(super) fn scan(&mut self, h: f64) -> Scanned {
+        if !self.begin_scan() {
+            return Scanned::Nothing;
+        }
+        let mut ends = [0.0; MOST_HALVINGS];
+        let mut halvings = 0;
+        let (mut from, mut to) = (0.0, 1.0);
+        for _ in 0..MOST_PARTS {
+            let middle = 0.5 * (from + to);
+            let furthest = (self.t + from * h).abs().max((self.t + to * h).abs());
+            let shortest = 4.0 * f64::EPSILON * furthest.max(f64::EPSILON * h);
+            let is_last = halvings == MOST_HALVINGS || (to - from) * h <= shortest;
+            let part = Part { from, to, is_last };
+            self.enclose(h, part);
+            if self.first_unclear(part).is_some() {
+                ends[halvings] = to;
+                halvings += 1;
+                to = middle;
+                continue;
+            }
+            if let Some(Due { k, at }) = self.first_due(h, part) {
+                self.take_turn(k, h, part);
+                return Scanned::Until(at);
+            }
+            let Some(last) = halvings.checked_sub(1) else { return Scanned::Nothing };
+            (from, to, halvings) = (to, ends[last], last);
+        }
+        self.enclose(h, Part { from, to, is_last: false });
+        let k = self.first_unclear(Part { from, to, is_last: false }).unwrap_or(0);
+        Scanned::Stuck { part: from, k }
+    }
+
+    /// Decides which transitions are watched. Returns whether any is.
+    fn begin_scan(&mut self) -> bool {
+        let Problem { system, p, .. } = *self.problem;
+        let discrete = &system.signature().discrete;
+        let mut any = false;
+        for (k, (automaton, transition)) in discrete.transitions().enumerate() {
+            let hybrid = &self.discrete;
+            let acts = matches!(transition.trigger, Trigger::Edge | Trigger::Level)
+                && hybrid.is_event(automaton)
+                && hybrid.is_active(automaton, transition.from);
+            let watching = match (acts, hybrid.armed[k]) {
+                (false, _) => Watching::No,
+                (true, true) => Watching::Due,
+                (true, false) => Watching::ToArm,
+            };
+            any |= watching != Watching::No;
+            self.discrete.watching[k] = watching;
+        }
+        if !any {
+            return false;
+        }
+        self.stepper.prepare_dense(self.y.as_ref(), None);
+        let (stepper, y) = (&self.stepper, self.y.as_ref());
+        let watching = &self.discrete.watching;
+        self.discrete.enclosures.begin(
+            |k| watching[k] != Watching::No,
+            p,
+            &self.discrete.schedule.z,
+            |i, coefficients| stepper.polynomial(i, y[i], coefficients),
+        );
+        true
+    }
+
+    /// Encloses the event functions in a part of the step.
+    fn enclose(&mut self, h: f64, Part { from, to, .. }: Part) {
+        let time = |part: f64| {
+            let (passed, t) = (part * h, self.t + part * h);
+            Interval::around(t, f64::EPSILON * (t.abs() + passed.abs()))
+        };
+        let (left, right) = (time(from), time(to));
+        let change = Interval::around(h * (to - from), 2.0 * f64::EPSILON * h * to);
+        let time = Tube::moving(left, right, left.hull(right), change);
+        if S::FEATURES.past {
+            self.take_past(h, [from, to]);
+        }
+        let (drive, past) = (&self.drive, &self.discrete.past);
+        let times = [self.t + from * h, self.t + to * h];
+        let input = |i: usize| {
+            let delayed = drive.past_tube(i, times).or_else(|| past.tube(i));
+            delayed.unwrap_or_else(|| drive.tube(i, time))
+        };
+        self.discrete.enclosures.evaluate(&Along { ends: [from, to], time, input: &input });
+    }
+
+    /// The first transition of which nothing is certain in a part.
+    fn first_unclear(&self, part: Part) -> Option<usize> {
+        if part.is_last {
+            return None;
+        }
+        if part.to - part.from > SAMPLED && !self.discrete.past.is_empty() {
+            return Some(0);
+        }
+        let transitions = self.problem.system.signature().discrete.transitions().enumerate();
+        let mut crossings = transitions.map(|(k, (_, transition))| (k, transition.crossing));
+        crossings
+            .find(|(k, crossing)| self.found(*k, *crossing, part) == Found::Unclear)
+            .map(|(k, _)| k)
+    }
+
+    /// The transition that is due first in a part; if there is none, arms what is armed there.
+    fn first_due(&mut self, h: f64, part: Part) -> Option<Due> {
+        let discrete = &self.problem.system.signature().discrete;
+        let mut first: Option<Due> = None;
+        for (k, (automaton, transition)) in discrete.transitions().enumerate() {
+            let crossing = transition.crossing;
+            match self.found(k, crossing, part) {
+                Found::Clear | Found::Unclear => {}
+                Found::Arms => self.discrete.watching[k] = Watching::ArmedAt(part.to),
+                Found::Due => {
+                    let is_corner = discrete.automata[automaton].kind.only_ends_steps();
+                    if is_corner && self.is_left_to_error_control(k, crossing, h, part) {
+                        self.discrete.watching[k] = Watching::No;
+                        continue;
+                    }
+                    let at = match self.discrete.watching[k] {
+                        Watching::ArmedAt(armed) => armed,
+                        _ => part.to,
+                    };
+                    if first.is_none_or(|first| at < first.at) {
+                        first = Some(Due { k, at });
+                    }
+                }
+            }
+        }
+        first
+    }
+
+    /// Notes how far the event function of a transition that is due in a part turns beyond its threshold, where it is
+    /// not beyond it at the end of the step. Whether that is more than a touch decides about derivatives.
+    fn take_turn(&mut self, k: usize, h: f64, part: Part) {
+        let mut transitions = self.problem.system.signature().discrete.transitions();
+        let Some((_, transition)) = transitions.nth(k) else { return };
+        let crossing = transition.crossing;
+        if self.directions.is_none() || crossing.is_past(self.discrete.e[k]) {
+            return;
+        }
+        let slack = self.discrete.slack[k].max(0.0);
+        let (mut depth, mut uncertain) = (0.0_f64, 0.0_f64);
+        let (mut from, mut width) = (part.from, part.to - part.from);
+        loop {
+            let to = (from + width).min(1.0);
+            self.enclose(h, Part { from, to, is_last: false });
+            let e = beyond(self.discrete.enclosures.value_of(k), crossing);
+            depth = depth.max(e.range.hi - slack);
+            uncertain = uncertain.max(rounding(e));
+            let is_back = from > part.from && e.right.lo <= slack;
+            if to >= 1.0 || is_back {
+                break;
+            }
+            (from, width) = (to, 2.0 * width);
+        }
+        let depth = if depth > NO_TOUCH * uncertain { depth } else { 0.0 };
+        self.discrete.turned = Some((k, depth));
+    }
+
+    fn found(&self, k: usize, crossing: Crossing, part: Part) -> Found {
+        let watching = self.discrete.watching[k];
+        if watching == Watching::No {
+            return Found::Clear;
+        }
+        let e = beyond(self.discrete.enclosures.value_of(k), crossing);
+        let slack = self.discrete.slack[k].max(0.0);
+        if watching == Watching::ToArm {
+            found_to_arm(e, slack, part.is_last)
+        } else {
+            found_due(e, slack, part.is_last)
+        }
+    }
+
+    /// Whether a corner that was passed a short while ago is left to error control, since a solution may flutter about
+    /// it. One that time alone moves does not flutter, nor does one that is passed by more than errors of the solution.
+    fn is_left_to_error_control(
+        &mut self,
+        k: usize,
+        crossing: Crossing,
+        h: f64,
+        part: Part,
+    ) -> bool {
+        let t = self.t + part.to * h;
+        if !self.discrete.flutters(k, t, CALM * h) {
+            return false;
+        }
+        let reads = self.discrete.enclosures.reads(k);
+        if reads.time {
+            if !reads.unknowns {
+                return false;
+            }
+            let error = self.error_of_event(k, self.t + h);
+            self.enclose(h, Part { from: part.from, to: 1.0, is_last: false });
+            let excess = beyond(self.discrete.enclosures.value_of(k), crossing).range.hi;
+            self.enclose(h, part);
+            if excess > error {
+                return false;
+            }
+        }
+        self.discrete.pass_corner(k, t);
+        true
+    }
+}
+
+/// An event function that is due above zero.
+fn beyond(e: Tube, crossing: Crossing) -> Tube {
+    match crossing {
+        Crossing::Rises => e,
+        Crossing::Falls => e.negated(),
+    }
+}
+
+/// What a tolerance of rounding adds to a threshold: the uncertainty of the event function at a point.
+fn rounding(e: Tube) -> f64 {
+    let width = e.left.width().min(e.right.width());
+    if width.is_finite() { width } else { 0.0 }
+}
+
+/// Whether an event function may exceed a threshold by more than rounding. What is undefined does not: NaN compares
+/// false.
+fn may_be_beyond(e: Tube, slack: f64) -> bool {
+    e.range.hi > slack + rounding(e)
+}
+
+/// What an armed transition does that is due above `slack`.
+fn found_due(e: Tube, slack: f64, is_last: bool) -> Found {
+    let due = |is: bool| if is { Found::Due } else { Found::Clear };
+    if !may_be_beyond(e, slack) {
+        return Found::Clear;
+    }
+    let (left, right) = (e.left.lo > slack, e.right.lo > slack);
+    if e.change.lo >= 0.0 {
+        due(right)
+    } else if is_last {
+        due(left || right)
+    } else if e.change.hi <= 0.0 && !left {
+        Found::Clear
+    } else {
+        Found::Unclear
+    }
+}
+
+/// What a transition does that is armed where its event function is not above `slack`.
+fn found_to_arm(e: Tube, slack: f64, is_last: bool) -> Found {
+    let is_monotone = e.change.lo >= 0.0 || e.change.hi <= 0.0;
+    let right = e.right.lo > slack;
+    if !may_be_beyond(e, slack) {
+        Found::Arms
+    } else if e.range.lo > slack {
+        Found::Clear
+    } else if is_monotone || is_last {
+        if right { Found::Clear } else { Found::Arms }
+    } else {
+        Found::Unclear
+    }
+}
