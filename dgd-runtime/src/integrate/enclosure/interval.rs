@@ -317,7 +317,11 @@ impl Add for Interval {
         if self.is_zero() {
             return other;
         }
-        let sum = Self::rounded(self.lo + other.lo, self.hi + other.hi);
+        let (lo, hi) = (self.lo + other.lo, self.hi + other.hi);
+        // A sum that is zero is exact.
+        let lo = if lo == 0.0 { lo } else { lo.next_down() };
+        let hi = if hi == 0.0 { hi } else { hi.next_up() };
+        let sum = Self { lo, hi };
         if sum.is_empty() && !self.is_empty() && !other.is_empty() { Self::ENTIRE } else { sum }
     }
 }

@@ -26,8 +26,10 @@ const NO_NEARER: f64 = 1e-9;
 const NEARLY: f64 = 0.99;
 /// The size of a step that just passes a knot, in sizes of the step up to there.
 const BEYOND_KNOT: f64 = 1.0 + 1e-6;
-/// Bisection alone narrows any interval to rounding within this many trials.
-const MOST_TRIALS: usize = 120;
+/// Every so many trials the interval is halved, however slow regula falsi is.
+const HALVED: usize = 8;
+/// Halving alone narrows any interval to rounding within this many trials.
+const MOST_TRIALS: usize = 48 * HALVED;
 
 impl<S: Solved> Simulation<'_, S> {
     /// Shortens the last tried step to the first transition due in it, and makes the transition.
@@ -146,7 +148,7 @@ impl<S: Solved> Simulation<'_, S> {
             trials += 1;
             let middle = 0.5 * (low + high);
             // Regula falsi is slow if the event function is very uneven.
-            let is_halving = trials % 8 == 0;
+            let is_halving = trials % HALVED == 0;
             let root = if is_halving { middle } else { self.earliest_root(low, high) };
             let inside = 0.5 * narrow.min(high - low);
             let trial = root.clamp(low + inside, high - inside);

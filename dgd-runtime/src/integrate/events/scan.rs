@@ -17,7 +17,7 @@ use crate::system::{Crossing, Trigger};
 /// Halvings of a step: as many as separate any two numbers of it.
 const MOST_HALVINGS: usize = 120;
 /// Parts that are looked at in one scan.
-const MOST_PARTS: usize = 1 << 14;
+const MOST_PARTS: usize = 1 << 11;
 
 /// An excess of fewer roundings of the event function is a touch.
 const NO_TOUCH: f64 = 4.0;
@@ -30,8 +30,9 @@ pub(super) enum Scanned {
     Nothing,
     /// At this fraction of the step a transition is due or can be armed.
     Until(f64),
-    /// Up to this fraction no transition is due. From there on the k-th cannot be told apart from its threshold.
-    Stuck { part: f64, k: usize },
+    /// Up to this fraction no transition is due. From there to the other the k-th cannot be told apart from its
+    /// threshold.
+    Stuck { part: f64, to: f64, k: usize },
 }
 
 /// How a transition is watched.
@@ -41,6 +42,8 @@ pub(in crate::integrate) enum Watching {
     No,
     /// It is due where its event function is beyond the threshold.
     Due,
+    /// It is due if its event function is beyond the threshold at the end of the step.
+    AtEnd,
     /// It is armed where its event function is not beyond the threshold.
     ToArm,
     /// It can be armed at this fraction of the step, and is due later where its event function is beyond the threshold.
@@ -58,6 +61,13 @@ enum Found {
     Due,
     /// A shorter part has to be looked at.
     Unclear,
+}
+
+impl Part {
+    /// A part that can be halved.
+    fn new(from: f64, to: f64) -> Self {
+        Self { from, to, is_last: false }
+    }
 }
 
 /// A transition that is due, and the fraction of the step at which the step ends for it.
@@ -82,9 +92,24 @@ impl<S: Solved> Simulation<'_, S> {
         if !self.begin_scan() {
             return Scanned::Nothing;
         }
+        let mut from = 0.0;
+        loop {
+            match self.scan_from(from, h) {
+                Scanned::Stuck { part, to, k } if self.rides(k, h, Part::new(part, to)) => {
+                    self.discrete.watching[k] = Watching::AtEnd;
+                    from = part;
+                }
+                Scanned::Nothing if self.is_due_at_end() => return Scanned::Until(1.0),
+                found => return found,
+            }
+        }
+    }
+
+    /// Scans the last tried step from a fraction of it on.
+    fn scan_from(&mut self, from: f64, h: f64) -> Scanned {
         let mut ends = [0.0; MOST_HALVINGS];
         let mut halvings = 0;
-        let (mut from, mut to) = (0.0, 1.0);
+        let (mut from, mut to) = (from, 1.0);
         for _ in 0..MOST_PARTS {
             let middle = 0.5 * (from + to);
             let furthest = (self.t + from * h).abs().max((self.t + to * h).abs());
@@ -105,9 +130,33 @@ impl<S: Solved> Simulation<'_, S> {
             let Some(last) = halvings.checked_sub(1) else { return Scanned::Nothing };
             (from, to, halvings) = (to, ends[last], last);
         }
-        self.enclose(h, Part { from, to, is_last: false });
-        let k = self.first_unclear(Part { from, to, is_last: false }).unwrap_or(0);
-        Scanned::Stuck { part: from, k }
+        let part = Part::new(from, to);
+        self.enclose(h, part);
+        let k = self.first_unclear(part).unwrap_or(0);
+        Scanned::Stuck { part: from, to, k }
+    }
+
+    /// Whether a solution keeps to a threshold in a part of the step, within its error, as a fraction does that the others
+    /// make up to one. Crossings there say nothing.
+    fn rides(&mut self, k: usize, h: f64, part: Part) -> bool {
+        if !self.discrete.enclosures.reads(k).unknowns {
+            return false;
+        }
+        let error = self.error_of_event(k, self.t + h);
+        self.enclose(h, part);
+        let Interval { lo, hi } = self.discrete.enclosures.value_of(k).range;
+        lo.abs().max(hi.abs()) <= error
+    }
+
+    /// Whether a transition is due at the end of the step that rides on its threshold.
+    fn is_due_at_end(&self) -> bool {
+        let hybrid = &self.discrete;
+        let mut transitions = self.problem.system.signature().discrete.transitions().enumerate();
+        transitions.any(|(k, (_, transition))| {
+            hybrid.watching[k] == Watching::AtEnd
+                && hybrid.armed[k]
+                && hybrid.is_past(k, transition.crossing, hybrid.e[k])
+        })
     }
 
     /// Decides which transitions are watched. Returns whether any is.
@@ -221,7 +270,7 @@ impl<S: Solved> Simulation<'_, S> {
         let (mut from, mut width) = (part.from, part.to - part.from);
         loop {
             let to = (from + width).min(1.0);
-            self.enclose(h, Part { from, to, is_last: false });
+            self.enclose(h, Part::new(from, to));
             let e = beyond(self.discrete.enclosures.value_of(k), crossing);
             depth = depth.max(e.range.hi - slack);
             uncertain = uncertain.max(rounding(e));
@@ -237,7 +286,7 @@ impl<S: Solved> Simulation<'_, S> {
 
     fn found(&self, k: usize, crossing: Crossing, part: Part) -> Found {
         let watching = self.discrete.watching[k];
-        if watching == Watching::No {
+        if matches!(watching, Watching::No | Watching::AtEnd) {
             return Found::Clear;
         }
         let e = beyond(self.discrete.enclosures.value_of(k), crossing);
@@ -268,7 +317,7 @@ impl<S: Solved> Simulation<'_, S> {
                 return false;
             }
             let error = self.error_of_event(k, self.t + h);
-            self.enclose(h, Part { from: part.from, to: 1.0, is_last: false });
+            self.enclose(h, Part::new(part.from, 1.0));
             let excess = beyond(self.discrete.enclosures.value_of(k), crossing).range.hi;
             self.enclose(h, part);
             if excess > error {

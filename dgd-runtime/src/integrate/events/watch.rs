@@ -63,7 +63,7 @@ impl<S: Solved> Simulation<'_, S> {
                 Ok(Some(part))
             }
             Scanned::Stuck { part, .. } if part * h > FAR_ENOUGH * self.span => Ok(Some(part)),
-            Scanned::Stuck { part, k } => Err(self.unresolved_condition(self.t + part * h, k)),
+            Scanned::Stuck { part, k, .. } => Err(self.unresolved_condition(self.t + part * h, k)),
         }
     }
 
