@@ -86,6 +86,15 @@ pub enum IntegrateError {
         /// The automaton whose condition it is.
         automaton: String,
     },
+    /// Algebraic equations have no solution just beyond a point at which one of them changes its piece.
+    NoSolutionBeyond {
+        /// The time, s.
+        t: f64,
+        /// The switch that is passed.
+        automaton: String,
+        /// What is wrong beyond.
+        error: Box<InitialError>,
+    },
     /// A variable delay becomes negative: the model would read the future.
     DelayBelowZero {
         /// The time, s.
@@ -404,6 +413,10 @@ impl fmt::Display for IntegrateError {
                 "`{automaton}` may change infinitely often right after t = {t} s: rounding decides which side of the \
                  threshold its condition is on, or it oscillates ever faster; a margin between the two sides keeps them \
                  apart"
+            ),
+            Self::NoSolutionBeyond { t, automaton, error } => write!(
+                f,
+                "the equations have no solution where `{automaton}` is passed at t = {t} s: {error}"
             ),
             Self::DelayBelowZero { t, delay, value } => write!(
                 f,

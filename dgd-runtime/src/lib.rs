@@ -59,7 +59,7 @@ pub use observe::{Observations, observe};
 pub use problem::{Before, Options, Problem, Wanted};
 pub use signal::{Column, Delayed, InputError, Inputs, Segment, Side};
 pub use solution::{
-    Event, Jump, JumpCause, LateValues, OneSided, Solution, Statistics, UndefinedCause,
+    Event, Fold, Jump, JumpCause, LateValues, OneSided, Solution, Statistics, UndefinedCause,
     UndefinedSensitivity, side,
 };
 pub use solved::Solved;

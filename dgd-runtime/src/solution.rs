@@ -2,9 +2,11 @@
 
 use std::fmt;
 
+use dgd_signature::number::{short, with_unit};
+
 use crate::integrate::Memory;
 use crate::signal::Side;
-use crate::system::{Signature, Text};
+use crate::system::{Signature, Text, Unit};
 
 /// Values at the requested times.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +37,8 @@ pub struct Solution {
     pub past: Vec<f64>,
     /// Transitions between modes, in the order in which they happened.
     pub events: Vec<Event>,
+    /// Folds of algebraic equations, at which unknowns jump, in the order in which they were met.
+    pub folds: Vec<Fold>,
     /// States that have jumped where modes changed, without a sum that the equations conserve; each once.
     pub jumps: Vec<Jump>,
     /// Where and why sensitivities are undefined.
@@ -122,6 +126,43 @@ pub enum UndefinedCause {
     Simultaneous,
     /// The rows of a loop jump, and are too many for events.
     Unlocated,
+    /// An algebraic unknown jumps at a fold of its equations.
+    Fold,
+}
+
+/// A jump of algebraic unknowns at a fold: a point at which the solution that was followed ends, and another one goes
+/// on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fold {
+    /// Time, s.
+    pub t: f64,
+    /// The unknown that jumps furthest, relative to its tolerance.
+    pub unknown: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// Its value before, SI.
+    pub from: f64,
+    /// Its value after, SI.
+    pub to: f64,
+    /// The switch at which the solution ends; `None` at the start of a run.
+    pub automaton: Option<Text>,
+}
+
+impl fmt::Display for Fold {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { t, unknown, unit, from, to, automaton } = self;
+        let [from, to] = [from, to].map(|si| with_unit(short(unit.from_si(*si), 6), &unit.symbol));
+        write!(
+            f,
+            "`{unknown}` jumps from {from} to {to} at t = {} s, as there the equations have no solution next to the one \
+             before (a fold)",
+            short(*t, 9)
+        )?;
+        match automaton {
+            Some(automaton) => write!(f, ", beyond `{automaton}`"),
+            None => Ok(()),
+        }
+    }
 }
 
 /// A transition between modes.
@@ -174,6 +215,7 @@ impl fmt::Display for UndefinedSensitivity {
             UndefinedCause::Singular => {
                 write!(f, "equation `{equation}` no longer determines an algebraic unknown")
             }
+            UndefinedCause::Fold => write!(f, "`{equation}` jumps at a fold of its equations"),
             UndefinedCause::Simultaneous => {
                 write!(f, "`{equation}` happen at one time, in an order that matters")
             }
@@ -270,6 +312,7 @@ impl Solution {
             n_past: 0,
             past: Vec::new(),
             events: Vec::new(),
+            folds: Vec::new(),
             jumps: Vec::new(),
             undefined: Vec::new(),
             one_sided: Vec::new(),
@@ -286,6 +329,7 @@ impl Solution {
         self.s.clear();
         self.z.clear();
         self.past.clear();
+        self.folds.clear();
         self.undefined.clear();
         self.one_sided.clear();
         self.statistics = Statistics::default();

@@ -29,21 +29,22 @@ pub struct Discrete {
 ///
 /// Passes use these predicates on what a kind does, and rarely the kind itself:
 ///
-/// | | `Modes` | `When` | `Every` | `Saturation` | `States` | `Switch` | `Corner` | `Step` | `Knots` | `Limit` |
-/// |---|---|---|---|---|---|---|---|---|---|---|
-/// | [`is_declared`](Self::is_declared) | yes | yes | yes | | | | | | | |
-/// | [`is_remembered`](Self::is_remembered) | yes | yes | yes | yes | | | | | | |
-/// | [`has_equations_by_mode`](Self::has_equations_by_mode) | yes | | | yes | | yes | | yes | | |
-/// | [`has_masses_by_mode`](Self::has_masses_by_mode) | yes | | | | yes | | | | | |
-/// | [`shows_modes`](Self::shows_modes) | yes | | | yes | yes | yes | | | | |
-/// | [`is_bound`](Self::is_bound) | | | | yes | | | | | | |
-/// | [`chooses_states`](Self::chooses_states) | | | | | yes | | | | | |
-/// | [`has_surface`](Self::has_surface) | | | | | | yes | | | | |
-/// | [`chooses_side`](Self::chooses_side) | | | | yes | | yes | | yes | yes | |
-/// | [`only_ends_steps`](Self::only_ends_steps) | | | | | | | yes | | yes | |
-/// | [`keeps_slopes`](Self::keeps_slopes) | | | | | yes | | yes | | yes | yes |
-/// | [`counts`](Self::counts) | | | | | | | | yes | yes | |
-/// | [`ends_runs`](Self::ends_runs) | | | | | | | | | | yes |
+/// | | `Modes` | `When` | `Every` | `Saturation` | `States` | `Switch` | `Corner` | `Step` | `Knots` | `Limit` | `Piece` |
+/// |---|---|---|---|---|---|---|---|---|---|---|---|
+/// | [`is_declared`](Self::is_declared) | yes | yes | yes | | | | | | | | |
+/// | [`is_remembered`](Self::is_remembered) | yes | yes | yes | yes | | | | | | | |
+/// | [`has_equations_by_mode`](Self::has_equations_by_mode) | yes | | | yes | | yes | | yes | | | yes |
+/// | [`has_masses_by_mode`](Self::has_masses_by_mode) | yes | | | | yes | | | | | | |
+/// | [`shows_modes`](Self::shows_modes) | yes | | | yes | yes | yes | | | | | |
+/// | [`is_bound`](Self::is_bound) | | | | yes | | | | | | | |
+/// | [`chooses_states`](Self::chooses_states) | | | | | yes | | | | | | |
+/// | [`has_surface`](Self::has_surface) | | | | | | yes | | | | | |
+/// | [`chooses_side`](Self::chooses_side) | | | | yes | | yes | | yes | yes | | yes |
+/// | [`only_ends_steps`](Self::only_ends_steps) | | | | | | | yes | | yes | | |
+/// | [`keeps_slopes`](Self::keeps_slopes) | | | | | yes | | yes | | yes | yes | yes |
+/// | [`counts`](Self::counts) | | | | | | | | yes | yes | | |
+/// | [`is_piece`](Self::is_piece) | | | | | | | | | | | yes |
+/// | [`ends_runs`](Self::ends_runs) | | | | | | | | | | yes | |
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AutomatonKind {
     /// A `modes` block.
@@ -72,6 +73,9 @@ pub enum AutomatonKind {
     /// The end of a table beyond which it is undefined: the run ends there with an error. Its name says which argument
     /// left which table.
     Limit,
+    /// A switch of algebraic equations whose slope jumps: they are one smooth piece below its surface (0), another above
+    /// it (1). Its first transition leads from below to above.
+    Piece,
 }
 
 impl AutomatonKind {
@@ -87,7 +91,7 @@ impl AutomatonKind {
 
     /// Whether other equations hold in another of its modes.
     pub fn has_equations_by_mode(self) -> bool {
-        matches!(self, Self::Modes | Self::Saturation | Self::Switch | Self::Step)
+        matches!(self, Self::Modes | Self::Saturation | Self::Switch | Self::Step | Self::Piece)
     }
 
     /// Whether an unknown can be differential in one of its modes and algebraic in another.
@@ -99,7 +103,13 @@ impl AutomatonKind {
     pub fn shows_modes(self) -> bool {
         !matches!(
             self,
-            Self::When | Self::Every | Self::Corner | Self::Step | Self::Knots | Self::Limit
+            Self::When
+                | Self::Every
+                | Self::Corner
+                | Self::Step
+                | Self::Knots
+                | Self::Limit
+                | Self::Piece
         )
     }
 
@@ -120,7 +130,7 @@ impl AutomatonKind {
 
     /// Whether a run begins on its side according to the start values.
     pub fn chooses_side(self) -> bool {
-        matches!(self, Self::Switch | Self::Saturation | Self::Step | Self::Knots)
+        matches!(self, Self::Switch | Self::Saturation | Self::Step | Self::Knots | Self::Piece)
     }
 
     /// Whether its discrete number is a count rather than the position of a mode.
@@ -135,7 +145,12 @@ impl AutomatonKind {
 
     /// Whether ẏ is the same on both sides of its transitions.
     pub fn keeps_slopes(self) -> bool {
-        matches!(self, Self::States | Self::Corner | Self::Knots | Self::Limit)
+        matches!(self, Self::States | Self::Corner | Self::Knots | Self::Limit | Self::Piece)
+    }
+
+    /// Whether it chooses between pieces of algebraic equations, which are found together with their unknowns.
+    pub fn is_piece(self) -> bool {
+        self == Self::Piece
     }
 
     /// Whether a run ends where it switches, with an error.

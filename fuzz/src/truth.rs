@@ -351,7 +351,7 @@ impl<'a> Truth<'a> {
                         at.margin.set(at.margin.get().min(a.abs()));
                         if a == 0.0 { 0.0 } else { a.signum() }
                     }
-                    "min" => a.min(b),
+                    "min" | "complementary" => a.min(b),
                     "max" => a.max(b),
                     "clamp" => a.max(b).min(c),
                     "hypot" => (a * a + b * b).sqrt(),

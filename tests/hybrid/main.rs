@@ -13,6 +13,7 @@ mod events;
 mod fits;
 mod hybrid;
 mod impulses;
+mod networks;
 mod periodic;
 mod profiles;
 mod schedules;

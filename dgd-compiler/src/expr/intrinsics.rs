@@ -464,6 +464,14 @@ pub static INTRINSICS: &[Intrinsic] = &[
         ..FIRST
     },
     Intrinsic {
+        name: "complementary",
+        unit_rule: UnitRule::Any,
+        definition: Definition::Expansion(2, |g, of| smaller(g, of[0], of[1])),
+        sample_points: &[[-3.0, 0.5, 0.0], [0.7, 0.2, 0.0]],
+        doc: "0 where neither is below zero and one of them is zero, as the current and the blocked voltage of an ideal diode; else the smaller of two, in SI units",
+        ..LATER
+    },
+    Intrinsic {
         name: "clamp",
         unit_rule: UnitRule::Same,
         definition: Definition::Expansion(3, |g, of| {

@@ -13,6 +13,7 @@
 
 pub(crate) mod domain;
 mod newton;
+mod pieces;
 mod rates;
 pub(crate) mod readings;
 mod singularity;
@@ -20,6 +21,8 @@ mod singularity;
 use crate::linalg::{Factorisation, Singular};
 use crate::solved::Solved;
 use crate::system::{Pattern, Point, Signature, Storage};
+pub(crate) use newton::Weights;
+pub(crate) use pieces::Pieces;
 pub(crate) use rates::Rates;
 
 /// Residuals below this fraction of the equation's terms are rounding errors of a few operations.

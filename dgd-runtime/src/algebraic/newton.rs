@@ -14,15 +14,15 @@ use crate::system::{Pattern, Point};
 
 const MOST_ITERATIONS: usize = 100;
 /// The smallest damping factor λ tried.
-const LEAST_DAMPING: f64 = 1.0 / 4096.0;
+pub(super) const LEAST_DAMPING: f64 = 1.0 / 4096.0;
 /// How many times a guess at which the equations are singular is moved.
 const MOST_NUDGES: u32 = 3;
 
 /// Error weights of a correction.
 #[derive(Clone, Copy)]
-struct Weights<'a> {
-    sizes: &'a [f64],
-    tolerances: Tolerances,
+pub(crate) struct Weights<'a> {
+    pub(crate) sizes: &'a [f64],
+    pub(crate) tolerances: Tolerances,
 }
 
 impl<S: Solved> Algebraic<S> {
@@ -175,7 +175,7 @@ impl<S: Solved> Algebraic<S> {
         }
     }
 
-    fn not_converged(
+    pub(super) fn not_converged(
         &self,
         system: &S,
         at: Point<'_>,

@@ -3,6 +3,9 @@
 // Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
+/// A value that a step has made larger than this times what it was, and its size, may be its error itself.
+const MOST_GROWTH: f64 = 10.0;
+
 /// Tolerances of a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tolerances {
@@ -17,8 +20,20 @@ impl Tolerances {
         self.rtol * y.abs() + self.atol * size
     }
 
+    /// The value by which an error is judged of a step from `y` to `y_new`: the larger one, as far as it is trusted.
+    #[inline(always)]
+    pub(crate) fn judging(y: f64, y_new: f64, size: f64) -> f64 {
+        y.abs().max(y_new.abs().min(Self::most(y, size)))
+    }
+
+    /// Up to where a value that was `y` is trusted after a step.
+    #[inline(always)]
+    pub(crate) fn most(y: f64, size: f64) -> f64 {
+        MOST_GROWTH * y.abs().max(size)
+    }
+
     /// Mean of (eᵢ / wᵢ)², the square of the weighted root-mean-square norm, with the larger of two values of each
-    /// unknown in its weight. Zero for empty slices.
+    /// unknown in its weight, as far as it is trusted. Zero for empty slices.
     #[inline(always)]
     pub(crate) fn mean_square(self, e: &[f64], y: &[f64], y_new: &[f64], sizes: &[f64]) -> f64 {
         if e.is_empty() {
@@ -28,8 +43,8 @@ impl Tolerances {
         let (y, y_new, sizes) = (&y[..n], &y_new[..n], &sizes[..n]);
         let mut sum = 0.0;
         for i in 0..n {
-            let larger = if y[i].abs() > y_new[i].abs() { y[i] } else { y_new[i] };
-            let ratio = e[i] / self.weight(larger, sizes[i]);
+            let value = Self::judging(y[i], y_new[i], sizes[i]);
+            let ratio = e[i] / self.weight(value, sizes[i]);
             sum += ratio * ratio;
         }
         sum / e.len() as f64

@@ -97,6 +97,9 @@ pub fn sensitivity(
     let reached = told(session, run.span(), || run.simulate_with_sensitivities());
     let Reached { solution, observations, stopped } = reached?;
     tell_jumps(run.signature(), &solution, session);
+    for fold in &solution.folds {
+        session.remark(&format!("note: {fold}"));
+    }
     for undefined in &solution.undefined {
         session.remark(&format!("note: {undefined}"));
     }

@@ -119,6 +119,9 @@ pub fn simulate(request: &SimulateRequest, session: Session<'_>) -> Result<Simul
     let reached = told(session, run.span(), || run.simulate_with(&wanted.elements));
     let Reached { solution, mut observations, stopped } = reached?;
     tell_jumps(run.signature(), &solution, session);
+    for fold in &solution.folds {
+        session.remark(&format!("note: {fold}"));
+    }
     if let Some(seed) = request.noise_seed {
         noise::add(run.signature(), &mut observations, seed);
     }

@@ -626,6 +626,7 @@ static WELL_KNOWN: &[(&str, &str, Option<&str>)] = &[
     ("mod", "mod", None),
     ("round", "round", None),
     ("hypot", "hypot", None),
+    ("complementary", "complementary", None),
     ("clamp", "clamp", None),
     ("smoothstep", "smoothstep", None),
     ("erf", "erf", None),

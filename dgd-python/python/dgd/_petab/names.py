@@ -8,7 +8,7 @@ CLOCK, PI = "time of the run", "ratio of the circle"
 # Words of the language, its names, and its functions, which a name in front of a parenthesis would hide.
 _TAKEN = frozenset(
     "and or not if then else delay der time pi sqrt exp log log10 sin cos tan asin acos atan atan2 sinh cosh tanh abs "
-    "sign min max clamp floor ceil round mod hypot smoothstep erf erfc lgamma polygamma".split()
+    "sign min max complementary clamp floor ceil round mod hypot smoothstep erf erfc lgamma polygamma".split()
 )
 
 

@@ -1,5 +1,6 @@
 //! Modes and the state of their transitions during a run.
 
+use crate::algebraic::Pieces;
 use crate::discrete::Schedule;
 use crate::discrete::clock::Tick;
 use crate::discrete::state_selection::selecting;
@@ -18,6 +19,8 @@ const SHRINKING: usize = 4;
 pub(in crate::integrate) struct Hybrid {
     pub(in crate::integrate) schedule: Schedule,
     pub(super) n_automata: usize,
+    /// Pieces of algebraic equations.
+    pub(in crate::integrate) pieces: Pieces,
     /// For each automaton, whether it selects states, so that its transitions are not events.
     selecting: Vec<bool>,
     /// For each automaton, whether its discrete number is a count.
@@ -84,6 +87,7 @@ impl Hybrid {
         Self {
             schedule,
             n_automata: discrete.automata.len(),
+            pieces: Pieces::new(discrete, signature.unknowns.len()),
             selecting: selecting(signature).collect(),
             counting: discrete.automata.iter().map(|a| a.kind.counts()).collect(),
             back: ways_back(discrete),

@@ -48,7 +48,7 @@ impl<S: Solved> Simulation<'_, S> {
             solution.statistics.rejected += 1;
             return Ok(());
         };
-        if let Some(error) = self.error_at_corner(cut, times) {
+        if let Some(error) = self.error_of_cut(cut, times) {
             controller.reject(cut, error);
             solution.statistics.rejected += 1;
             return Ok(());
@@ -77,19 +77,23 @@ impl<S: Solved> Simulation<'_, S> {
             })
     }
 
-    /// The error of a step that was cut at a corner, if it is too large: stages at its end see the slopes after the
-    /// corner, which sensitivities follow; and the whole step may have passed a piece of a table without a stage in it. A
-    /// step nearer to the corner leaves less for the one that ends there.
-    fn error_at_corner(&self, cut: f64, times: &[f64]) -> Option<f64> {
+    /// The error of a step that was cut at an event, if it is too large. The whole step may have been accurate by
+    /// chance only, as beyond a pole on the other side of the threshold; at a corner, sensitivities follow the slopes
+    /// after it, which stages at the end see; and the whole step may have passed a piece of a table without a stage in
+    /// it. A step nearer to the event leaves less for the one that ends there.
+    fn error_of_cut(&self, cut: f64, times: &[f64]) -> Option<f64> {
         let span = times.last()? - times.first()?;
-        if cut <= NO_NEARER * span {
-            return None;
-        }
         let mut transitions = self.problem.system.signature().discrete.transitions();
         let (automaton, _) = transitions.nth(self.due()?)?;
         let kind = self.problem.system.signature().discrete.automata[automaton].kind;
-        let sees_slopes = self.directions.is_some() && !self.stepper.traits.is_multistep();
-        if !kind.only_ends_steps() || !(kind.counts() || sees_slopes) {
+        let is_multistep = self.stepper.traits.is_multistep();
+        let sees_slopes = self.directions.is_some() && !is_multistep;
+        let is_judged = if kind.only_ends_steps() {
+            cut > NO_NEARER * span && (kind.counts() || sees_slopes)
+        } else {
+            !is_multistep
+        };
+        if !is_judged {
             return None;
         }
         let error = self.error();

@@ -12,6 +12,7 @@ mod hybrid;
 mod jump;
 mod locate;
 mod past;
+mod pieces;
 mod reselect;
 mod saltation;
 mod scan;

@@ -160,6 +160,7 @@ impl<S: Solved> Simulation<'_, S> {
     ) -> bool {
         let (n_events, n_undefined) = (solution.events.len(), solution.undefined.len());
         let jumps = solution.jumps.clone();
+        let n_folds = solution.folds.len();
         let simultaneous = &mut self.discrete.simultaneous;
         let mut before = std::mem::take(&mut simultaneous.before);
         let mut reversed = std::mem::take(&mut simultaneous.reversed);
@@ -174,6 +175,7 @@ impl<S: Solved> Simulation<'_, S> {
             (before, reversed);
         solution.events.truncate(n_events);
         solution.jumps = jumps;
+        solution.folds.truncate(n_folds);
         if self.directions.is_some() {
             solution.undefined.truncate(n_undefined);
         }

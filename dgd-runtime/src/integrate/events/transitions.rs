@@ -20,7 +20,7 @@ pub(in crate::integrate) const SLIDING: usize = 2;
 /// Markers of slacks still to be computed: the change of an event function by errors within the tolerance, or by
 /// rounding.
 const OF_TOLERANCE: f64 = f64::INFINITY;
-const OF_ROUNDING: f64 = f64::NEG_INFINITY;
+pub(super) const OF_ROUNDING: f64 = f64::NEG_INFINITY;
 /// Rounding error of an unknown after a step, in units in the last place.
 const ROUNDINGS: f64 = 8.0;
 
@@ -78,7 +78,7 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// Writes to `high` how much event functions change by errors of all unknowns within these tolerances.
-    fn take_errors(&mut self, rtol: f64, atol: f64) {
+    pub(super) fn take_errors(&mut self, rtol: f64, atol: f64) {
         self.take_errors_at(At::Start, self.t, rtol, atol);
     }
 
@@ -275,6 +275,10 @@ impl<S: Solved> Simulation<'_, S> {
         let automaton = &discrete.automata[position];
         if automaton.kind.ends_runs() {
             return Err(IntegrateError::TableLeft { t: self.t, what: automaton.name.to_string() });
+        }
+        if automaton.kind.is_piece() {
+            self.verify_end(k, &automaton.name)?;
+            return self.enter_pieces(Some(position), solution);
         }
         if automaton.kind.only_ends_steps() || self.has_just_acted(position, k) {
             // Only slopes change, not values.

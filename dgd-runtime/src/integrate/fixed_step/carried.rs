@@ -259,7 +259,7 @@ fn square_ratios(
 ) {
     for (((error, from), to), size) in errors.iter_mut().zip(from).zip(to).zip(sizes) {
         let (from, to) = (from.abs(), to.abs());
-        let ratio = *error / tolerances.weight(if from > to { from } else { to }, *size);
+        let ratio = *error / tolerances.weight(Tolerances::judging(from, to, *size), *size);
         *error = ratio * ratio;
     }
 }

@@ -1,6 +1,6 @@
 //! The start of a run: values that satisfy all equations, and modes that hold there.
 
-use crate::algebraic::{Algebraic, AlgebraicPoint};
+use crate::algebraic::{Algebraic, AlgebraicPoint, Pieces, Weights};
 use crate::discrete::state_selection::select_states;
 use crate::discrete::{choose_sides, choose_start_modes, discrete_numbers, waiting};
 use crate::error::{InitialError, IntegrateError};
@@ -71,6 +71,15 @@ pub fn consistent_start<S: Solved>(
     system.mass(at, mass.as_mut());
     algebraic.enter_modes(mass.as_ref());
     let mut jacobian = S::Jacobian::zeros(signature.jacobian.len());
+    let mut pieces = Pieces::new(&signature.discrete, n);
+    if !pieces.is_empty() && !algebraic.is_empty() {
+        let at = AlgebraicPoint { t, u: u.as_ref(), p: problem.p, z: &[] };
+        let weights = Weights { sizes: sizes.as_ref(), tolerances };
+        let (y, jacobian) = (y.as_mut(), jacobian.as_mut());
+        algebraic
+            .solve_pieces(system, &mut pieces, at, &mut z, y, jacobian, weights)
+            .map_err(IntegrateError::Initial)?;
+    }
     let at = AlgebraicPoint { t, u: Here { drive: &mut drive, t }, p: problem.p, z: &z };
     algebraic
         .make_consistent(system, at, y.as_mut(), jacobian.as_mut(), sizes.as_ref(), tolerances)

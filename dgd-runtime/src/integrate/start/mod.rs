@@ -80,11 +80,13 @@ impl<S: Solved> Simulation<'_, S> {
         if let Some(memory) = self.resumed {
             self.recall_bounds(memory);
         }
+        self.find_pieces().map_err(IntegrateError::Initial)?;
         self.make_consistent(solution)?;
         self.reselect_states(solution)?;
         // Bounds that unknowns exceed at the start act at once; other conditions that are true at the start act only
         // after they have been false.
         self.begin_sample();
+        self.enter_pieces(None, solution)?;
         self.settle(solution)?;
         if self.resumed.is_none() {
             self.make_first_ticks(solution)?;
@@ -134,6 +136,9 @@ impl<S: Solved> Simulation<'_, S> {
         );
         self.drive.free_delays(false);
         self.drive.locate_delays(self.t, self.y.as_ref());
+        if S::FEATURES.events && made.is_err() && !self.discrete.pieces.is_empty() {
+            return self.find_pieces().map_err(IntegrateError::Initial);
+        }
         made.map_err(IntegrateError::Initial)
     }
 

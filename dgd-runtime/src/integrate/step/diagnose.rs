@@ -6,6 +6,7 @@ use crate::error::{Evaluation, IntegrateError};
 use crate::integrate::methods::non_finite::NonFinite;
 use crate::integrate::methods::stepper::Trial;
 use crate::integrate::simulation::{Simulation, base};
+use crate::linalg::norm::Tolerances;
 use crate::problem::Problem;
 use crate::solved::Solved;
 use crate::system::Point;
@@ -23,7 +24,8 @@ impl<S: Solved> Simulation<'_, S> {
         let n = y.len();
         let mut worst = (0, 0.0);
         let mut consider = |index: usize, e: f64, y: f64, y_new: f64, size: f64| {
-            let error = e.abs() / self.tolerances.weight(y.abs().max(y_new.abs()), size);
+            let value = Tolerances::judging(y, y_new, size);
+            let error = e.abs() / self.tolerances.weight(value, size);
             if error > worst.1 {
                 worst = (index, error);
             }

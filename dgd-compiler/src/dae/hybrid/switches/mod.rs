@@ -4,7 +4,8 @@
 //! ([`super::smoothness`]), or where e changes at samples of inputs only, nothing happens.
 //! Where a slope jumps, there is an event that changes nothing: a step ends there, so that no step
 //! reaches across the corner. Where a value jumps, the switch becomes a discrete number z, so that a
-//! step that passes the surface continues unchanged until it is cut there:
+//! step that passes the surface continues unchanged until it is cut there; so it is where the slope of an algebraic
+//! equation jumps ([`algebraic`]):
 //!
 //! ```text
 //!   z = below   e < 0    ->  above when e rises above 0
@@ -29,6 +30,7 @@
 //! Filippov, Differential Equations with Discontinuous Righthand Sides (1988), §4.
 
 mod affected;
+mod algebraic;
 mod driven;
 mod nested;
 mod opened;
@@ -66,11 +68,20 @@ struct Surface {
     /// Positions of the rows that read one of them.
     rows: Vec<usize>,
     passage: Passage,
+    /// Whether steps see one side only, although no value jumps.
+    is_piece: bool,
     name: String,
-    /// Its discrete number, where a value jumps.
+    /// Its discrete number, where steps see one side only.
     z: Option<ExprId>,
     /// α, where it can slide.
     share: Option<(u32, ExprId)>,
+}
+
+impl Surface {
+    /// Whether steps see one side only.
+    fn is_held(&self) -> bool {
+        self.is_piece || self.passage == Passage::Jump
+    }
 }
 
 /// Makes events of the switches on which the rows depend.
@@ -94,7 +105,7 @@ fn make_events(dae: &mut Dae, model: &Model) {
         surface.name = name(dae, model, surface.e);
     }
     // Those that only stop steps come last, as rows read the others by their positions.
-    surfaces.sort_by_key(|surface| surface.passage != Passage::Jump);
+    surfaces.sort_by_key(|surface| !surface.is_held());
     open(dae, model, &mut surfaces);
     replace_switches(dae, model, &mut surfaces);
     for surface in &surfaces {
@@ -132,6 +143,10 @@ fn passed(dae: &mut Dae, model: &Model) -> Vec<Surface> {
             surface.passage = surface.passage.max(here);
         }
     }
+    let algebraic = algebraic::Algebraic::of(dae);
+    for surface in &mut surfaces {
+        surface.is_piece = algebraic.holds(dae, &roots, surface);
+    }
     surfaces
 }
 
@@ -160,9 +175,9 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
     let after = before + surfaces.len();
     let sliding = Sliding::of(dae);
     let mut sharing: HashSet<ExprId> = HashSet::default();
-    let jumping = surfaces.iter_mut().filter(|surface| surface.passage == Passage::Jump);
+    let one_sided = surfaces.iter_mut().filter(|surface| surface.is_held());
     let mut n_shares = 0;
-    for (k, surface) in jumping.enumerate() {
+    for (k, surface) in one_sided.enumerate() {
         let position = u32::try_from(before + k).unwrap_or(u32::MAX);
         surface.z = Some(dae.graph.symbol(Symbol::Discrete(position)));
         // A share is algebraic: what reads it has no ė.
@@ -170,7 +185,8 @@ fn replace_switches(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
             !sharing.is_empty()
                 && dae.graph.reachable([surface.e]).iter().any(|id| sharing.contains(id))
         };
-        if sliding.is_possible(dae, model, surface) && !reads_share(dae) {
+        let slides = !surface.is_piece && sliding.is_possible(dae, model, surface);
+        if slides && !reads_share(dae) {
             let index = u32::try_from(dae.unknowns.len()).unwrap_or(u32::MAX);
             surface.share = Some((index, dae.graph.symbol(Symbol::Unknown(index))));
             sharing.extend(surface.signs.keys());
@@ -363,7 +379,7 @@ impl<'a> Replacing<'a> {
                 }
                 _ => graph.simplified(node.map(|operand| built[&operand])),
             };
-            let here = self.switched(graph, id, node, &mut weights).unwrap_or(here);
+            let here = self.switched(graph, id, node, here, &mut weights);
             built.insert(id, here);
             if let Some(weight) = joined(graph, node, &built, &weights) {
                 weights.insert(id, weight);
@@ -372,16 +388,19 @@ impl<'a> Replacing<'a> {
         built
     }
 
-    /// What stands for a switch whose value jumps.
+    /// What stands for a switch of which steps see one side only; `rebuilt` for any other.
     fn switched(
         &self,
         graph: &mut Graph,
         id: ExprId,
         node: Node,
+        rebuilt: ExprId,
         weights: &mut HashMap<ExprId, Weight>,
-    ) -> Option<ExprId> {
-        let surface = &self.surfaces[*self.of_switches.get(&id)?];
-        let z = surface.z?;
+    ) -> ExprId {
+        let Some(surface) = self.of_switches.get(&id).map(|k| &self.surfaces[*k]) else {
+            return rebuilt;
+        };
+        let Some(z) = surface.z else { return rebuilt };
         let sign = surface.signs[&id];
         let (zero, one, two) = (graph.constant(0.0), graph.constant(1.0), graph.constant(2.0));
         let above = in_mode(graph, z, ABOVE);
@@ -394,22 +413,31 @@ impl<'a> Replacing<'a> {
                     weights.insert(id, Weight { value, slides });
                 }
                 let below = in_mode(graph, z, BELOW);
-                Some(if with_above { above } else { below })
+                if with_above { above } else { below }
             }
             Node::Call1(function, _) if function.get().name == "sign" => {
                 let (high, low) = (graph.constant(sign), graph.constant(-sign));
                 let value = graph.select(above, high, low);
-                let Some((_, alpha)) = surface.share else { return Some(value) };
+                let Some((_, alpha)) = surface.share else { return value };
                 // 2α − 1
                 let share = graph.multiply(two, alpha);
                 let share = graph.subtract(share, one);
                 let share = if sign > 0.0 { share } else { graph.subtract(zero, share) };
-                Some(graph.select(slides, share, value))
+                graph.select(slides, share, value)
             }
+            Node::Call1(..) if surface.is_piece => absolute(graph, rebuilt, above, sign),
             // The absolute value has a corner only.
-            _ => None,
+            _ => rebuilt,
         }
     }
+}
+
+/// |x| on the side of a surface on which x has this sign.
+fn absolute(graph: &mut Graph, rebuilt: ExprId, above: ExprId, sign: f64) -> ExprId {
+    let Node::Call1(_, x) = graph.node(rebuilt) else { return rebuilt };
+    let minus = graph.negate(x);
+    let [high, low] = if sign > 0.0 { [x, minus] } else { [minus, x] };
+    graph.select(above, high, low)
 }
 
 /// B + α (A − B) while a switch of the condition slides.
@@ -498,5 +526,6 @@ fn automaton(dae: &mut Dae, model: &Model, surface: &Surface) -> Automaton {
             transition(SLIDING, BELOW, Crossing::Falls, alpha, Trigger::Level),
         ]);
     }
-    Automaton { kind: AutomatonKind::Switch, name, modes, start: BELOW, transitions }
+    let kind = if surface.is_piece { AutomatonKind::Piece } else { AutomatonKind::Switch };
+    Automaton { kind, name, modes, start: BELOW, transitions }
 }

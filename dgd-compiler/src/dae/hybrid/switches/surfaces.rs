@@ -68,7 +68,16 @@ pub(super) fn surfaces(
             let signs = [(id, sign)].into_iter().collect();
             let (passage, name) = (Passage::Smooth, String::new());
             let rows = Vec::new();
-            surfaces.push(Surface { e, signs, rows, passage, name, z: None, share: None });
+            surfaces.push(Surface {
+                e,
+                signs,
+                rows,
+                passage,
+                is_piece: false,
+                name,
+                z: None,
+                share: None,
+            });
         }
     }
     joined(dae, model, surfaces)

@@ -1,31 +1,45 @@
-//! Loops whose rows jump are unrolled, so that each row has its own events.
+//! Loops whose rows jump are unrolled, so that each row has its own events, and so are those of algebraic equations made
+//! of pieces.
 //!
-//! Where only slopes jump, a loop stays one: the control of the error sees corners, and sensitivities
-//! go through them. They do not go through a jump that nothing locates: loops that are too long for that
+//! Where only slopes of differential equations jump, a loop stays one: the control of the error sees corners, and
+//! sensitivities go through them. They do not go through a jump that nothing locates: loops that are too long for that
 //! are listed, so that runs leave sensitivities blank.
 
+use super::algebraic::{Algebraic, is_total};
 use super::steps;
 use super::surfaces::{SurfaceKind, surfaces};
 use crate::dae::hybrid::smoothness::{Passage, Sizes, passage};
 use crate::dae::rates::at_passage;
 use crate::dae::{Dae, Family};
-use crate::expr::ExprId;
 use crate::model::Model;
 
 /// Longer loops stay as they are: the program grows with the rows.
 const MOST_ROWS: u32 = 10_000;
 
 /// Unrolls the loops in which a value jumps where an element, or anything else that differs from row
-/// to row, passes a threshold.
+/// to row, passes a threshold, and those of algebraic equations in which a slope does.
 pub(super) fn unroll(dae: &mut Dae, model: &Model) {
+    if dae.families.is_empty() {
+        return;
+    }
     let sizes = Sizes::of(dae, model);
-    for family in std::mem::take(&mut dae.families) {
-        if family.count == 1 || !jumps(dae, model, &sizes, family.rhs) {
+    let algebraic = Algebraic::of(dae);
+    let passages: Vec<Option<Passage>> = (0..dae.families.len())
+        .map(|k| {
+            (dae.families[k].count > 1)
+                .then(|| passage_of_rows(dae, model, &sizes, &algebraic, k))
+                .flatten()
+        })
+        .collect();
+    for (family, passage) in std::mem::take(&mut dae.families).into_iter().zip(passages) {
+        let Some(passage) = passage else {
             dae.families.push(family);
             continue;
-        }
+        };
         if family.count > MOST_ROWS {
-            dae.unlocated.push(family.equation.clone());
+            if passage == Passage::Jump {
+                dae.unlocated.push(family.equation.clone());
+            }
             dae.families.push(family);
             continue;
         }
@@ -43,18 +57,33 @@ pub(super) fn unroll(dae: &mut Dae, model: &Model) {
     }
 }
 
-/// Whether a row jumps at a surface of its own.
-fn jumps(dae: &mut Dae, model: &Model, sizes: &Sizes, row: ExprId) -> bool {
+/// How rows of a family pass surfaces of their own at which something happens, if they do.
+fn passage_of_rows(
+    dae: &mut Dae,
+    model: &Model,
+    sizes: &Sizes,
+    algebraic: &Algebraic,
+    family: usize,
+) -> Option<Passage> {
+    let Family { rhs: row, differential, .. } = dae.families[family];
     if steps::differ_by_row(dae, model, row) {
-        return true;
+        return Some(Passage::Jump);
     }
     let row = steps::with_switched_angles(dae, model, row);
     let found = surfaces(dae, model, &[row], SurfaceKind::OfRows);
     if found.is_empty() {
-        return false;
+        return None;
     }
+    let may_have_pieces = !differential && is_total(&dae.graph, row);
     let mut trial = dae.graph.clone();
-    found
-        .iter()
-        .any(|surface| passage(&mut trial, sizes, row, surface.e, &surface.signs) == Passage::Jump)
+    let acting = found.iter().filter_map(|surface| {
+        let here = passage(&mut trial, sizes, row, surface.e, &surface.signs);
+        let acts = match here {
+            Passage::Jump => true,
+            Passage::Corner => may_have_pieces && algebraic.is_read_by(dae, surface.e),
+            Passage::Smooth => false,
+        };
+        acts.then_some(here)
+    });
+    acting.max()
 }
