@@ -4,6 +4,7 @@ use crate::Signature;
 
 /// Features that models of a type may have. Solvers skip code for those that they lack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(clippy::struct_excessive_bools)] // Features are independent of each other.
 pub struct Features {
     /// Discrete numbers: modes, or conditions on time.
     pub events: bool,
