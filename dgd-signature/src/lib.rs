@@ -12,20 +12,17 @@
 //! | `unknowns` | names and units of all unknowns and equations, elements of arrays included |
 //! | `arrays` | additions to a description by arrays |
 //! | `pattern` | sparsity patterns of matrices |
-//! | `automaton` | discrete state that changes at events |
+//! | `discrete` | discrete state that changes at events, clocks, event functions as data, piecewise polynomials of tables |
 //! | `past` | delayed inputs and unknowns |
-//! | `formula` | formulas as data, to be evaluated over ranges; piecewise polynomials of tables |
 //! | `features` | features that models of a type may have |
 //! | `unit` | a declared unit |
 //! | `number` | numbers in sentences |
 //! | `special` | functions that the standard library lacks |
 
 pub mod arrays;
-mod automaton;
-mod clock;
 mod density;
+mod discrete;
 mod features;
-mod formula;
 pub mod number;
 mod past;
 mod pattern;
@@ -39,11 +36,12 @@ mod unknowns;
 use std::borrow::Cow;
 
 pub use arrays::Arrays;
-pub use automaton::{Automaton, AutomatonKind, Crossing, Discrete, JumpKind, Transition, Trigger};
-pub use clock::{Clock, ExactTicks};
 pub use density::{Density, Distribution};
+pub use discrete::{
+    Automaton, AutomatonKind, Clock, Crossing, Curve, Discrete, ExactTicks, Formulas, JumpKind,
+    Operation, Transition, Trigger,
+};
 pub use features::Features;
-pub use formula::{Curve, Formulas, Operation};
 pub use past::{DelayedInput, DelayedUnknown, PastLayout};
 pub use pattern::Pattern;
 pub use prior::PriorDensity;

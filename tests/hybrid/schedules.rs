@@ -225,6 +225,9 @@ fn ramps() -> (Inputs, impl Fn(f64) -> f64) {
     (inputs, u)
 }
 
+/// A function of time that is positive where a condition holds.
+type Excess<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
+
 #[test]
 fn shutters_are_open_as_long_as_their_conditions_hold() {
     let s = |w: f64| move |t: f64| (w * t).sin();
@@ -236,8 +239,7 @@ fn shutters_are_open_as_long_as_their_conditions_hold() {
         t if t < 102.0 => 5.0 - 4.0 * (t - 101.0),
         t => 1.0 - (t - 102.0) / 298.0,
     };
-    type F<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
-    let cases: Vec<(&str, F)> = vec![
+    let cases: Vec<(&str, Excess)> = vec![
         ("sin(3*time/1 [s])*cos(0.11*time/1 [s]) > 0.7", {
             Box::new(|t| s(3.0)(t) * (0.11 * t).cos() - 0.7)
         }),

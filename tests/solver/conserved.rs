@@ -58,7 +58,7 @@ fn sums_are_found_where_all_terms_cancel() {
         state b = 1
         equation one: der(a) = -k*a
         equation two: der(b) = k*a - 2*k*b";
-    assert_eq!(sums(open), [Vec::new(); 0]);
+    assert!(sums(open).is_empty());
 }
 
 /// y₂ = y₃ + y₄ while they fall by nine decades. At 1e11 s, y₁ and y₄ are gone, and 1/y₂ grows by M C t from then on.

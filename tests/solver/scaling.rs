@@ -133,13 +133,13 @@ fn food_web(n: usize) -> String {
     // What is beyond an edge mirrors what is inside.
     let inside = |i: isize| match i {
         -1 => 1,
-        i if i == n as isize => n - 2,
-        i => i as usize,
+        i if i == n.cast_signed() => n - 2,
+        i => i.cast_unsigned(),
     };
     for (i, j) in all() {
         let (x, y) = (i as f64 * h, j as f64 * h);
         let at = |of: &str, di: isize, dj: isize| {
-            format!("{of}{}_{}", inside(i as isize + di), inside(j as isize + dj))
+            format!("{of}{}_{}", inside(i.cast_signed() + di), inside(j.cast_signed() + dj))
         };
         let spread = |of: &str| {
             let (own, points) = (at(of, 0, 0), (n - 1) * (n - 1));

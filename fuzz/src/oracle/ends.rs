@@ -100,7 +100,8 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
             let values = whole.values(k).into_iter().zip(other.values(at)).zip(tight.values(k));
             for (i, ((a, b), c)) in values.enumerate() {
                 let allowed = TOLERANCES * (TOLERANCE * size[i] + (a - c).abs());
-                if !((a - b).abs() <= allowed) && !(a.is_nan() && b.is_nan()) {
+                let agree = (a - b).abs() <= allowed || (a.is_nan() && b.is_nan());
+                if !agree {
                     let detail = format!("{} at {t}: {a:e} and {b:e}", name(prepared, i));
                     findings.push(Finding::new("ends", format!("{what}: another value"), detail));
                     return;
@@ -122,7 +123,7 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
                         signature.direction_name(j),
                         scales[i],
                     );
-                    let kind = if a.is_nan() != b.is_nan() { "blank" } else { "another" };
+                    let kind = if a.is_nan() == b.is_nan() { "another" } else { "blank" };
                     let symptom = format!("{what}: {kind} derivative");
                     findings.push(Finding::new("ends", symptom, detail));
                     return;

@@ -113,14 +113,11 @@ impl<S: Solved> Simulation<'_, S> {
         let t_event = if cut < h { self.t + cut } else { t_new };
         self.accept(t_event, Stop::Change, times, solution);
         self.stepper.restart();
-        match due {
-            Some(due) => {
-                self.make_events(due, solution)?;
-            }
-            None => {
-                self.begin_sample();
-                self.settle(solution)?;
-            }
+        if let Some(due) = due {
+            self.make_events(due, solution)?;
+        } else {
+            self.begin_sample();
+            self.settle(solution)?;
         }
         self.mark_instant();
         // Other changes at this time come first.

@@ -21,6 +21,7 @@ use crate::solved::Solved;
 use crate::system::{Pattern, Point, Storage};
 
 /// Work space of the unknowns.
+#[allow(clippy::struct_excessive_bools)] // Flags are independent of each other.
 pub(crate) struct Stepper<S: Solved> {
     kind: MethodKind,
     pub(crate) traits: Traits,

@@ -1,6 +1,12 @@
 //! Discrete state that changes only at events: automata with their modes and transitions, and conditions on time.
 
-use crate::{Clock, Formulas, List, Pattern, Text};
+mod clock;
+mod formula;
+
+pub use clock::{Clock, ExactTicks};
+pub use formula::{Curve, Formulas, Operation};
+
+use crate::{List, Pattern, Text};
 
 /// Modes, transitions and conditions on time.
 #[derive(Debug, Clone, PartialEq)]
