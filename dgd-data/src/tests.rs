@@ -183,7 +183,7 @@ fn headers_and_rows_that_cannot_be_trusted_are_refused() {
         ("time [s],time [s]\n0,1\n", "E609 1:10 two columns are called `time`"),
         ("time [m],x [m]\n0,1\n", "E604 1:1 `time` is in `m`, which is not a unit of time"),
         ("time [s,x [m]\n0,1\n", "E609 1:1 malformed column header: a `[` is not closed"),
-        ("time [sec],x [m]\n0,1\n", "E305 1:7 there is no unit `sec`"),
+        ("time [sek],x [m]\n0,1\n", "E305 1:7 there is no unit `sek`"),
         ("\"x [m]\n0\n1\n", "E609 1:1 a quoted cell is not closed"),
         ("x [m]\n0\n\"1\n2\n", "E610 3:1 a quoted cell is not closed"),
         ("x,y\n0,1\n1,2,3,4\n5\n", "E610 3:5 this row has 4 cells, and the header 2 cells"),

@@ -23,9 +23,11 @@ impl Fact {
     pub(crate) fn read(line: &str) -> Option<Fact> {
         let (head, size) = line.strip_prefix(BEGIN)?.rsplit_once(" of ")?;
         let (head, value) = head.rsplit_once(" = ")?;
-        let (of, at) = match head.rsplit_once(" at ") {
-            Some((of, at)) => (of, Some(at.parse().ok()?)),
-            None => (head.strip_suffix(" always")?, None),
+        let (of, at) = if let Some(of) = head.strip_suffix(" always") {
+            (of, None)
+        } else {
+            let (of, at) = head.rsplit_once(" at ")?;
+            (of, Some(at.parse().ok()?))
         };
         Some(Fact { of: of.to_owned(), at, value: value.parse().ok()?, size: size.parse().ok()? })
     }

@@ -320,7 +320,7 @@ fn a_bootstrap_that_ctrl_c_stops_gives_what_is_complete() {
     // More data sets than there is time for. Later each time, until the fit itself has been finished.
     let mut waited = std::time::Duration::from_millis(50);
     loop {
-        let mut child = started(&["fit", &model, "--data", &data, "--bootstrap", "100000000"]);
+        let mut child = started(&["fit", &model, "--data", &data, "--bootstrap", "1000000"]);
         wait_until_it_minds_ctrl_c(&mut child);
         std::thread::sleep(waited);
         interrupt(&child);

@@ -101,7 +101,7 @@ fn a_correction_that_is_taken_leaves_the_text_sound() {
         ("let x = exp(2*τ)", "Divide `2*τ` by `τ`", "exp(2*τ/τ)"),
         ("equation der(h) = q/A", "Label it `der_h`", "equation der_h: der(h)"),
         ("let x = hh", "Write `h`", "let x = h"),
-        ("let x [kgm] = 2 [kg]", "Write `kg`", "x [kg]"),
+        ("let x [kkg] = 2 [kg]", "Write `kg`", "x [kg]"),
     ] {
         let text = format!("{head}{line}\n");
         let all = proposals(&mut editor, &path, &text);

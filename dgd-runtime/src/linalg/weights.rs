@@ -1,14 +1,16 @@
 //! Weights of rows, by which the elements of a column are compared when its pivot is chosen.
 //!
 //! ```text
-//!   an algebraic equation among the rows    1 / maxⱼ |wᵢⱼ| sizeⱼ
-//!   differential equations alone            1 / sizeᵢ
+//!   differential equations alone    1 / sizeᵢ
+//!   other differential equations    1 / maxⱼ |wᵢⱼ| sizeⱼ
+//!   algebraic equations             PREFERENCE / maxⱼ |wᵢⱼ| sizeⱼ
 //! ```
 //!
 //! rounded to powers of two. An equation times 2ᵏ, or an unknown in units of 2ᵏ, changes weights by powers of two, and
 //! products of weights and elements not at all: pivots are the same, and so are the bits of solutions but for that
 //! power. Differential equations alone have rows in the units of their unknowns over time, so that no element needs to
-//! be looked at.
+//! be looked at. An algebraic equation is preferred, so that it holds to the rounding of its own terms where it hardly
+//! determines its unknown.
 //!
 //! Only the choice depends on weights; elements are not scaled.
 //!
@@ -22,6 +24,8 @@ use crate::system::Pattern;
 
 /// Bits of a number's exponent.
 const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
+/// How much smaller an element of an algebraic equation may be than another one and still be the pivot.
+const PREFERENCE: f64 = 8.0;
 /// Sum of the exponents' bits of 2ᵏ and 2⁻ᵏ.
 const OF_BOTH: u64 = 0x7fe0_0000_0000_0000;
 
@@ -61,8 +65,9 @@ pub(super) fn weigh(
             weights[row] = share;
         }
     });
-    for weight in weights {
-        *weight = reciprocal(*weight);
+    for (i, weight) in weights.iter_mut().enumerate() {
+        let preferred = if differential(i) { 1.0 } else { PREFERENCE };
+        *weight = preferred * reciprocal(*weight);
     }
 }
 

@@ -147,7 +147,9 @@ impl<S: Solved> Simulation<'_, S> {
         let [a, b, c] = self.discrete.around.each_ref().map(|e| e[k]);
         let slope = rate * self.discrete.sampled * APART;
         let curvature = 0.5 * (a + c) - b;
-        if slope * curvature < 0.0 && curvature.abs() > STRAIGHT * slope.abs() {
+        // A turn further away than a step is extrapolated, and tells nothing.
+        let is_near = slope.abs() * APART < 2.0 * curvature.abs();
+        if slope * curvature < 0.0 && is_near && curvature.abs() > STRAIGHT * slope.abs() {
             slope * slope / (4.0 * curvature.abs())
         } else {
             f64::INFINITY

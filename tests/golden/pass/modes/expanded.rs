@@ -301,6 +301,17 @@ pub mod tank {
                 ),
                 n_time_conditions: 1,
                 clocks: List::Borrowed(&[]),
+                event_formulas: Formulas {
+                    operations: List::Borrowed(
+                        &[
+                            Operation::Unknown(1),
+                            Operation::Unknown(0),
+                            Operation::Parameter(0),
+                            Operation::Subtract(1, 2),
+                        ],
+                    ),
+                    results: List::Borrowed(&[3, 0]),
+                },
                 event_jacobian: Pattern::single(&[0, 1], &[0, 1]),
                 reset_jacobian: Pattern::single(&[0], &[0]),
                 by_mode: List::Borrowed(&[0]),

@@ -274,6 +274,27 @@ pub mod tables {
                 ),
                 n_time_conditions: 0,
                 clocks: List::Borrowed(&[]),
+                event_formulas: Formulas {
+                    operations: List::Borrowed(
+                        &[
+                            Operation::Constant(1.0),
+                            Operation::Unknown(0),
+                            Operation::Discrete(0),
+                            Operation::Curve(&_CURVE_0D4E45D9439EF248, 1),
+                            Operation::Subtract(3, 2),
+                            Operation::Subtract(4, 0),
+                            Operation::Discrete(1),
+                            Operation::Curve(&_CURVE_990E65693DACB038, 1),
+                            Operation::Subtract(7, 6),
+                            Operation::Subtract(8, 0),
+                            Operation::Constant(-1e-6),
+                            Operation::Constant(1.000001),
+                            Operation::Subtract(1, 11),
+                            Operation::Subtract(1, 10),
+                        ],
+                    ),
+                    results: List::Borrowed(&[5, 4, 9, 8, 12, 13]),
+                },
                 event_jacobian: Pattern::single(
                     &[0, 1, 2, 3, 4, 5],
                     &[0, 0, 0, 0, 0, 0],
