@@ -382,7 +382,8 @@ fn a_clamped_controller_slides_along_its_clamp_and_leaves_it() {
             let solution = solution.expect("a solution");
             assert!(solution.undefined.is_empty(), "{start}: {:?}", solution.undefined);
             assert!(solution.events.len() < 30, "{start}: {:?}", solution.events);
-            assert!(solution.statistics.steps < 1000, "{start}: {:?}", solution.statistics);
+            // Steps end at the corners of the clamp as long as the command keeps to it within its error.
+            assert!(solution.statistics.steps < 5000, "{start}: {:?}", solution.statistics);
             let slid = solution.events.iter().filter(|event| &*event.to == "sliding").count();
             assert!(slid > 0, "it slides along its clamp: {:?}", solution.events);
         }

@@ -132,6 +132,8 @@ fn assemble_as_it_is(
     };
     // After this: no switch in a row whose value or slope jumps without an event.
     switches::locate(&mut dae, model);
+    // What slides takes part in no jump.
+    dae.impulses.pad(&mut dae.graph, dae.unknowns.len());
     // After this: no slopes of inputs; they are inputs of their own.
     take_slopes(&mut dae);
     // After this: no elements of arrays; they are unknowns.

@@ -153,6 +153,18 @@ pub struct Impulses {
     pub entries: Vec<JumpEntry>,
 }
 
+impl Impulses {
+    /// Adds unknowns without an impulse, up to this number; nothing if there are no jumps.
+    fn pad(&mut self, graph: &mut Graph, n: usize) {
+        if self.kinds.is_empty() {
+            return;
+        }
+        let zero = graph.constant(0.0);
+        self.kinds.resize(n, zero);
+        self.rests.resize(n, zero);
+    }
+}
+
 /// An entry of the matrix of jumps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct JumpEntry {
