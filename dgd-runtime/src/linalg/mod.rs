@@ -49,7 +49,7 @@ pub struct Pivot {
 
 /// LU factorisation of W = c M − J, with M = diag(1 or 0) and J given by its non-zeros.
 ///
-/// Pivots are chosen by weighted rows ([`weights`]), whatever the units of unknowns and the factors of equations; the
+/// Pivots are chosen by weighted rows (`weights`), whatever the units of unknowns and the factors of equations; the
 /// pivots themselves are those of W as given.
 pub trait Factorisation: Clone {
     /// Work space for n unknowns and this pattern of J.
