@@ -345,7 +345,6 @@ equation heat: rho*V*cp*der(T) = rho*q*cp*(12 [°C] - T) + Pmax*duty - UA*(T - 1
 ";
 
 #[test]
-#[ignore = "takes thousands of steps since these end at corners along which the solution slides: to be mended"]
 fn a_clamped_controller_slides_along_its_clamp_and_leaves_it() {
     let tank = system(TANK);
     let changes: [(f64, f64, f64); 15] = [
@@ -383,8 +382,7 @@ fn a_clamped_controller_slides_along_its_clamp_and_leaves_it() {
             let solution = solution.expect("a solution");
             assert!(solution.undefined.is_empty(), "{start}: {:?}", solution.undefined);
             assert!(solution.events.len() < 30, "{start}: {:?}", solution.events);
-            // Steps end at the corners of the clamp as long as the command keeps to it within its error.
-            assert!(solution.statistics.steps < 5000, "{start}: {:?}", solution.statistics);
+            assert!(solution.statistics.steps < 1000, "{start}: {:?}", solution.statistics);
             let slid = solution.events.iter().filter(|event| &*event.to == "sliding").count();
             assert!(slid > 0, "it slides along its clamp: {:?}", solution.events);
         }
@@ -554,8 +552,8 @@ fn flat_crossings_move_like_others() {
         ));
         let solution = run(&system, &[0.0, 3.0]);
         // y = t - 1/a.
-        // exp(q^3) is 1 to rounding for q up to 6e-6, which takes 1.2e-5 s.
-        assert_close(&[value(&system, &solution, "y", 1)], &[1.0], 1.2e-5);
+        // exp(q^3) is 1 to rounding for q up to 6e-6.
+        assert_close(&[value(&system, &solution, "y", 1)], &[1.0], 1e-5);
         let slope = slopes(&system, &solution, "y", 1);
         if solution.undefined.is_empty() {
             assert_close(&slope, &[4.0], 1e-4);

@@ -543,7 +543,8 @@ fn the_solver_passes_the_transition_with_an_event_or_cheaply_without() {
     assert_eq!(with.solution.events.len(), 1);
     assert_near(with.unknown("q")[1], 193.391 * LPM, 1e-5);
 
-    // At 2 bar both come to one turbulent flow; the continuous loss takes no event, but steps end at its two corners.
+    // At 2 bar both come to one turbulent flow; the continuous loss takes no event and fewer steps
+    // than the jump with what it begins anew.
     let bar = [2e5; 2];
     let with = run(&jumping, &[0.0, 100.0], &[("dp", &bar)], &times, 1e-6);
     let without = run(&smooth, &[0.0, 100.0], &[("dp", &bar)], &times, 1e-6);
@@ -551,7 +552,7 @@ fn the_solver_passes_the_transition_with_an_event_or_cheaply_without() {
     assert_near(without.unknown("q")[1], with.unknown("q")[1], 1e-5);
     assert!(without.solution.events.is_empty());
     let (a, b) = (with.solution.statistics, without.solution.statistics);
-    assert!(4 * b.steps <= 5 * a.steps, "{} and {}", a.steps, b.steps);
+    assert!(b.evaluations <= a.evaluations, "{a:?} and {b:?}");
 
     // A pressure between the two losses at Re = 2300: the jump holds the flow there, the continuous
     // loss has a flow for it.

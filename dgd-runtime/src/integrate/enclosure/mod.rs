@@ -63,9 +63,16 @@ enum Step {
 /// What an operation depends on.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Reads {
-    /// Time, or inputs, which move with it.
     pub(crate) time: bool,
+    pub(crate) inputs: bool,
     pub(crate) unknowns: bool,
+}
+
+impl Reads {
+    /// Whether it moves in a step.
+    fn moves(self) -> bool {
+        self.time || self.inputs || self.unknowns
+    }
 }
 
 /// An interval of a step: its ends as fractions of the step, and what moves in it.
@@ -98,12 +105,14 @@ impl Enclosures {
         let mut all = Self::default();
         for operation in formulas.operations.iter() {
             let mut reads = Reads {
-                time: matches!(operation, Operation::Time | Operation::Input(_)),
+                time: matches!(operation, Operation::Time),
+                inputs: matches!(operation, Operation::Input(_)),
                 unknowns: matches!(operation, Operation::Unknown(_)),
             };
             for operand in operation.operands() {
                 let of = all.reads[operand as usize];
                 reads.time |= of.time;
+                reads.inputs |= of.inputs;
                 reads.unknowns |= of.unknowns;
             }
             let step = all.step(*operation);
@@ -159,7 +168,7 @@ impl Enclosures {
 
     /// Whether a step is an unknown, or a sum of multiples of such and of what does not move.
     fn is_linear(&self, step: Step) -> bool {
-        let is_still = |at: usize| !self.reads[at].time && !self.reads[at].unknowns;
+        let is_still = |at: usize| !self.reads[at].moves();
         let is_linear = |at: usize| self.polynomials[at].is_some();
         match step {
             Step::Unknown(_) => true,
@@ -266,8 +275,7 @@ impl Enclosures {
                 (step, Some(slot)) => self.add_up(step, slot),
                 _ => {}
             }
-            let Reads { time, unknowns } = self.reads[i];
-            if time || unknowns {
+            if self.reads[i].moves() {
                 self.moving.push(i);
                 continue;
             }

@@ -48,6 +48,8 @@ pub(in crate::integrate) struct Hybrid {
     pub(in crate::integrate) enclosures: Enclosures,
     pub(in crate::integrate) past: PastValues,
     pub(in crate::integrate) watching: Vec<Watching>,
+    /// Algebraic unknowns that event functions read which are watched within a step.
+    pub(super) watched: Vec<bool>,
     /// Event functions around the last crossing, at three points of the step.
     pub(in crate::integrate) around: [Vec<f64>; 3],
     /// The transition that became due only by a turn within the step, and how far beyond its threshold the event
@@ -102,6 +104,7 @@ impl Hybrid {
             past: PastValues::new(enclosures.inputs(), signature.past().first),
             enclosures,
             watching: vec![Watching::No; n_e],
+            watched: vec![false; if n_e == 0 { 0 } else { signature.unknowns.len() }],
             around: std::array::from_fn(|_| vec![0.0; n_e]),
             turned: None,
             crowd: (from, 0),

@@ -21,6 +21,7 @@ pub(in crate::integrate) mod singular_point;
 mod ticks;
 mod transitions;
 mod watch;
+mod within;
 
 pub(in crate::integrate) use hybrid::Hybrid;
 pub(in crate::integrate) use jump::Jumps;

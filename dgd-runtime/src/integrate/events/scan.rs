@@ -10,7 +10,6 @@
 use crate::integrate::enclosure::{Along, Interval, Tube};
 use crate::integrate::events::watch::CALM;
 use crate::integrate::simulation::Simulation;
-use crate::problem::Problem;
 use crate::solved::Solved;
 use crate::system::{Crossing, Trigger};
 
@@ -48,6 +47,13 @@ pub(in crate::integrate) enum Watching {
     ToArm,
     /// It can be armed at this fraction of the step, and is due later where its event function is beyond the threshold.
     ArmedAt(f64),
+}
+
+impl Watching {
+    /// Whether it is watched between the ends of the step, too.
+    pub(in crate::integrate) fn is_within(self) -> bool {
+        !matches!(self, Self::No | Self::AtEnd)
+    }
 }
 
 /// An event function in a part of a step.
@@ -89,19 +95,16 @@ struct Part {
 impl<S: Solved> Simulation<'_, S> {
     /// Scans the last tried step, of size h.
     pub(super) fn scan(&mut self, h: f64) -> Scanned {
-        if !self.begin_scan() {
-            return Scanned::Nothing;
+        let mut found = if self.begin_scan() { self.scan_from(0.0, h) } else { Scanned::Nothing };
+        while let Scanned::Stuck { part, to, k } = found
+            && self.rides(k, h, Part::new(part, to))
+        {
+            self.discrete.watching[k] = Watching::AtEnd;
+            found = self.scan_from(part, h);
         }
-        let mut from = 0.0;
-        loop {
-            match self.scan_from(from, h) {
-                Scanned::Stuck { part, to, k } if self.rides(k, h, Part::new(part, to)) => {
-                    self.discrete.watching[k] = Watching::AtEnd;
-                    from = part;
-                }
-                Scanned::Nothing if self.is_due_at_end() => return Scanned::Until(1.0),
-                found => return found,
-            }
+        match found {
+            Scanned::Nothing if self.is_due_at_end(h) => Scanned::Until(1.0),
+            found => found,
         }
     }
 
@@ -148,43 +151,66 @@ impl<S: Solved> Simulation<'_, S> {
         lo.abs().max(hi.abs()) <= error
     }
 
-    /// Whether a transition is due at the end of the step that rides on its threshold.
-    fn is_due_at_end(&self) -> bool {
-        let hybrid = &self.discrete;
-        let mut transitions = self.problem.system.signature().discrete.transitions().enumerate();
-        transitions.any(|(k, (_, transition))| {
-            hybrid.watching[k] == Watching::AtEnd
-                && hybrid.armed[k]
-                && hybrid.is_past(k, transition.crossing, hybrid.e[k])
-        })
+    /// Whether a transition is due that is only watched at the end of the step. A corner that was passed a short while ago
+    /// is left to error control, since a solution may flutter about it.
+    fn is_due_at_end(&mut self, h: f64) -> bool {
+        let discrete = &self.problem.system.signature().discrete;
+        let hybrid = &mut self.discrete;
+        let t_new = self.t + h;
+        let mut is_due = false;
+        for (k, (automaton, transition)) in discrete.transitions().enumerate() {
+            if hybrid.watching[k] != Watching::AtEnd || !hybrid.armed[k] {
+                continue;
+            }
+            let e = hybrid.e[k];
+            if !discrete.automata[automaton].kind.only_ends_steps() {
+                is_due |= hybrid.is_past(k, transition.crossing, e);
+            } else if transition.crossing.is_past(e) {
+                if hybrid.flutters(k, t_new, CALM * h) {
+                    hybrid.pass_corner(k, t_new);
+                } else {
+                    is_due = true;
+                }
+            }
+        }
+        is_due
     }
 
-    /// Decides which transitions are watched. Returns whether any is.
-    fn begin_scan(&mut self) -> bool {
-        let Problem { system, p, .. } = *self.problem;
-        let discrete = &system.signature().discrete;
-        let mut any = false;
+    /// Decides how transitions are watched.
+    ///
+    /// A solution that passes a corner and comes back within a step is seen by error control where its unknowns, or
+    /// inputs, which are linear in a step, take it there, but not where time does.
+    pub(in crate::integrate) fn choose_watching(&mut self) {
+        let discrete = &self.problem.system.signature().discrete;
         for (k, (automaton, transition)) in discrete.transitions().enumerate() {
             let hybrid = &self.discrete;
             let acts = matches!(transition.trigger, Trigger::Edge | Trigger::Level)
                 && hybrid.is_event(automaton)
                 && hybrid.is_active(automaton, transition.from);
+            let is_seen = discrete.automata[automaton].kind.only_ends_steps()
+                && !hybrid.enclosures.reads(k).time;
             let watching = match (acts, hybrid.armed[k]) {
                 (false, _) => Watching::No,
+                (true, true) if is_seen => Watching::AtEnd,
+                (true, false) if is_seen => Watching::No,
                 (true, true) => Watching::Due,
                 (true, false) => Watching::ToArm,
             };
-            any |= watching != Watching::No;
             self.discrete.watching[k] = watching;
         }
-        if !any {
+    }
+
+    /// Prepares enclosures of the event functions that are watched within the step. Returns whether there are any.
+    fn begin_scan(&mut self) -> bool {
+        if !self.discrete.watching.iter().any(|watching| watching.is_within()) {
             return false;
         }
+        let p = self.problem.p;
         self.stepper.prepare_dense(self.y.as_ref(), None);
         let (stepper, y) = (&self.stepper, self.y.as_ref());
         let watching = &self.discrete.watching;
         self.discrete.enclosures.begin(
-            |k| watching[k] != Watching::No,
+            |k| watching[k].is_within(),
             p,
             &self.discrete.schedule.z,
             |i, coefficients| stepper.polynomial(i, y[i], coefficients),
@@ -286,7 +312,7 @@ impl<S: Solved> Simulation<'_, S> {
 
     fn found(&self, k: usize, crossing: Crossing, part: Part) -> Found {
         let watching = self.discrete.watching[k];
-        if matches!(watching, Watching::No | Watching::AtEnd) {
+        if !watching.is_within() {
             return Found::Clear;
         }
         let e = beyond(self.discrete.enclosures.value_of(k), crossing);
@@ -311,18 +337,15 @@ impl<S: Solved> Simulation<'_, S> {
         if !self.discrete.flutters(k, t, CALM * h) {
             return false;
         }
-        let reads = self.discrete.enclosures.reads(k);
-        if reads.time {
-            if !reads.unknowns {
-                return false;
-            }
-            let error = self.error_of_event(k, self.t + h);
-            self.enclose(h, Part::new(part.from, 1.0));
-            let excess = beyond(self.discrete.enclosures.value_of(k), crossing).range.hi;
-            self.enclose(h, part);
-            if excess > error {
-                return false;
-            }
+        if !self.discrete.enclosures.reads(k).unknowns {
+            return false;
+        }
+        let error = self.error_of_event(k, self.t + h);
+        self.enclose(h, Part::new(part.from, 1.0));
+        let excess = beyond(self.discrete.enclosures.value_of(k), crossing).range.hi;
+        self.enclose(h, part);
+        if excess > error {
+            return false;
         }
         self.discrete.pass_corner(k, t);
         true

@@ -138,7 +138,7 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// How far beyond its threshold the event function of a located transition, which passes it at this rate, would go
-    /// before it turns back, with the curvature of the samples around the crossing; infinity where it does not turn.
+    /// before it turns back, with the curvature of the samples around the crossing; infinity if it does not turn there.
     ///
     /// ```text
     ///   e ≈ s x + q x²,   s q < 0:   s²/(4 |q|)
@@ -147,9 +147,9 @@ impl<S: Solved> Simulation<'_, S> {
         let [a, b, c] = self.discrete.around.each_ref().map(|e| e[k]);
         let slope = rate * self.discrete.sampled * APART;
         let curvature = 0.5 * (a + c) - b;
-        // A turn further away than a step is extrapolated, and tells nothing.
-        let is_near = slope.abs() * APART < 2.0 * curvature.abs();
-        if slope * curvature < 0.0 && is_near && curvature.abs() > STRAIGHT * slope.abs() {
+        // A turn outside the samples would be extrapolated.
+        let is_sampled = (c - a).abs() <= 4.0 * curvature.abs();
+        if slope * curvature < 0.0 && is_sampled && curvature.abs() > STRAIGHT * slope.abs() {
             slope * slope / (4.0 * curvature.abs())
         } else {
             f64::INFINITY

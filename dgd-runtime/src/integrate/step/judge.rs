@@ -53,7 +53,11 @@ impl<S: Solved> Simulation<'_, S> {
             Ok(()) => self.error(),
             Err(_) => f64::NAN,
         };
-        let error = if error > 1.0 { self.error_beyond_rounding(h, error) } else { error };
+        let mut error = if error > 1.0 { self.error_beyond_rounding(h, error) } else { error };
+        if S::FEATURES.events && error <= 1.0 && self.discrete.has_transitions() {
+            self.choose_watching();
+            error = larger(error, self.error_within(h));
+        }
         let remaining = end - self.t;
         let t_new = if h < remaining { self.t + h } else { end };
         Tried { h, t_new, remaining, error, outcome }

@@ -1,0 +1,67 @@
+//! The error of algebraic unknowns within a step.
+//!
+//! A Rosenbrock method satisfies algebraic equations at the end of a step, exactly if they are linear, and its estimate
+//! is of the error there. Between the ends, unknowns follow the polynomials of the dense output, whatever the equations
+//! do: a voltage behind a sine passes its thresholds unseen in a step of a whole period. Where event functions are
+//! watched that read such unknowns, steps are so short that the dense output satisfies the equations to tolerance.
+
+use crate::integrate::methods::family::Solves;
+use crate::integrate::simulation::Simulation;
+use crate::linalg::Factorisation;
+use crate::linalg::norm::larger;
+use crate::problem::Problem;
+use crate::solved::Solved;
+use crate::system::Point;
+
+/// Where equations are looked at, as fractions of the step: in the golden section, so that no oscillation has its nodes
+/// at both.
+const AT: [f64; 2] = [0.381_966_011_250_105, 0.618_033_988_749_895];
+
+impl<S: Solved> Simulation<'_, S> {
+    /// Square of the error of the dense output of the last tried step in algebraic unknowns that watched event functions
+    /// read, in units of the tolerance: of Newton's correction by the matrix of the step.
+    pub(in crate::integrate) fn error_within(&mut self, h: f64) -> f64 {
+        let is_exact_at_end = self.stepper.traits.solves == Solves::Linear;
+        if !is_exact_at_end || self.algebraic.is_empty() || !self.mark_watched() {
+            return 0.0;
+        }
+        self.stepper.prepare_dense(self.y.as_ref(), None);
+        AT.into_iter().map(|part| self.error_at(h, part)).fold(0.0, larger)
+    }
+
+    /// Marks algebraic unknowns that watched event functions read. Returns whether there are any.
+    fn mark_watched(&mut self) -> bool {
+        let mass = self.algebraic.mass.as_ref();
+        let watching = &self.discrete.watching;
+        let watched = &mut self.discrete.watched;
+        watched.fill(false);
+        let mut any = false;
+        for (k, i) in self.problem.system.signature().discrete.event_jacobian.positions() {
+            if mass[i] == 0.0 && watching[k].is_within() {
+                watched[i] = true;
+                any = true;
+            }
+        }
+        any
+    }
+
+    fn error_at(&mut self, h: f64, part: f64) -> f64 {
+        let Problem { system, p, .. } = *self.problem;
+        let t = self.t + part * h;
+        self.stepper.interpolate(part, self.y.as_ref(), self.row.as_mut());
+        let u = self.drive.at(t, self.row.as_ref());
+        let at = Point { t, y: self.row.as_ref(), u, p, z: self.discrete.z() };
+        let correction = &mut self.stepper.rhs;
+        system.rhs(at, correction.as_mut());
+        self.algebraic.keep_algebraic(correction.as_mut());
+        self.stepper.factorisation.solve(correction.as_mut());
+        let correction = self.stepper.rhs.as_mut();
+        for (correction, is_watched) in correction.iter_mut().zip(&self.discrete.watched) {
+            if !is_watched {
+                *correction = 0.0;
+            }
+        }
+        let (y, sizes) = (self.y.as_ref(), self.sizes.as_ref());
+        self.tolerances.mean_square(correction, y, self.row.as_ref(), sizes)
+    }
+}
