@@ -168,6 +168,8 @@ impl Fit {
 #[derive(Default)]
 pub(crate) struct Total {
     pub iterations: usize,
+    /// Simulations before the search, which do not count towards its limit.
+    pub beforehand: usize,
     pub evaluations: usize,
     pub failures: usize,
     pub last_failure: Option<TrialFailed>,
@@ -261,7 +263,7 @@ pub(crate) fn finish(
         criteria,
         misfits: misfits(&at.sums),
         iterations: total.iterations,
-        evaluations: total.evaluations,
+        evaluations: total.beforehand + total.evaluations,
         failures: total.failures,
         last_failure: total.last_failure,
         stepping,

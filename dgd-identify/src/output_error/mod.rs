@@ -227,7 +227,8 @@ fn estimate(
     let is_squares = problem.loss == Loss::Squares;
     let patient = problem.unwatched();
     // Before the first simulation there is nothing that could be kept.
-    let beginning = if total.evaluations == 0 { problem } else { &patient };
+    let is_first = total.beforehand + total.evaluations == 0;
+    let beginning = if is_first { problem } else { &patient };
     let of_problem = |problem: &OutputErrorProblem<'_>, z: &[f64], sigma: &[Option<f64>]| {
         let simulated = || simulate_all(problem, variables, z, sigma);
         let Some(of) = of else { return simulated() };

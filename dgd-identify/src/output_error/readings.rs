@@ -59,7 +59,7 @@ impl<'p, 'a> At<'p, 'a> {
             recordings.map(|(r, recording)| variables.starts(r, &recording.start, z)).collect();
         // Where this is stopped, the search is, too.
         let found = evaluate(problem, &p, &starts).ok()?;
-        total.evaluations += 1;
+        total.beforehand += 1;
         Some(Self { problem, found })
     }
 
