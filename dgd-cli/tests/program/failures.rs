@@ -328,7 +328,7 @@ fn a_bootstrap_that_ctrl_c_stops_gives_what_is_complete() {
         assert_eq!(run.code, 130, "{}", run.err);
         if !run.out.contains("stopped before it converged") {
             assert!(run.out.contains("the bootstrap was stopped after "), "{}", run.out);
-            assert!(run.out.contains(" of 100000000 data sets"), "{}", run.out);
+            assert!(run.out.contains(" of 1000000 data sets"), "{}", run.out);
             break;
         }
         waited *= 2;

@@ -6,7 +6,7 @@ use super::hybrid::exact::exact_ticks;
 use super::hybrid::time_conditions::{OnTime, time_conditions};
 use super::{Clock, TimeCondition};
 use crate::expr::{ExprId, Graph, Symbol};
-use crate::model::Model;
+use crate::model::{self, Model};
 use crate::source::Span;
 
 /// An equation as l − r with r − l kept: 0 = r − l.
@@ -115,25 +115,31 @@ impl Transferred<'_> {
     }
 }
 
+/// Equations, then those of loops.
+fn equations(model: &Model) -> impl Iterator<Item = &model::Equation> {
+    let families = model.families.iter().map(|family| &family.equation);
+    model.all_equations().chain(families)
+}
+
+/// Start values of single unknowns, then those of arrays.
+fn starts(model: &Model) -> impl Iterator<Item = ExprId> {
+    let arrays = model.arrays.iter().map(|array| array.unknown.start);
+    model.unknowns.iter().map(|u| u.start).chain(arrays)
+}
+
+/// What is declared before the start, in the same order.
+fn histories(model: &Model) -> impl Iterator<Item = Option<ExprId>> {
+    let arrays = model.arrays.iter().map(|array| array.unknown.history);
+    model.unknowns.iter().map(|u| u.history).chain(arrays)
+}
+
 /// All expressions of a model.
 pub(super) fn roots(model: &Model) -> Vec<ExprId> {
     let transitions = || model.automata.iter().flat_map(|automaton| &automaton.transitions);
-    let equations = || {
-        let families = model.families.iter().map(|family| &family.equation);
-        model.all_equations().chain(families)
-    };
-    let starts = || {
-        let arrays = model.arrays.iter().map(|array| array.unknown.start);
-        model.unknowns.iter().map(|u| u.start).chain(arrays)
-    };
-    let histories = || {
-        let arrays = model.arrays.iter().map(|array| array.unknown.history);
-        model.unknowns.iter().map(|u| u.history).chain(arrays)
-    };
-    equations()
+    equations(model)
         .flat_map(|e| [e.left, e.right])
-        .chain(starts())
-        .chain(histories().flatten())
+        .chain(starts(model))
+        .chain(histories(model).flatten())
         .chain(model.outputs.iter().map(|o| o.value))
         .chain(model.start_equations.iter().flat_map(|e| [e.left, e.right]))
         .chain(transitions().flat_map(|t| [t.left, t.right]))
@@ -149,24 +155,12 @@ pub(super) fn transfer<'a>(
     lags: &[(ExprId, u32)],
     graph: &mut Graph,
 ) -> Transferred<'a> {
-    let equations = || {
-        let families = model.families.iter().map(|family| &family.equation);
-        model.all_equations().chain(families)
-    };
-    let starts = || {
-        let arrays = model.arrays.iter().map(|array| array.unknown.start);
-        model.unknowns.iter().map(|u| u.start).chain(arrays)
-    };
-    let histories = || {
-        let arrays = model.arrays.iter().map(|array| array.unknown.history);
-        model.unknowns.iter().map(|u| u.history).chain(arrays)
-    };
     let nodes = model.graph.listed(roots(model));
     let built = graph.rebuild(&nodes, |graph, symbol| match symbol {
         Symbol::Constant(i) => graph.constant(model.constants[i as usize].value),
         other => graph.symbol(other),
     });
-    let equations = equations()
+    let equations = equations(model)
         .map(|equation| {
             let rest = graph.subtract(built[&equation.right], built[&equation.left]);
             let derivatives = graph
@@ -212,8 +206,8 @@ pub(super) fn transfer<'a>(
         equations,
         common,
         of_modes,
-        starts: starts().map(|start| built[&start]).collect(),
-        histories: histories().map(|history| history.map(|id| built[&id])).collect(),
+        starts: starts(model).map(|start| built[&start]).collect(),
+        histories: histories(model).map(|history| history.map(|id| built[&id])).collect(),
         outputs: model.outputs.iter().map(|o| built[&o.value]).collect(),
         start_equations,
         transitions,

@@ -86,9 +86,7 @@ impl UnitError {
                 "of a level x, a plain number, `10^(x/20)` is the ratio of amplitudes, and `10^(x/10)` that of powers"
                     .to_owned(),
             ),
-            UnitErrorKind::Product { product, .. } => {
-                Some(format!("units of a product are joined by `*`: `{product}`"))
-            }
+            UnitErrorKind::Product { product, .. } => Some(format!("did you mean `{product}`?")),
             UnitErrorKind::Malformed { .. } => Some(
                 "units are written like `kg/m^3`, `Pa*s^2/m^6`, `m^(5/2)/s` or `1/(m*s)`"
                     .to_owned(),
@@ -481,7 +479,7 @@ mod tests {
             ("VAh", "VA*h"),
         ] {
             let help = parse_unit(text).expect_err("no unit").help().unwrap_or_default();
-            assert!(help.ends_with(&format!("`{product}`")), "{text}: {help}");
+            assert_eq!(help, format!("did you mean `{product}`?"), "{text}");
         }
         for (text, meant) in
             [("KPa", "kPa"), ("bars", "bar"), ("lbs", "lb"), ("KW", "kW"), ("rads/s", "rad")]

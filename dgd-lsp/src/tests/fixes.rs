@@ -102,6 +102,7 @@ fn a_correction_that_is_taken_leaves_the_text_sound() {
         ("equation der(h) = q/A", "Label it `der_h`", "equation der_h: der(h)"),
         ("let x = hh", "Write `h`", "let x = h"),
         ("let x [kkg] = 2 [kg]", "Write `kg`", "x [kg]"),
+        ("let x [kgm] = 2 [kg*m]", "Write `kg*m`", "x [kg*m]"),
     ] {
         let text = format!("{head}{line}\n");
         let all = proposals(&mut editor, &path, &text);

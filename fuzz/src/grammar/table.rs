@@ -147,7 +147,10 @@ pub const TABLE: &[Row] = &[
     }),
     row(Scalar, 3, "abs", |w, d| format!("abs({})", w.scalar(d))),
     row(Scalar, 1, "sign", |w, d| format!("sign({})", w.scalar(d))),
-    row(Scalar, 3, "min", |w, d| format!("min({}, {})", w.scalar(d), w.scalar(d))),
+    row(Scalar, 3, "min", |w, d| {
+        let smaller = if d == 1 { "complementary" } else { "min" };
+        format!("{smaller}({}, {})", w.scalar(d), w.scalar(d))
+    }),
     row(Scalar, 3, "max", |w, d| format!("max({}, {})", w.scalar(d), w.scalar(d))),
     row(Scalar, 4, "if", |w, d| {
         format!("(if {} then {} else {})", w.condition(d), w.scalar(d), w.scalar(d))
