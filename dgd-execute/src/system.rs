@@ -278,16 +278,15 @@ impl<P: Perform> System for Executed<P> {
     }
 
     #[inline]
-    fn event_sensitivities(
+    fn event_derivatives(
         &self,
         at: Point<'_>,
         udot: &[f64],
-        s: &[f64],
         de: &mut [f64],
         dedy: &mut [f64],
         dedt: &mut [f64],
     ) {
-        self.0.perform(FunctionKind::EventSensitivities, at, udot, s, &mut [de, dedy, dedt]);
+        self.0.perform(FunctionKind::EventDerivatives, at, udot, &[], &mut [de, dedy, dedt]);
     }
 
     #[inline]
@@ -296,16 +295,15 @@ impl<P: Perform> System for Executed<P> {
     }
 
     #[inline]
-    fn reset_sensitivities(
+    fn reset_derivatives(
         &self,
         at: Point<'_>,
         udot: &[f64],
-        s: &[f64],
         dr: &mut [f64],
         drdy: &mut [f64],
         drdt: &mut [f64],
     ) {
-        self.0.perform(FunctionKind::ResetSensitivities, at, udot, s, &mut [dr, drdy, drdt]);
+        self.0.perform(FunctionKind::ResetDerivatives, at, udot, &[], &mut [dr, drdy, drdt]);
     }
 
     #[inline]

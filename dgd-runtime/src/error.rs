@@ -140,6 +140,8 @@ pub enum IntegrateError {
         method: &'static str,
         /// The equation that determines one.
         equation: String,
+        /// Whether it keeps a solution that slides along a threshold there.
+        slides: bool,
     },
     /// The method needs Taylor series, and the model has none.
     NoTaylorSeries {
@@ -435,7 +437,12 @@ impl fmt::Display for IntegrateError {
                  model is stiff, and stability keeps the steps of an explicit method short; take an \
                  implicit one, such as `rodas5p`"
             ),
-            Self::UnsuitedMethod { t, method, equation } => write!(
+            Self::UnsuitedMethod { method, equation, slides: true, .. } => write!(
+                f,
+                "`{method}` solves no equations, as a solution that may slide along `{equation}` \
+                 needs; take an implicit method, such as `rodas5p`"
+            ),
+            Self::UnsuitedMethod { t, method, equation, .. } => write!(
                 f,
                 "`{method}` cannot solve `{equation}`, which has no derivative at t = {t} s; take an \
                  implicit method, such as `rodas5p`"

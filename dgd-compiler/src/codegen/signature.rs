@@ -327,8 +327,11 @@ fn discrete(of: &Discrete, program: &Program) -> TokenStream {
         }
     });
     let event_formulas = formulas(&of.event_formulas, program);
-    let [event_jacobian, reset_jacobian, jump_jacobian] =
-        [&of.event_jacobian, &of.reset_jacobian, &of.jump_jacobian].map(pattern);
+    let [event_jacobian, event_directions] =
+        [&of.event_jacobian, &of.event_directions].map(pattern);
+    let [reset_jacobian, reset_directions] =
+        [&of.reset_jacobian, &of.reset_directions].map(pattern);
+    let jump_jacobian = pattern(&of.jump_jacobian);
     let by_mode = of.by_mode.iter().map(|i| index(*i));
     let unlocated = of.unlocated.iter();
     quote! {
@@ -338,7 +341,9 @@ fn discrete(of: &Discrete, program: &Program) -> TokenStream {
             clocks: List::Borrowed(&[#(#clocks),*]),
             event_formulas: #event_formulas,
             event_jacobian: #event_jacobian,
+            event_directions: #event_directions,
             reset_jacobian: #reset_jacobian,
+            reset_directions: #reset_directions,
             by_mode: List::Borrowed(&[#(#by_mode),*]),
             jump_jacobian: #jump_jacobian,
             unlocated: List::Borrowed(&[#(Text::Borrowed(#unlocated)),*]),

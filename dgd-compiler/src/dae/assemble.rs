@@ -130,6 +130,7 @@ fn assemble_as_it_is(
         clocks,
         ..declared(model)
     };
+    switches::histories::verify(&mut dae, model, diagnostics)?;
     // After this: no switch in a row whose value or slope jumps without an event.
     switches::locate(&mut dae, model);
     // What slides takes part in no jump.

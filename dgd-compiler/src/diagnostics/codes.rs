@@ -1058,8 +1058,8 @@ Right:
 E503 "start value that depends on an unknown" "
 A start value is an expression of constants, parameters and inputs, for these are known before the
 unknowns are; where an input of a part is bound to a state, it is the state's start value. A `history`
-is an expression of time, constants and parameters. The condition of `start MODE if CONDITION` may
-read states, too, as they start.
+is an expression of time, constants and parameters, and may bend but not jump. The condition of
+`start MODE if CONDITION` may read states, too, as they start.
 
 Wrong:
 

@@ -43,12 +43,12 @@ pub enum FunctionKind {
     ConditionTimeSensitivities,
     /// e, the event functions.
     EventFunctions,
-    /// de/dθ, ∂e/∂y, ∂e/∂t + ∂e/∂u u̇.
-    EventSensitivities,
+    /// ∂e/∂θ, ∂e/∂y, ∂e/∂t + ∂e/∂u u̇.
+    EventDerivatives,
     /// r, the values of resets.
     Resets,
-    /// dr/dθ, ∂r/∂y, ∂r/∂t + ∂r/∂u u̇.
-    ResetSensitivities,
+    /// ∂r/∂θ, ∂r/∂y, ∂r/∂t + ∂r/∂u u̇.
+    ResetDerivatives,
     /// What entering modes does: kinds, what constraints leave, and the matrix of jumps.
     Jumps,
     /// Derivatives of what constraints leave and of that matrix, along directions and along t.
@@ -137,16 +137,16 @@ pub enum ResultKind {
     ConditionTimeSensitivities,
     /// e, n_e.
     Events,
-    /// de/dθ = ∂e/∂y S + ∂e/∂θ, n_e × n_s.
-    EventSensitivities,
+    /// Non-zeros of ∂e/∂θ at fixed unknowns.
+    EventDirections,
     /// Non-zeros of ∂e/∂y.
     EventJacobian,
     /// ∂e/∂t + ∂e/∂u u̇, n_e.
     EventSlopes,
     /// r, n_r.
     Resets,
-    /// dr/dθ = ∂r/∂y S + ∂r/∂θ, n_r × n_s.
-    ResetSensitivities,
+    /// Non-zeros of ∂r/∂θ at fixed unknowns.
+    ResetDirections,
     /// Non-zeros of ∂r/∂y.
     ResetJacobian,
     /// ∂r/∂t + ∂r/∂u u̇, n_r.
@@ -249,17 +249,17 @@ pub static FUNCTIONS: &[FunctionSpec] = {
         ),
         row(K::EventFunctions, "event_functions", &[], &[R::Events]),
         row(
-            K::EventSensitivities,
-            "event_sensitivities",
-            &[Udot, S],
-            &[R::EventSensitivities, R::EventJacobian, R::EventSlopes],
+            K::EventDerivatives,
+            "event_derivatives",
+            &[Udot],
+            &[R::EventDirections, R::EventJacobian, R::EventSlopes],
         ),
         row(K::Resets, "resets", &[], &[R::Resets]),
         row(
-            K::ResetSensitivities,
-            "reset_sensitivities",
-            &[Udot, S],
-            &[R::ResetSensitivities, R::ResetJacobian, R::ResetSlopes],
+            K::ResetDerivatives,
+            "reset_derivatives",
+            &[Udot],
+            &[R::ResetDirections, R::ResetJacobian, R::ResetSlopes],
         ),
         row(K::Jumps, "jumps", &[], &[R::JumpKinds, R::JumpRests, R::JumpJacobian]),
         row(
@@ -313,7 +313,11 @@ impl ResultKind {
     pub fn is_of_modes(self) -> bool {
         matches!(
             self,
-            ResultKind::EventJacobian | ResultKind::ResetJacobian | ResultKind::JumpJacobian
+            ResultKind::EventJacobian
+                | ResultKind::EventDirections
+                | ResultKind::ResetJacobian
+                | ResultKind::ResetDirections
+                | ResultKind::JumpJacobian
         )
     }
 }

@@ -356,13 +356,13 @@ impl<'a> Derivation<'a> {
                 self.dense(&times, self.directions.len(), direction(self.directions))
             }
             ResultKind::Events => self.events(),
-            ResultKind::EventSensitivities => self.sensitivities_of(&self.events()),
+            ResultKind::EventDirections => self.by_directions(result, &self.events()),
             ResultKind::EventJacobian => self.sparse(result, &self.events(), unknown),
             ResultKind::EventSlopes => {
                 self.events().iter().map(|event| self.along_time(*event)).collect()
             }
             ResultKind::Resets => self.resets(),
-            ResultKind::ResetSensitivities => self.sensitivities_of(&self.resets()),
+            ResultKind::ResetDirections => self.by_directions(result, &self.resets()),
             ResultKind::ResetJacobian => self.sparse(result, &self.resets(), unknown),
             ResultKind::ResetSlopes => {
                 self.resets().iter().map(|reset| self.along_time(*reset)).collect()
@@ -436,7 +436,14 @@ impl<'a> Derivation<'a> {
         self.non_zeros(kind, rows, &places)
     }
 
-    /// The same where all that is read late, an input, is fixed.
+    /// ∂expressions/∂θ at fixed unknowns: the non-zeros by columns.
+    fn by_directions(&mut self, kind: ResultKind, expressions: &[ExprId]) -> Vec<ExprId> {
+        let rows = expressions.iter().map(|e| self.by_direction(*e)).collect();
+        let places = self.places_of(kind, expressions.len());
+        self.non_zeros(kind, rows, &places)
+    }
+
+    /// The same as [`Self::sparse`] where all that is read late, an input, is fixed.
     fn partials(
         &mut self,
         kind: ResultKind,

@@ -288,7 +288,9 @@ impl Program {
             ResultKind::Dwdu => Some(dwdu),
             ResultKind::Dwdp => Some(dwdp),
             ResultKind::EventJacobian => Some(&signature.discrete.event_jacobian),
+            ResultKind::EventDirections => Some(&signature.discrete.event_directions),
             ResultKind::ResetJacobian => Some(&signature.discrete.reset_jacobian),
+            ResultKind::ResetDirections => Some(&signature.discrete.reset_directions),
             ResultKind::JumpJacobian => Some(&signature.discrete.jump_jacobian),
             _ => None,
         }
@@ -300,9 +302,9 @@ impl Program {
         match kind {
             FunctionKind::Mass
             | FunctionKind::EventFunctions
-            | FunctionKind::EventSensitivities
+            | FunctionKind::EventDerivatives
             | FunctionKind::Resets
-            | FunctionKind::ResetSensitivities => !self.signature.discrete.automata.is_empty(),
+            | FunctionKind::ResetDerivatives => !self.signature.discrete.automata.is_empty(),
             FunctionKind::Jumps | FunctionKind::JumpSensitivities => {
                 !self.signature.discrete.jump_jacobian.is_empty()
             }

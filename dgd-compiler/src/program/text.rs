@@ -47,7 +47,12 @@ impl fmt::Display for Program {
         write_discrete(&signature.discrete, f)?;
         let shown =
             |kind: &ResultKind| !signature.discrete.automata.is_empty() || !kind.is_of_modes();
-        let of_events = [ResultKind::EventJacobian, ResultKind::ResetJacobian];
+        let of_events = [
+            ResultKind::EventJacobian,
+            ResultKind::EventDirections,
+            ResultKind::ResetJacobian,
+            ResultKind::ResetDirections,
+        ];
         let of_jumps = self.computes(FunctionKind::Jumps).then_some(ResultKind::JumpJacobian);
         for kind in RUNS.into_iter().chain(of_events).filter(shown).chain(of_jumps) {
             let Some(pattern) = self.pattern(kind) else { continue };

@@ -91,12 +91,12 @@ macro_rules! for_point_functions {
             condition_times(times: &mut [f64], after: &mut [f64]);
             condition_time_sensitivities(dtimes: &mut [f64]);
             event_functions(e: &mut [f64]);
-            event_sensitivities(
-                udot: &[f64], s: &[f64], de: &mut [f64], dedy: &mut [f64], dedt: &mut [f64]
+            event_derivatives(
+                udot: &[f64], de: &mut [f64], dedy: &mut [f64], dedt: &mut [f64]
             );
             resets(r: &mut [f64]);
-            reset_sensitivities(
-                udot: &[f64], s: &[f64], dr: &mut [f64], drdy: &mut [f64], drdt: &mut [f64]
+            reset_derivatives(
+                udot: &[f64], dr: &mut [f64], drdy: &mut [f64], drdt: &mut [f64]
             );
             jumps(kinds: &mut [f64], rests: &mut [f64], jacobian: &mut [f64]);
             jump_sensitivities(

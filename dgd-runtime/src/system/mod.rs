@@ -237,17 +237,16 @@ pub trait System {
         let _ = (at, e);
     }
 
-    /// ∂e/∂y S + ∂e/∂θ (n_e × n_s dense by columns), non-zeros of ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇.
-    fn event_sensitivities(
+    /// Non-zeros of ∂e/∂θ at fixed unknowns and of ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇.
+    fn event_derivatives(
         &self,
         at: Point<'_>,
         udot: &[f64],
-        s: &[f64],
         de: &mut [f64],
         dedy: &mut [f64],
         dedt: &mut [f64],
     ) {
-        let _ = (at, udot, s, de, dedy, dedt);
+        let _ = (at, udot, de, dedy, dedt);
     }
 
     /// Values r of all resets, evaluated just before the transition.
@@ -255,17 +254,16 @@ pub trait System {
         let _ = (at, r);
     }
 
-    /// ∂r/∂y S + ∂r/∂θ (n_r × n_s dense by columns), non-zeros of ∂r/∂y, and ∂r/∂t + ∂r/∂u u̇.
-    fn reset_sensitivities(
+    /// Non-zeros of ∂r/∂θ at fixed unknowns and of ∂r/∂y, and ∂r/∂t + ∂r/∂u u̇.
+    fn reset_derivatives(
         &self,
         at: Point<'_>,
         udot: &[f64],
-        s: &[f64],
         dr: &mut [f64],
         drdy: &mut [f64],
         drdt: &mut [f64],
     ) {
-        let _ = (at, udot, s, dr, drdy, drdt);
+        let _ = (at, udot, dr, drdy, drdt);
     }
 
     /// What entering the modes `at.z` does to the single unknowns, n₁ of them: their [`JumpKind`]s as numbers, c, what

@@ -21,8 +21,12 @@ pub struct Discrete {
     pub event_formulas: Formulas,
     /// Where ∂e/∂y is not zero: n_e × n.
     pub event_jacobian: Pattern,
+    /// Where ∂e/∂θ is not zero: n_e × n_s.
+    pub event_directions: Pattern,
     /// Where ∂r/∂y is not zero: n_r × n.
     pub reset_jacobian: Pattern,
+    /// Where ∂r/∂θ is not zero: n_r × n_s.
+    pub reset_directions: Pattern,
     /// Positions of the unknowns that are differential in some modes and algebraic in others.
     pub by_mode: List<usize>,
     /// Where the equations of jumps read jumps: n × n; empty if no mode ties states together.
@@ -302,7 +306,9 @@ impl Discrete {
         clocks: List::Borrowed(&[]),
         event_formulas: Formulas::NONE,
         event_jacobian: Pattern::EMPTY,
+        event_directions: Pattern::EMPTY,
         reset_jacobian: Pattern::EMPTY,
+        reset_directions: Pattern::EMPTY,
         by_mode: List::Borrowed(&[]),
         jump_jacobian: Pattern::EMPTY,
         unlocated: List::Borrowed(&[]),

@@ -129,12 +129,12 @@ pub(crate) fn bits(system: &impl Solved, at: &At) -> Vec<Vec<u64>> {
     system.condition_times(point, &mut times, &mut after);
     system.condition_time_sensitivities(point, &mut dtimes);
     all.extend([mass, e, r, times, after, dtimes]);
-    let (mut de, mut dedt) = (numbers(n_e * n_s), numbers(n_e));
+    let (mut de, mut dedt) = (numbers(discrete.event_directions.len()), numbers(n_e));
     let mut dedy = numbers(discrete.event_jacobian.len());
-    system.event_sensitivities(point, &udot, &s, &mut de, &mut dedy, &mut dedt);
-    let (mut dr, mut drdt) = (numbers(n_r * n_s), numbers(n_r));
+    system.event_derivatives(point, &udot, &mut de, &mut dedy, &mut dedt);
+    let (mut dr, mut drdt) = (numbers(discrete.reset_directions.len()), numbers(n_r));
     let mut drdy = numbers(discrete.reset_jacobian.len());
-    system.reset_sensitivities(point, &udot, &s, &mut dr, &mut drdy, &mut drdt);
+    system.reset_derivatives(point, &udot, &mut dr, &mut drdy, &mut drdt);
     all.extend([de, dedy, dedt, dr, drdy, drdt]);
     let (n_h, n_single) = (discrete.jump_jacobian.len(), signature.unknowns.single.len());
     if n_h > 0 {

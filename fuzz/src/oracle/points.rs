@@ -231,13 +231,17 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
         let mut w = vec![0.0; n_w];
         system.sensitivity_rhs(at.point(), &s, &mut rows, &mut g);
         system.output_sensitivities(at.point(), &s, &mut w, &mut dw);
-        let (mut de, mut dr, mut dtimes) =
-            (vec![0.0; n_e * n_s], vec![0.0; n_r * n_s], vec![0.0; n_c * n_s]);
+        let mut dtimes = vec![0.0; n_c * n_s];
         let (mut dedt, mut drdt) = (vec![0.0; n_e], vec![0.0; n_r]);
-        let mut dedy = vec![0.0; signature.discrete.event_jacobian.len()];
-        let mut drdy = vec![0.0; signature.discrete.reset_jacobian.len()];
-        system.event_sensitivities(at.point(), &udot, &s, &mut de, &mut dedy, &mut dedt);
-        system.reset_sensitivities(at.point(), &udot, &s, &mut dr, &mut drdy, &mut drdt);
+        let discrete = &signature.discrete;
+        let [by_y, by_theta] = [&discrete.event_jacobian, &discrete.event_directions];
+        let (mut de, mut dedy) = (vec![0.0; by_theta.len()], vec![0.0; by_y.len()]);
+        system.event_derivatives(at.point(), &udot, &mut de, &mut dedy, &mut dedt);
+        let of_events = [(by_theta, de), (by_y, dedy)];
+        let [by_y, by_theta] = [&discrete.reset_jacobian, &discrete.reset_directions];
+        let (mut dr, mut drdy) = (vec![0.0; by_theta.len()], vec![0.0; by_y.len()]);
+        system.reset_derivatives(at.point(), &udot, &mut dr, &mut drdy, &mut drdt);
+        let of_resets = [(by_theta, dr), (by_y, drdy)];
         system.condition_time_sensitivities(at.point(), &mut dtimes);
         let (mut tau, mut dtau) =
             (vec![0.0; signature.delays.len()], vec![0.0; signature.delays.len() * n_s]);
@@ -262,7 +266,13 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
             findings.extend(compare("g", &g[j * n..(j + 1) * n], &found[..n]));
             findings.extend(compare("dw/dθ", &dw[j * n_w..(j + 1) * n_w], &found[n..]));
             let part = |matrix: &[f64], rows: usize| matrix[j * rows..(j + 1) * rows].to_vec();
-            let own = [part(&de, n_e), part(&dr, n_r), part(&dtimes, n_c)].concat();
+            // ∂/∂θ + ∂/∂y S.
+            let total = |[by_theta, by_y]: &[(&Pattern, Vec<f64>); 2], rows: usize| {
+                let mut total = column(by_theta.0, &by_theta.1, rows, j);
+                by_y.0.for_each(&by_y.1, |row, k, slope| total[row] += slope * s[j * n + k]);
+                total
+            };
+            let own = [total(&of_events, n_e), total(&of_resets, n_r), part(&dtimes, n_c)].concat();
             let found = difference(|d| events(&moved(d)), size);
             findings.extend(compare("de/dθ", &own, &found));
         }

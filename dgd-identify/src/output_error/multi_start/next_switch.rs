@@ -160,13 +160,18 @@ impl Run<'_> {
         let at = Point { t, y, u: &u, p, z };
         let discrete = &signature.discrete;
         let n_e = discrete.automata.iter().map(|automaton| automaton.transitions.len()).sum();
-        let (n_s, udot) = (signature.directions.len(), vec![0.0; u.len()]);
-        let (mut values, mut slopes) = (vec![0.0; n_e], vec![0.0; n_e * n_s]);
+        let udot = vec![0.0; u.len()];
+        let mut by_theta = vec![0.0; discrete.event_directions.len()];
         let mut by_y = vec![0.0; discrete.event_jacobian.len()];
-        let mut by_t = vec![0.0; n_e];
+        let (mut values, mut by_t) = (vec![0.0; n_e], vec![0.0; n_e]);
         self.system.event_functions(at, &mut values);
-        let s = vec![0.0; y.len() * n_s];
-        self.system.event_sensitivities(at, &udot, &s, &mut slopes, &mut by_y, &mut by_t);
-        (values[e], (0..n_s).map(|j| slopes[j * n_e + e]).collect())
+        self.system.event_derivatives(at, &udot, &mut by_theta, &mut by_y, &mut by_t);
+        let mut slopes = vec![0.0; signature.directions.len()];
+        for ((row, j), slope) in discrete.event_directions.positions().zip(&by_theta) {
+            if row == e {
+                slopes[j] = *slope;
+            }
+        }
+        (values[e], slopes)
     }
 }

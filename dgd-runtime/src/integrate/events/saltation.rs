@@ -33,7 +33,7 @@ use crate::linalg::{Factorisation, Singular};
 use crate::problem::Problem;
 use crate::solution::{Solution, UndefinedCause, UndefinedSensitivity};
 use crate::solved::Solved;
-use crate::system::{Crossing, Point, Signature};
+use crate::system::{Crossing, Pattern, Point, Signature};
 
 /// Work space of an instant; matrices by columns, one for each direction.
 pub(in crate::integrate) struct Saltation {
@@ -49,13 +49,55 @@ pub(in crate::integrate) struct Saltation {
     mass: Vec<f64>,
     /// Whether unknowns had derivatives in the old modes.
     had_rate: Vec<bool>,
-    pub(in crate::integrate) de: Vec<f64>,
-    dedy: Vec<f64>,
-    dedt: Vec<f64>,
+    /// Derivatives of the event functions e.
+    of_events: Derivatives,
     r: Vec<f64>,
-    dr: Vec<f64>,
-    drdy: Vec<f64>,
-    drdt: Vec<f64>,
+    /// Derivatives of r.
+    of_resets: Derivatives,
+    /// d/dθ of two rows.
+    pub(in crate::integrate) rows: [Vec<f64>; 2],
+}
+
+/// Derivatives of rows: non-zeros of ∂/∂y and of ∂/∂θ at fixed unknowns, and ∂/∂t + ∂/∂u u̇.
+struct Derivatives {
+    by_unknowns: Vec<f64>,
+    by_directions: Vec<f64>,
+    by_time: Vec<f64>,
+}
+
+impl Derivatives {
+    fn new(unknowns: &Pattern, directions: &Pattern, rows: usize) -> Self {
+        Self {
+            by_unknowns: vec![0.0; unknowns.len()],
+            by_directions: vec![0.0; directions.len()],
+            by_time: vec![0.0; rows],
+        }
+    }
+
+    /// d/dθ of one row at fixed time, ∂/∂y S + ∂/∂θ, for each direction; `patterns` are those of ∂/∂y and ∂/∂θ.
+    fn along_directions(
+        &self,
+        patterns: [&Pattern; 2],
+        row: usize,
+        s: &[f64],
+        n: usize,
+        out: &mut [f64],
+    ) {
+        let [unknowns, directions] = patterns;
+        out.fill(0.0);
+        for ((of, column), slope) in unknowns.positions().zip(&self.by_unknowns) {
+            if of == row {
+                for (out, s) in out.iter_mut().zip(s.chunks_exact(n)) {
+                    *out += slope * s[column];
+                }
+            }
+        }
+        for ((of, j), slope) in directions.positions().zip(&self.by_directions) {
+            if of == row {
+                out[j] += slope;
+            }
+        }
+    }
 }
 
 impl Saltation {
@@ -74,13 +116,10 @@ impl Saltation {
             total: zeros(n * n_s),
             mass: zeros(n),
             had_rate: vec![false; n],
-            de: zeros(n_e * n_s),
-            dedy: zeros(discrete.event_jacobian.len()),
-            dedt: zeros(n_e),
+            of_events: Derivatives::new(&discrete.event_jacobian, &discrete.event_directions, n_e),
             r: zeros(n_r),
-            dr: zeros(n_r * n_s),
-            drdy: zeros(discrete.reset_jacobian.len()),
-            drdt: zeros(n_r),
+            of_resets: Derivatives::new(&discrete.reset_jacobian, &discrete.reset_directions, n_r),
+            rows: [zeros(n_s), zeros(n_s)],
         }
     }
 
@@ -91,11 +130,11 @@ impl Saltation {
 
     /// ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇.
     pub(in crate::integrate) fn dedy(&self) -> &[f64] {
-        &self.dedy
+        &self.of_events.by_unknowns
     }
 
     pub(in crate::integrate) fn dedt(&self) -> &[f64] {
-        &self.dedt
+        &self.of_events.by_time
     }
 
     /// Whether the time of the instant does not depend on parameters.
@@ -149,11 +188,21 @@ impl<S: Solved> Simulation<'_, S> {
 
     /// τ of the event function of the k-th transition, whose slopes have been taken.
     fn set_time_of(&mut self, k: usize, rate: f64) {
-        let Saltation { tau, de, dedt, .. } = &mut self.discrete.saltation;
-        let n_e = dedt.len();
-        for (j, tau) in tau.iter_mut().enumerate() {
-            *tau = -de[j * n_e + k] / rate;
+        let mut tau = std::mem::take(&mut self.discrete.saltation.tau);
+        self.event_along_directions(k, &mut tau);
+        for tau in &mut tau {
+            *tau = -*tau / rate;
         }
+        self.discrete.saltation.tau = tau;
+    }
+
+    /// ∂e/∂y S + ∂e/∂θ of the event function of the k-th transition, whose slopes have been taken, for each direction.
+    pub(in crate::integrate) fn event_along_directions(&self, k: usize, out: &mut [f64]) {
+        let Some(d) = &self.directions else { return };
+        let discrete = &self.problem.system.signature().discrete;
+        let patterns = [&discrete.event_jacobian, &discrete.event_directions];
+        let Saltation { of_events, ydot, .. } = &self.discrete.saltation;
+        of_events.along_directions(patterns, k, d.s.as_ref(), ydot.len().max(1), out);
     }
 
     /// Gives a transition within an instant the derivatives of its own time if the solution passes its threshold by
@@ -169,27 +218,27 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Computes ∂e/∂y S + ∂e/∂θ, ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇ of all event functions, and ẏ. Returns false if
-    /// sensitivities are not wanted or unknowns have no slopes.
+    /// Computes ∂e/∂θ, ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇ of all event functions, and ẏ. Returns false if sensitivities are not
+    /// wanted or unknowns have no slopes.
     pub(in crate::integrate) fn take_event_slopes(&mut self, solution: &mut Solution) -> bool {
         if !self.take_slopes(solution) {
             return false;
         }
         let Problem { system, p, .. } = *self.problem;
-        let Some(d) = &self.directions else { return false };
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
-        let Saltation { de, dedy, dedt, .. } = &mut self.discrete.saltation;
-        system.event_sensitivities(at, udot, d.s.as_ref(), de, dedy, dedt);
+        let Derivatives { by_unknowns, by_directions, by_time } =
+            &mut self.discrete.saltation.of_events;
+        system.event_derivatives(at, udot, by_directions, by_unknowns, by_time);
         true
     }
 
     /// ė = ∂e/∂y ẏ + ∂e/∂t + ∂e/∂u u̇, and the change of e if all unknowns changed by their sizes.
     pub(in crate::integrate) fn event_rate(&self, k: usize) -> (f64, f64) {
         let saltation = &self.discrete.saltation;
-        let (mut rate, mut size) = (saltation.dedt[k], 0.0_f64);
+        let (mut rate, mut size) = (saltation.dedt()[k], 0.0_f64);
         let pattern = &self.problem.system.signature().discrete.event_jacobian;
-        for ((row, column), slope) in pattern.positions().zip(saltation.dedy.iter()) {
+        for ((row, column), slope) in pattern.positions().zip(saltation.dedy()) {
             if row == k {
                 rate += slope * saltation.ydot[column];
                 size += (slope * self.sizes.as_ref()[column]).abs();
@@ -278,21 +327,24 @@ impl<S: Solved> Simulation<'_, S> {
         let saltation = &mut self.discrete.saltation;
         system.resets(at, &mut saltation.r);
         if let Some(d) = &self.directions {
-            let (dr, drdy) = (&mut saltation.dr, &mut saltation.drdy);
-            system.reset_sensitivities(at, udot, d.s.as_ref(), dr, drdy, &mut saltation.drdt);
+            let is_fixed = saltation.is_fixed();
+            let Saltation { of_resets, ydot, tau, total, rows: [row, _], .. } = saltation;
+            let Derivatives { by_unknowns, by_directions, by_time } = of_resets;
+            system.reset_derivatives(at, udot, by_directions, by_unknowns, by_time);
             // ṙ replaces ∂r/∂t + ∂r/∂u u̇; it is not needed if the time is fixed.
-            if !saltation.is_fixed() {
-                for ((row, column), slope) in
-                    discrete.reset_jacobian.positions().zip(&saltation.drdy)
+            if !is_fixed {
+                for ((row, column), slope) in discrete.reset_jacobian.positions().zip(&*by_unknowns)
                 {
-                    saltation.drdt[row] += slope * saltation.ydot[column];
+                    by_time[row] += slope * ydot[column];
                 }
             }
-            let (n, n_r) = (saltation.ydot.len(), saltation.r.len());
-            for (j, tau) in saltation.tau.iter().enumerate() {
-                for (q, unknown) in (first..).zip(transition.resets.iter()) {
-                    let along = if *tau == 0.0 { 0.0 } else { saltation.drdt[q] * tau };
-                    saltation.total[j * n + unknown] = saltation.dr[j * n_r + q] + along;
+            let n = ydot.len();
+            let patterns = [&discrete.reset_jacobian, &discrete.reset_directions];
+            for (q, unknown) in (first..).zip(transition.resets.iter()) {
+                of_resets.along_directions(patterns, q, d.s.as_ref(), n.max(1), row);
+                for (j, (tau, dr)) in tau.iter().zip(&*row).enumerate() {
+                    let along = if *tau == 0.0 { 0.0 } else { of_resets.by_time[q] * tau };
+                    total[j * n + unknown] = dr + along;
                 }
             }
         }

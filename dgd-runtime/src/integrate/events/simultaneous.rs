@@ -134,11 +134,16 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// Whether the times of two events have different derivatives.
-    fn times_differ(&self, k: usize, other: usize) -> bool {
-        let de = &self.discrete.saltation.de;
-        let n_e = self.discrete.e.len();
+    fn times_differ(&mut self, k: usize, other: usize) -> bool {
+        let mut rows = std::mem::take(&mut self.discrete.saltation.rows);
+        for (row, k) in rows.iter_mut().zip([k, other]) {
+            self.event_along_directions(k, row);
+        }
         let rates = [k, other].map(|k| self.event_rate(k).0);
-        de.chunks_exact(n_e).any(|column| !is_same(column[k] / rates[0], column[other] / rates[1]))
+        let [own, others] = &rows;
+        let differ = own.iter().zip(others).any(|(a, b)| !is_same(a / rates[0], b / rates[1]));
+        self.discrete.saltation.rows = rows;
+        differ
     }
 
     /// Tries the transitions in both orders; ends sensitivities if the outcomes differ.

@@ -78,6 +78,7 @@ impl<S: Solved> Simulation<'_, S> {
             Direction::Parameter(position) => parameter_size(system, position),
             Direction::Start(i) => sizes[i],
         };
+        let mut along = vec![0.0; signature.directions.len()];
         for (k, (automaton, transition)) in discrete.transitions().enumerate() {
             let of = &discrete.automata[automaton];
             let is_threshold = matches!(transition.trigger, Trigger::Level | Trigger::Edge)
@@ -89,8 +90,8 @@ impl<S: Solved> Simulation<'_, S> {
             if !is_threshold || (of.kind.keeps_slopes() && moves_off) {
                 continue;
             }
-            let moves =
-                |j: &usize| slopes.de[j * n_e + k].abs() * size_of(*j) > ROUNDING * terms[k];
+            self.event_along_directions(k, &mut along);
+            let moves = |j: &usize| along[*j].abs() * size_of(*j) > ROUNDING * terms[k];
             let moving = (0..signature.directions.len()).filter(moves).collect();
             add(solution, signature, self.t, &of.name, moving);
         }

@@ -122,9 +122,17 @@ impl<S: Solved> Simulation<'_, S> {
 
     /// The method cannot solve for algebraic unknowns, and there are some.
     pub(in crate::integrate) fn unsuited_method(&self) -> IntegrateError {
-        let mut masses = self.algebraic.mass.as_ref().iter();
-        let row = masses.position(|mass| *mass == 0.0).unwrap_or(0);
-        let equation = self.problem.system.signature().equations.at(row).to_string();
-        IntegrateError::UnsuitedMethod { t: self.t, method: self.method.name, equation }
+        let signature = self.problem.system.signature();
+        let masses = self.algebraic.mass.as_ref().iter().enumerate();
+        let rows = masses.filter(|(_, mass)| **mass == 0.0).map(|(row, _)| row);
+        let automata = &signature.discrete.automata;
+        let slides = |row: usize| {
+            let name = signature.equations.at(row).to_string();
+            automata.iter().any(|automaton| automaton.kind.has_surface() && *automaton.name == name)
+        };
+        // What the model itself declares comes first.
+        let row = rows.min_by_key(|row| slides(*row)).unwrap_or(0);
+        let (equation, slides) = (signature.equations.at(row).to_string(), slides(row));
+        IntegrateError::UnsuitedMethod { t: self.t, method: self.method.name, equation, slides }
     }
 }

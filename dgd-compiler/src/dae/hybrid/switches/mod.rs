@@ -32,6 +32,7 @@
 mod affected;
 mod algebraic;
 mod driven;
+pub(in crate::dae) mod histories;
 mod nested;
 mod opened;
 mod pieces;
