@@ -110,6 +110,11 @@ impl Pieces {
         self.has_turned
     }
 
+    /// Counts whether an earlier path of the same search turned.
+    pub(crate) fn count_turn(&mut self, has_turned: bool) {
+        self.has_turned |= has_turned;
+    }
+
     /// Chooses the pieces that `y` lies in. Surfaces may depend on other pieces.
     fn choose<S: Solved>(&mut self, system: &S, at: AlgebraicPoint<'_>, z: &mut [f64], y: &[f64]) {
         let AlgebraicPoint { t, u, p, .. } = at;

@@ -52,6 +52,7 @@ impl<S: Solved> Simulation<'_, S> {
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
         self.align_clocks(times);
+        self.span = until - self.t;
         self.start(solution)?;
         self.record_now(times, solution);
         self.natural_step = self.resumed_step();
@@ -59,7 +60,6 @@ impl<S: Solved> Simulation<'_, S> {
             return Ok(());
         }
 
-        self.span = until - self.t;
         let first = self.stop().min(until) - self.t;
         let h = match self.natural_step.or(self.initial_step) {
             Some(h) => h,

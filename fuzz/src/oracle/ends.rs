@@ -67,6 +67,8 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
     let span = times[times.len() - 1] - times[0];
     let signature = prepared.signature();
     let steps = signature.directions.len();
+    let automata = &signature.discrete.automata;
+    let is_piece = |i: usize| automata.get(i).is_some_and(|automaton| automaton.kind.is_piece());
     // The largest derivatives of the whole run.
     let largest_of = |j: usize, i: usize| {
         let along = (0..whole.solution.len()).map(|k| whole.derivatives(k, j)[i].abs());
@@ -91,7 +93,13 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
             if beside(&whole) || beside(&other) || whole.events(k) != tight.events(k) {
                 continue;
             }
-            if whole.events(k) != other.events(at) || whole.solution.z(k) != other.solution.z(at) {
+            // Pieces agree where they meet, and rounding decides between them where a solution stays there.
+            let z = |rows: &Rows, k: usize| -> Vec<f64> {
+                let all = rows.solution.z(k).iter().enumerate();
+                let kept = all.filter(|(i, _)| !is_piece(*i));
+                kept.map(|(_, z)| *z).collect()
+            };
+            if whole.events(k) != other.events(at) || z(&whole, k) != z(&other, at) {
                 let detail =
                     format!("at {t}: {:?} and {:?}", whole.solution.z(k), other.solution.z(at));
                 findings.push(Finding::new("ends", format!("{what}: other events"), detail));

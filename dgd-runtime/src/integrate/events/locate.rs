@@ -9,8 +9,10 @@
 //! Dowell and Jarratt, A modified regula falsi method for computing the root of an equation, BIT 11
 //! (1971) 168–174.
 
+use crate::algebraic::AlgebraicPoint;
 use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
+use crate::integrate::drive::Here;
 use crate::integrate::methods::stepper::Failed;
 use crate::integrate::simulation::{Simulation, Stop, Variables};
 use crate::problem::Problem;
@@ -187,9 +189,30 @@ impl<S: Solved> Simulation<'_, S> {
         if self.stepper.traits.is_multistep() {
             let directions = self.directions.as_mut().filter(|_| variables == Variables::All);
             self.stepper.shorten(h, self.y.as_ref(), directions);
+            self.satisfy_pieces(h);
             return Ok(());
         }
         self.try_step(h, variables, solution)
+    }
+
+    /// Solves for the algebraic unknowns after h, which a multistep method has along its polynomial only: within their
+    /// tolerance, a piece of their equations that is steep beyond its end is reached far too early.
+    fn satisfy_pieces(&mut self, h: f64) {
+        if self.discrete.pieces.is_empty() || self.algebraic.is_empty() {
+            return;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let Some(work) = self.projection.as_mut() else { return };
+        let y = self.row.as_mut();
+        y.copy_from_slice(self.stepper.y_new.as_ref());
+        let u = Here { drive: &mut self.drive, t: self.t + h };
+        let at = AlgebraicPoint { t: self.t + h, u, p, z: self.discrete.schedule.z.as_slice() };
+        let (jacobian, sizes) = (work.jacobian.as_mut(), self.sizes.as_ref());
+        let solved =
+            self.algebraic.make_consistent(system, at, y, jacobian, sizes, self.tolerances);
+        if solved.is_ok() {
+            self.stepper.y_new.as_mut().copy_from_slice(y);
+        }
     }
 
     pub(in crate::integrate) fn evaluate_at_end(&mut self, h: f64) {

@@ -34,20 +34,12 @@ impl<S: Solved> Simulation<'_, S> {
         if self.discrete.pieces.is_empty() || self.algebraic.is_empty() {
             return Ok(());
         }
-        let Problem { system, p, .. } = *self.problem;
         self.linearized = false;
         self.stepper.restart();
-        let at = AlgebraicPoint { t: self.t, u: self.drive.at(self.t, self.y.as_ref()), p, z: &[] };
-        let weights = Weights { sizes: self.sizes.as_ref(), tolerances: self.tolerances };
-        self.algebraic.solve_pieces(
-            system,
-            &mut self.discrete.pieces,
-            at,
-            &mut self.discrete.schedule.z,
-            self.y.as_mut(),
-            self.stepper.jacobian.as_mut(),
-            weights,
-        )
+        let mut y = self.y.take();
+        let found = self.solve_pieces_at(self.t, y.as_mut());
+        self.y = y;
+        found
     }
 
     /// Finds the pieces that hold just after t, and the unknowns that they have there; `because` is the automaton that
@@ -94,20 +86,15 @@ impl<S: Solved> Simulation<'_, S> {
         because: Option<usize>,
     ) -> Result<(), IntegrateError> {
         let on = self.move_on(part);
-        let Problem { system, p, .. } = *self.problem;
-        let t = self.t + on;
         let mut after = self.row.take();
-        let at = AlgebraicPoint { t, u: self.drive.at(t, after.as_ref()), p, z: &[] };
-        let weights = Weights { sizes: self.sizes.as_ref(), tolerances: self.tolerances };
-        let found = self.algebraic.solve_pieces(
-            system,
-            &mut self.discrete.pieces,
-            at,
-            &mut self.discrete.schedule.z,
-            after.as_mut(),
-            self.stepper.jacobian.as_mut(),
-            weights,
-        );
+        let mut found = self.solve_pieces_at(self.t + on, after.as_mut());
+        // States that begin to move with these pieces may tell apart others, which agree where they rest.
+        if found.is_ok() {
+            let has_turned = self.discrete.pieces.has_turned();
+            self.move_states(on, after.as_mut());
+            found = self.solve_pieces_at(self.t + on, after.as_mut());
+            self.discrete.pieces.count_turn(has_turned);
+        }
         // States stay where they are.
         let mass = self.algebraic.mass.as_ref();
         for ((after, y), mass) in after.as_mut().iter_mut().zip(self.y.as_mut()).zip(mass) {
@@ -121,6 +108,37 @@ impl<S: Solved> Simulation<'_, S> {
         match found {
             Ok(()) => self.make_values_consistent(),
             Err(error) => Err(self.no_piece(because, error)),
+        }
+    }
+
+    /// Solves for algebraic unknowns and pieces at a time, with the states in `y`.
+    fn solve_pieces_at(&mut self, t: f64, y: &mut [f64]) -> Result<(), InitialError> {
+        let Problem { system, p, .. } = *self.problem;
+        let at = AlgebraicPoint { t, u: self.drive.at(t, y), p, z: &[] };
+        let weights = Weights { sizes: self.sizes.as_ref(), tolerances: self.tolerances };
+        self.algebraic.solve_pieces(
+            system,
+            &mut self.discrete.pieces,
+            at,
+            &mut self.discrete.schedule.z,
+            y,
+            self.stepper.jacobian.as_mut(),
+            weights,
+        )
+    }
+
+    /// Moves states from where they are to where their slopes at `y`, which is a time `on` later, lead them.
+    fn move_states(&mut self, on: f64, y: &mut [f64]) {
+        let Problem { system, p, .. } = *self.problem;
+        let t = self.t + on;
+        let at = Point { t, y, u: self.drive.at(t, y), p, z: self.discrete.schedule.z.as_slice() };
+        let slopes = self.stepper.rhs.as_mut();
+        system.rhs(at, slopes);
+        let (mass, before) = (self.algebraic.mass.as_ref(), self.y.as_ref());
+        for (i, y) in y.iter_mut().enumerate() {
+            if mass[i] != 0.0 {
+                *y = before[i] + on * slopes[i];
+            }
         }
     }
 

@@ -70,9 +70,9 @@ impl<S: Solved> Simulation<'_, S> {
         solution: &mut Solution,
     ) -> Result<f64, IntegrateError> {
         let until = times[times.len() - 1];
+        self.span = until - self.t;
         self.start(solution)?;
         self.record_now(times, solution);
-        self.span = until - self.t;
         let mut largest = 0.0;
         while self.t < until {
             let (begin, end) = (self.t, self.stop().min(until));
