@@ -280,6 +280,102 @@ equation load: 1 [mF]*der(v) = i - v/50 [ohm]
     }
 }
 
+/// Ideal diodes, whose leaks to ground keep voltages determined while none conducts.
+const IDEAL_BRIDGE: &str = "model ideal_bridge
+parameter C [F] = 1e-3
+parameter R [ohm] = 100
+parameter Rs [ohm] = 1
+parameter G [S] = 1e-9
+let e = 100 [V]*sin(2*pi*50 [1/s]*time)
+unknown va [V] = 0
+unknown vb [V] = 0
+unknown i1 [A] = 0
+unknown i2 [A] = 0
+unknown i3 [A] = 0
+unknown i4 [A] = 0
+unknown i [A] = 0
+state v [V] = 0
+equation source: va - vb = e - Rs*i
+equation na: i + i3 - i1 - G*va = 0
+equation nb: -i + i4 - i2 - G*vb = 0
+equation d1: complementary(i1/1 [A], (v - va)/1 [V]) = 0
+equation d2: complementary(i2/1 [A], (v - vb)/1 [V]) = 0
+equation d3: complementary(i3/1 [A], va/1 [V]) = 0
+equation d4: complementary(i4/1 [A], vb/1 [V]) = 0
+equation cap: C*der(v) = i1 + i2 - v/R
+output v
+";
+
+#[test]
+fn a_bridge_of_ideal_diodes_starts_on_all_corners_at_once() {
+    let exact = integrated(0.06, 60_000, |t, v| {
+        let e = 100.0 * (OMEGA * t).sin().abs();
+        ((e - v).max(0.0) - v / 100.0) / 1e-3
+    });
+    let system = system(IDEAL_BRIDGE);
+    for name in METHODS_FOR_DAES {
+        let solution = run_by(&system, method(name), &[0.0, 0.06], 1e-6);
+        let found = value(&system, &solution, "v", 1);
+        assert!(solution.folds.is_empty(), "{:?}", solution.folds);
+        assert!((found - exact).abs() < 1e-4, "{name}: {found} is not {exact}");
+    }
+}
+
+/// Behind resistances so small that the coil sees the largest voltage less the smallest.
+const IDEAL_SIX_PULSES: &str = "model six_pulse
+parameter L [H] = 1e-3
+parameter R [ohm] = 10
+parameter Rs [ohm] = 1e-6
+parameter G [S] = 1e-9
+let w = 2*pi*50 [1/s]
+let ea = 100 [V]*sin(w*time)
+let eb = 100 [V]*sin(w*time - 2*pi/3)
+let ec = 100 [V]*sin(w*time + 2*pi/3)
+unknown va [V] = 0
+unknown vb [V] = 0
+unknown vc [V] = 0
+unknown vp [V] = 0
+unknown vn [V] = 0
+unknown p1 [A] = 0
+unknown p2 [A] = 0
+unknown p3 [A] = 0
+unknown n1 [A] = 0
+unknown n2 [A] = 0
+unknown n3 [A] = 0
+state i [A] = 0
+equation na: (ea - va)/Rs = p1 - n1 + G*va
+equation nb: (eb - vb)/Rs = p2 - n2 + G*vb
+equation nc: (ec - vc)/Rs = p3 - n3 + G*vc
+equation np: p1 + p2 + p3 = i + G*vp
+equation nn: n1 + n2 + n3 = i - G*vn
+equation d1: complementary(p1/1 [A], (vp - va)/1 [V]) = 0
+equation d2: complementary(p2/1 [A], (vp - vb)/1 [V]) = 0
+equation d3: complementary(p3/1 [A], (vp - vc)/1 [V]) = 0
+equation d4: complementary(n1/1 [A], (va - vn)/1 [V]) = 0
+equation d5: complementary(n2/1 [A], (vb - vn)/1 [V]) = 0
+equation d6: complementary(n3/1 [A], (vc - vn)/1 [V]) = 0
+equation coil: L*der(i) = vp - vn - R*i
+output i
+";
+
+#[test]
+fn a_six_pulse_bridge_of_ideal_diodes_gives_the_largest_voltage_less_the_smallest() {
+    let exact = integrated(0.0613, 60_000, |t, i| {
+        let third = 2.094_395_102_393_195_3;
+        let e = [0.0, -third, third].map(|phase| 100.0 * (OMEGA * t + phase).sin());
+        let most = e.into_iter().fold(f64::MIN, f64::max);
+        let least = e.into_iter().fold(f64::MAX, f64::min);
+        (most - least - 10.0 * i) / 1e-3
+    });
+    let system = system(IDEAL_SIX_PULSES);
+    for name in METHODS_FOR_DAES {
+        let solution = run_by(&system, method(name), &[0.0, 0.0613], 1e-6);
+        let found = value(&system, &solution, "i", 1);
+        assert!(solution.folds.is_empty(), "{:?}", solution.folds);
+        assert!((found - exact).abs() < 1e-4, "{name}: {found} is not {exact}");
+    }
+}
+
 const VALVES: &str = "model valves
 parameter k = 5
 parameter c = 1e-6

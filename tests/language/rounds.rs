@@ -233,3 +233,29 @@ fn functions_do_not_grow_with_any_index() {
         assert_eq!(operations(&sized(n, m)), own, "{n} x {m}");
     }
 }
+
+#[test]
+fn rust_of_rows_with_events_grows_with_the_rows() {
+    let written = |n: usize| {
+        let text = format!(
+            "model bins
+             size N = {n}
+             parameter k[1..N] [1/s] = 1
+             parameter level = 0.55
+             state x[1..N] = 0
+             state y[1..N] = 0
+             for i in 1..N {{
+               equation x[i]: der(x[i]) = k[i]
+               equation y[i]: der(y[i]) = (if x[i] > level then 1 else 0)/1 [s]
+             }}
+             output y
+            "
+        );
+        let (compiled, sources) = compiled(&text);
+        codegen::generate(&compiled.program, "bins", &sources).to_string().len()
+    };
+    let [few, some, many] = [10, 20, 40].map(written);
+    // A row more has one more digit now and then.
+    let each = (some - few) / 10;
+    assert!(many - some < 21 * each, "{few}, {some}, {many}");
+}

@@ -6,7 +6,7 @@
 #![allow(clippy::inline_always)]
 
 use super::lanes::{LANES, LaneStorage, Lanes};
-use crate::linalg::weights::reciprocal;
+use crate::linalg::weights::{alone, prefer, reciprocal, weight};
 use crate::system::{Pattern, Storage};
 
 /// P A = L U of W = c M − J in each lane.
@@ -18,17 +18,20 @@ pub(super) struct LaneLu<V: Storage> {
     /// The row that was exchanged with row k, stored as a number.
     pivot_rows: V::Lanes,
     weights: V::Lanes,
+    /// Rows of equations that read no unknown.
+    alone: Vec<usize>,
     /// Whether there was an exchange in any lane.
     exchanged: bool,
 }
 
 impl<V: Storage> LaneLu<V> {
-    pub(super) fn new(n: usize) -> Self {
+    pub(super) fn new(n: usize, jacobian: &Pattern) -> Self {
         Self {
             factors: V::LaneSquare::zeros(n * n),
             reciprocal_pivots: V::Lanes::zeros(n),
             pivot_rows: V::Lanes::zeros(n),
             weights: V::Lanes::zeros(n),
+            alone: alone(n, jacobian),
             exchanged: false,
         }
     }
@@ -46,6 +49,7 @@ impl<V: Storage> LaneLu<V> {
         let n = mass.len();
         let weights = &mut self.weights.lanes_mut()[..n];
         weigh(weights, c, mass, jacobian, values, sizes);
+        prefer(weights, &self.alone, |weight, by| *weight = *weight * Lanes::splat(by));
         let a = &mut self.factors.lanes_mut()[..n * n];
         a.fill(Lanes::ZERO);
         for ((&row, &column), value) in
@@ -128,8 +132,8 @@ fn weigh(
         let share = (*value * sizes[column]).map(f64::abs);
         weights[row] = share.with(weights[row], |new, old| if new > old { new } else { old });
     }
-    for weight in weights {
-        *weight = weight.map(reciprocal);
+    for (own, mass) in weights.iter_mut().zip(mass) {
+        *own = own.map(|largest| weight(largest, *mass != 0.0));
     }
 }
 

@@ -30,7 +30,7 @@ impl<S: Solved> Rosenbrock<S> {
             f: zeros(),
             jacobian: <S::Jacobian as Storage>::Lanes::zeros(signature.jacobian.len()),
             dfdt: zeros(),
-            lu: LaneLu::new(n),
+            lu: LaneLu::new(n, &signature.jacobian),
             stage: zeros(),
             rhs: zeros(),
             k: std::array::from_fn(|_| zeros()),

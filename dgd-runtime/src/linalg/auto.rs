@@ -42,11 +42,11 @@ impl Factorisation for AutoLu {
         }
         let (order, width) = narrowest(n, jacobian);
         if width.lower.max(width.upper) <= 1 {
-            return Self::Tridiagonal(TridiagonalLu::new(n, order));
+            return Self::Tridiagonal(TridiagonalLu::new(n, jacobian, order));
         }
         let steps = Staircase::new(n, jacobian, &order);
         match cheapest(n, jacobian.len(), &steps) {
-            Kind::Banded => Self::Banded(BandedLu::with_order(n, order, width, steps)),
+            Kind::Banded => Self::Banded(BandedLu::with_order(n, jacobian, order, width, steps)),
             Kind::Dense => Self::Dense(DenseLu::new(n, jacobian)),
             #[cfg(feature = "sparse")]
             Kind::Sparse => {

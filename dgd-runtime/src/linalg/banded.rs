@@ -11,7 +11,7 @@
 
 use super::order::{Bandwidth, Order, narrowest};
 use super::staircase::Staircase;
-use super::weights::weigh;
+use super::weights::{alone, weigh};
 use super::{Factorisation, Pivot, Singular};
 use crate::system::Pattern;
 
@@ -31,13 +31,21 @@ pub struct BandedLu {
     rows: Vec<u32>,
     /// The weight of each row of W.
     weights: Vec<f64>,
+    /// Rows of equations that read no unknown.
+    alone: Vec<usize>,
     /// A right-hand side by places.
     permuted: Vec<f64>,
 }
 
 impl BandedLu {
     /// Work space for `n` unknowns, in whose `order` the matrix has this bandwidth and these steps.
-    pub(super) fn with_order(n: usize, order: Order, width: Bandwidth, steps: Staircase) -> Self {
+    pub(super) fn with_order(
+        n: usize,
+        jacobian: &Pattern,
+        order: Order,
+        width: Bandwidth,
+        steps: Staircase,
+    ) -> Self {
         let height = 2 * width.lower + width.upper + 1;
         let permuted = match order {
             Order::Natural => Vec::new(),
@@ -53,6 +61,7 @@ impl BandedLu {
             exchanges: vec![0; n],
             rows: vec![0; n],
             weights: vec![0.0; n],
+            alone: alone(n, jacobian),
             permuted,
         }
     }
@@ -62,7 +71,7 @@ impl Factorisation for BandedLu {
     fn new(n: usize, jacobian: &Pattern) -> Self {
         let (order, width) = narrowest(n, jacobian);
         let steps = Staircase::new(n, jacobian, &order);
-        Self::with_order(n, order, width, steps)
+        Self::with_order(n, jacobian, order, width, steps)
     }
 
     fn factorise(
@@ -74,8 +83,8 @@ impl Factorisation for BandedLu {
         sizes: Option<&[f64]>,
     ) -> Result<(), Singular> {
         let Self { n, order, width, steps, factors, reciprocal_pivots, .. } = self;
-        let Self { exchanges, rows, weights, .. } = self;
-        weigh(weights, c, &differential, jacobian, values, sizes);
+        let Self { exchanges, rows, weights, alone, .. } = self;
+        weigh(weights, c, &differential, jacobian, values, sizes, alone);
         let (n, lower, filled) = (*n, width.lower, width.lower + width.upper);
         let height = filled + lower + 1;
 

@@ -3,7 +3,7 @@
 // Lengths are constants if storage has a fixed size, but only after inlining.
 #![allow(clippy::inline_always)]
 
-use super::weights::{reciprocal, weigh};
+use super::weights::{alone, reciprocal, weigh};
 use super::{Factorisation, KeptSum, Pivot, Singular};
 use crate::system::Pattern;
 
@@ -20,16 +20,19 @@ pub struct FixedLu<const N: usize> {
     order: [usize; N],
     /// Whether rows were exchanged.
     exchanged: bool,
+    /// Rows of equations that read no unknown.
+    alone: Vec<usize>,
 }
 
 impl<const N: usize> Factorisation for FixedLu<N> {
-    fn new(n: usize, _: &Pattern) -> Self {
+    fn new(n: usize, jacobian: &Pattern) -> Self {
         assert_eq!(n, N, "factorisation of fixed size");
         Self {
             factors: [[0.0; N]; N],
             reciprocal_pivots: [0.0; N],
             order: [0; N],
             exchanged: false,
+            alone: alone(n, jacobian),
         }
     }
 
@@ -43,7 +46,7 @@ impl<const N: usize> Factorisation for FixedLu<N> {
         sizes: Option<&[f64]>,
     ) -> Result<(), Singular> {
         let mut weights = [0.0; N];
-        weigh(&mut weights, c, &differential, jacobian, values, sizes);
+        weigh(&mut weights, c, &differential, jacobian, values, sizes, &self.alone);
         let Self { factors, reciprocal_pivots, order, .. } = self;
         let a = factors.as_flattened_mut();
         assemble(a, N, c, differential, jacobian, values);
@@ -61,7 +64,7 @@ impl<const N: usize> Factorisation for FixedLu<N> {
         sums: &[KeptSum],
     ) -> Result<bool, Singular> {
         let mut weights = [0.0; N];
-        weigh(&mut weights, c, &differential, jacobian, values, Some(sizes));
+        weigh(&mut weights, c, &differential, jacobian, values, Some(sizes), &self.alone);
         let Self { factors, reciprocal_pivots, order, .. } = self;
         let a = factors.as_flattened_mut();
         assemble(a, N, c, &differential, jacobian, values);
@@ -170,12 +173,15 @@ pub struct DenseLu {
     reciprocal_pivots: Vec<f64>,
     order: Vec<usize>,
     scratch: Vec<f64>,
+    /// Rows of equations that read no unknown.
+    alone: Vec<usize>,
 }
 
 impl Factorisation for DenseLu {
-    fn new(n: usize, _: &Pattern) -> Self {
+    fn new(n: usize, jacobian: &Pattern) -> Self {
         Self {
             n,
+            alone: alone(n, jacobian),
             factors: vec![0.0; n * n],
             reciprocal_pivots: vec![0.0; n],
             order: vec![0; n],
@@ -191,8 +197,8 @@ impl Factorisation for DenseLu {
         values: &[f64],
         sizes: Option<&[f64]>,
     ) -> Result<(), Singular> {
-        let Self { n, factors, reciprocal_pivots, order, scratch: weights } = self;
-        weigh(weights, c, &differential, jacobian, values, sizes);
+        let Self { n, factors, reciprocal_pivots, order, scratch: weights, alone } = self;
+        weigh(weights, c, &differential, jacobian, values, sizes, alone);
         assemble(factors, *n, c, differential, jacobian, values);
         eliminate(factors, *n, weights, reciprocal_pivots, order)?;
         Ok(())
@@ -207,8 +213,8 @@ impl Factorisation for DenseLu {
         sizes: &[f64],
         sums: &[KeptSum],
     ) -> Result<bool, Singular> {
-        let Self { n, factors, reciprocal_pivots, order, scratch: weights } = self;
-        weigh(weights, c, &differential, jacobian, values, Some(sizes));
+        let Self { n, factors, reciprocal_pivots, order, scratch: weights, alone } = self;
+        weigh(weights, c, &differential, jacobian, values, Some(sizes), alone);
         assemble(factors, *n, c, &differential, jacobian, values);
         replace(factors, weights, c, differential, sizes, sums);
         eliminate(factors, *n, weights, reciprocal_pivots, order)?;
@@ -219,7 +225,7 @@ impl Factorisation for DenseLu {
         if self.n == 0 {
             return;
         }
-        let Self { n, factors, reciprocal_pivots, order, scratch } = self;
+        let Self { n, factors, reciprocal_pivots, order, scratch, .. } = self;
         for column in b.chunks_exact_mut(*n) {
             for (x, &row) in scratch.iter_mut().zip(order.iter()) {
                 *x = column[row];

@@ -11,7 +11,7 @@ use faer::sparse::linalg::lu::simplicial::{
 use faer::sparse::linalg::lu::{LuSymbolicParams, factorize_symbolic_lu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 
-use super::weights::weigh;
+use super::weights::{alone, weigh};
 use super::{Factorisation, Pivot, Singular};
 use crate::system::Pattern;
 
@@ -31,6 +31,8 @@ pub struct SparseLu {
     rows: Vec<usize>,
     values: Vec<f64>,
     weights: Vec<f64>,
+    /// Rows of equations that read no unknown.
+    alone: Vec<usize>,
     /// Positions in `values` of each non-zero of J, and of each diagonal element.
     jacobian_slots: Vec<usize>,
     diagonal_slots: Vec<usize>,
@@ -79,6 +81,7 @@ impl Clone for SparseLu {
             rows: self.rows.clone(),
             values: self.values.clone(),
             weights: self.weights.clone(),
+            alone: self.alone.clone(),
             jacobian_slots: self.jacobian_slots.clone(),
             diagonal_slots: self.diagonal_slots.clone(),
             column_order: self.column_order.clone(),
@@ -123,6 +126,7 @@ impl Factorisation for SparseLu {
             n,
             values: vec![0.0; rows.len()],
             weights: vec![1.0; n],
+            alone: alone(n, jacobian),
             starts,
             rows,
             jacobian_slots,
@@ -143,7 +147,8 @@ impl Factorisation for SparseLu {
         values: &[f64],
         sizes: Option<&[f64]>,
     ) -> Result<(), Singular> {
-        weigh(&mut self.weights, c, &differential, jacobian, values, sizes);
+        let (weights, alone) = (&mut self.weights, &self.alone);
+        weigh(weights, c, &differential, jacobian, values, sizes, alone);
         self.values.fill(0.0);
         for (&slot, value) in self.jacobian_slots.iter().zip(values) {
             self.values[slot] = -value;

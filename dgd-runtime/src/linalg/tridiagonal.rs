@@ -15,7 +15,7 @@
 use std::cmp::Ordering;
 
 use super::order::Order;
-use super::weights::weigh;
+use super::weights::{alone, weigh};
 use super::{Pivot, Singular};
 use crate::system::Pattern;
 
@@ -36,6 +36,8 @@ pub struct TridiagonalLu {
     exchanged: Vec<bool>,
     /// The weight of each row of W.
     weights: Vec<f64>,
+    /// Rows of equations that read no unknown.
+    alone: Vec<usize>,
     smallest: Option<Pivot>,
 }
 
@@ -102,7 +104,7 @@ fn eliminate(active: Active, ahead: Ahead, pivots: &mut Pivots) -> (Row, f64, bo
 
 impl TridiagonalLu {
     /// Work space for at least two unknowns, whose `order` makes the matrix tridiagonal.
-    pub(super) fn new(n: usize, order: Order) -> Self {
+    pub(super) fn new(n: usize, jacobian: &Pattern, order: Order) -> Self {
         assert!(n >= 2, "at least two unknowns");
         Self {
             order,
@@ -110,6 +112,7 @@ impl TridiagonalLu {
             multiples: vec![0.0; n],
             exchanged: vec![false; n],
             weights: vec![0.0; n],
+            alone: alone(n, jacobian),
             smallest: None,
         }
     }
@@ -159,7 +162,8 @@ impl TridiagonalLu {
         values: &[f64],
         sizes: Option<&[f64]>,
     ) -> Result<(), Singular> {
-        weigh(&mut self.weights, c, &differential, jacobian, values, sizes);
+        let (weights, alone) = (&mut self.weights, &self.alone);
+        weigh(weights, c, &differential, jacobian, values, sizes, alone);
         self.assemble(c, differential, jacobian, values);
         let middle = self.middle();
         let Self { order, rows, multiples, exchanged, weights, .. } = self;

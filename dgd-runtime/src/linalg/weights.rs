@@ -10,7 +10,8 @@
 //! products of weights and elements not at all: pivots are the same, and so are the bits of solutions but for that
 //! power. Differential equations alone have rows in the units of their unknowns over time, so that no element needs to
 //! be looked at. An algebraic equation is preferred, so that it holds to the rounding of its own terms where it hardly
-//! determines its unknown.
+//! determines its unknown. The row of an equation that reads no unknown is that of c M, and is the pivot of its unknown
+//! whatever other rows have there: a number that is held stays what it is, to the bit.
 //!
 //! Only the choice depends on weights; elements are not scaled.
 //!
@@ -26,6 +27,8 @@ use crate::system::Pattern;
 const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
 /// How much smaller an element of an algebraic equation may be than another one and still be the pivot.
 const PREFERENCE: f64 = 8.0;
+/// The same for the row of an equation that reads no unknown.
+const ALONE: f64 = (1_u64 << 60) as f64;
 /// Sum of the exponents' bits of 2ᵏ and 2⁻ᵏ.
 const OF_BOTH: u64 = 0x7fe0_0000_0000_0000;
 
@@ -35,7 +38,31 @@ pub(crate) fn reciprocal(size: f64) -> f64 {
     f64::from_bits(OF_BOTH.saturating_sub(size.to_bits() & EXPONENT))
 }
 
-/// Writes the weights of the rows of c M − J, with unknowns of these sizes; ones if there are none.
+/// The rows of equations that read no unknown.
+pub(crate) fn alone(n: usize, jacobian: &Pattern) -> Vec<usize> {
+    let mut reads = vec![false; n];
+    for (row, _) in jacobian.positions() {
+        reads[row] = true;
+    }
+    (0..n).filter(|row| !reads[*row]).collect()
+}
+
+/// The weight of a row with this largest term.
+#[inline(always)]
+pub(crate) fn weight(largest: f64, is_differential: bool) -> f64 {
+    (if is_differential { 1.0 } else { PREFERENCE }) * reciprocal(largest)
+}
+
+/// Prefers the rows of equations that read no unknown; `scale` multiplies a weight.
+#[inline(always)]
+pub(crate) fn prefer<W>(weights: &mut [W], alone: &[usize], scale: impl Fn(&mut W, f64)) {
+    for row in alone {
+        scale(&mut weights[*row], ALONE);
+    }
+}
+
+/// Writes the weights of the rows of c M − J, with unknowns of these sizes; ones if there are none. Those in `alone` read
+/// no unknown.
 #[inline(always)]
 pub(super) fn weigh(
     weights: &mut [f64],
@@ -44,6 +71,7 @@ pub(super) fn weigh(
     jacobian: &Pattern,
     values: &[f64],
     sizes: Option<&[f64]>,
+    alone: &[usize],
 ) {
     let Some(sizes) = sizes else {
         weights.fill(1.0);
@@ -54,6 +82,7 @@ pub(super) fn weigh(
         for (weight, size) in weights.iter_mut().zip(sizes) {
             *weight = reciprocal(*size);
         }
+        prefer(weights, alone, |weight, by| *weight *= by);
         return;
     }
     for (i, (weight, size)) in weights.iter_mut().zip(sizes).enumerate() {
@@ -65,10 +94,10 @@ pub(super) fn weigh(
             weights[row] = share;
         }
     });
-    for (i, weight) in weights.iter_mut().enumerate() {
-        let preferred = if differential(i) { 1.0 } else { PREFERENCE };
-        *weight = preferred * reciprocal(*weight);
+    for (i, own) in weights.iter_mut().enumerate() {
+        *own = weight(*own, differential(i));
     }
+    prefer(weights, alone, |weight, by| *weight *= by);
 }
 
 #[cfg(test)]

@@ -1009,10 +1009,14 @@ fn several_parts(w: &mut Writer, d: u32) -> String {
 fn table(w: &mut Writer, _: u32) -> String {
     let name = w.name("f");
     let mut at = -1.5;
+    let step = w.random.chance(0.3).then(|| w.random.below(3));
     let points: Vec<String> = (0..4)
-        .map(|_| {
+        .map(|k| {
             let point = format!("({at:.2}, {:.2})", w.random.between(-1.0, 1.0));
-            at += w.random.between(0.4, 1.2);
+            // Two points at one place are a step.
+            if step != Some(k) {
+                at += w.random.between(0.4, 1.2);
+            }
             point
         })
         .collect();
