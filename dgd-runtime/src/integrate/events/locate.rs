@@ -189,16 +189,18 @@ impl<S: Solved> Simulation<'_, S> {
         if self.stepper.traits.is_multistep() {
             let directions = self.directions.as_mut().filter(|_| variables == Variables::All);
             self.stepper.shorten(h, self.y.as_ref(), directions);
-            self.satisfy_pieces(h);
-            return Ok(());
+        } else {
+            self.try_step(h, variables, solution)?;
         }
-        self.try_step(h, variables, solution)
+        self.satisfy_equations(h);
+        Ok(())
     }
 
-    /// Solves for the algebraic unknowns after h, which a multistep method has along its polynomial only: within their
-    /// tolerance, a piece of their equations that is steep beyond its end is reached far too early.
-    fn satisfy_pieces(&mut self, h: f64) {
-        if self.discrete.pieces.is_empty() || self.algebraic.is_empty() {
+    /// Solves for the algebraic unknowns after h, if watched event functions read some. A step satisfies their equations
+    /// to tolerance only, and what it takes just past a threshold would come back with the event, or pass it far too
+    /// early where a piece beyond is steep.
+    fn satisfy_equations(&mut self, h: f64) {
+        if self.algebraic.is_empty() || !self.mark_watched() {
             return;
         }
         let Problem { system, p, .. } = *self.problem;

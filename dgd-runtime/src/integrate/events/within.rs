@@ -30,7 +30,7 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// Marks algebraic unknowns that watched event functions read. Returns whether there are any.
-    fn mark_watched(&mut self) -> bool {
+    pub(super) fn mark_watched(&mut self) -> bool {
         let mass = self.algebraic.mass.as_ref();
         let watching = &self.discrete.watching;
         let watched = &mut self.discrete.watched;
