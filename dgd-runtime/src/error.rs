@@ -79,7 +79,7 @@ pub enum IntegrateError {
         /// Number of transitions at this time or leading up to it.
         transitions: usize,
     },
-    /// A condition that cannot be told apart from its threshold in a whole interval, or that changes infinitely often.
+    /// A condition that stays at its threshold for a whole interval, or changes infinitely often.
     UnresolvedCondition {
         /// Where the interval begins, s.
         t: f64,

@@ -832,7 +832,7 @@ An equation ties states to one another, so that something else follows from its 
 respect to time only: a rod and its tension, a prescribed path and the force along it. The tool
 differentiates such equations itself. It cannot where the derivative does not exist: where the
 equation reads an input that is held, or the slope of a linear one, or a function that jumps. Nor
-where the derivatives say nothing new, because the equation only repeats or contradicts others.
+where the derivatives only repeat or contradict other equations.
 
 Wrong:
 

@@ -73,7 +73,7 @@ impl Shape {
         self.slope * self.slope * w / (g * g)
     }
 
-    /// What is wrong with a sample besides what [`Seen::spoilt`] has.
+    /// The reason why a sample cannot be used in this scale, beside those of [`Seen::spoilt`].
     pub(crate) fn spoilt(self, seen: Seen) -> Option<Spoilt> {
         let is_apart = self.floor == 0.0 && seen.simulated * seen.measured.signum() <= 0.0;
         is_apart.then_some(Spoilt::Logarithm(seen.simulated))

@@ -186,7 +186,7 @@ fn reaches(problem: &OutputErrorProblem<'_>, variables: &Variables, z: &[f64]) -
     let found = consistent_start(&run, t, &problem.options).ok()?;
     let mut sizes = vec![0.0; found.y.len()];
     unknown_sizes(&system, &found.y, &mut sizes);
-    // What is read late is behind the inputs; sizes hardly depend on it.
+    // Delayed unknowns follow the inputs in u; sizes hardly depend on them.
     let mut u = vec![0.0; signature.n_u()];
     recording.inputs.value(t, Side::Right, &mut u[..recording.inputs.len()]);
     let n_w = signature.outputs.len();

@@ -328,7 +328,7 @@ impl<'s> Task<'s> {
         let repeated = request.valid.iter().zip(found).filter_map(|(path, of)| Some((path, of?)));
         let said = |(path, of): (&PathBuf, usize)| {
             let (path, trained) = (path.display(), request.data[of].display());
-            format!("{path} is {trained} again, at least half of it: as a test it tells nothing")
+            format!("{path} is {trained} again, at least half of it, so it tests nothing")
         };
         repeated.map(said).collect()
     }

@@ -13,7 +13,7 @@ use crate::session::Session;
 const BETWEEN: Duration = Duration::from_millis(100);
 
 /// Does some work that runs once from one time to another, s, while another thread tells the listener how much of it is
-/// done. Without a [`Watched`] to look at, a second thread, or anybody who hears it, it tells nothing.
+/// done. Without a [`Watched`], a second thread, or a listener, nothing is reported.
 pub(crate) fn told<T>(
     session: Session<'_>,
     [from, until]: [f64; 2],

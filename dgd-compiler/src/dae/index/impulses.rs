@@ -226,7 +226,7 @@ impl<'a> Instant<'a> {
         Instant { reduced, row_of, impulsive, jumping }
     }
 
-    /// The rule; `None` where a constraint depends on what has no known jump.
+    /// The rule; `None` if a constraint depends on a quantity whose jump is not known.
     fn rule(
         &self,
         graph: &mut Graph,

@@ -37,7 +37,7 @@ pub(super) fn refuse(
         Obstacle::Element => "it reads an element of an array".to_owned(),
         Obstacle::Foreign(_) => "it reads an unknown of another part".to_owned(),
         Obstacle::Late => "it reads an unknown late".to_owned(),
-        Obstacle::NoUnknown => "its derivatives say nothing new".to_owned(),
+        Obstacle::NoUnknown => "its derivatives only repeat other equations".to_owned(),
     };
     let determines =
         if wanting.is_empty() { String::new() } else { format!(" to determine {loose}") };
@@ -59,7 +59,7 @@ pub(super) fn refuse(
         Obstacle::Foreign(_) => ("describe it by fewer modes", None),
         Obstacle::Late => ("let what arrives late act through a lag", None),
         Obstacle::NoUnknown => {
-            ("leave out what other equations say already, or let it read another unknown", None)
+            ("leave out the equation that repeats others, or let it read another unknown", None)
         }
     };
     let unknowns = wanting.iter().map(|i| variables.unknowns[*i as usize].span);

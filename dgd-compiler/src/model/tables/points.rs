@@ -92,7 +92,7 @@ impl<'a> Lowering<'a> {
         repeated.map_or(Ok(points), Err)
     }
 
-    /// What is wrong with the points at one place: a table of one argument may have two, which are a step.
+    /// The mistake among points at one place, if any: a table of one argument may have two, which are a step.
     fn too_many_at_one_place(
         &self,
         table: Table<'a>,

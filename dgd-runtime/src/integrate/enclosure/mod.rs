@@ -82,7 +82,7 @@ pub(crate) struct Along<'a, U: Fn(usize) -> Tube> {
     pub(crate) input: &'a U,
 }
 
-/// Formulas, and what they are along an interval.
+/// Formulas, and their values along an interval.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Enclosures {
     steps: Vec<Step>,

@@ -7,7 +7,7 @@
 //!   H dD = −(dc/dθ + Σ dH/dθ d),         along D, the total derivatives at the time of the instant
 //! ```
 //!
-//! c are the constraints of the new modes, so that all else that H says is linear: charge and momentum are kept where
+//! c are the constraints of the new modes, so that the other rows of H are linear: charge and momentum are kept where
 //! the equations say so. A reset acts first, and what it resets does not jump. If H is singular, or c cannot be
 //! fulfilled, states keep their values, and what constraints determine jumps onto them.
 

@@ -140,7 +140,7 @@ impl<S: Solved> Simulation<'_, S> {
     }
 
     /// Whether a solution keeps to a threshold in a part of the step, within its error, as a fraction does that the others
-    /// make up to one. Crossings there say nothing.
+    /// make up to one. Crossings there are no events.
     fn rides(&mut self, k: usize, h: f64, part: Part) -> bool {
         if !self.discrete.enclosures.reads(k).unknowns {
             return false;

@@ -115,8 +115,8 @@ fn make_events(dae: &mut Dae, model: &Model) {
     }
 }
 
-/// Puts what gives algebraic unknowns in the place of these, where a value jumps and the surface then has a
-/// rate.
+/// Substitutes algebraic unknowns in surfaces at which a value jumps by their explicit solutions, if the surface then
+/// has a rate.
 fn open(dae: &mut Dae, model: &Model, surfaces: &mut [Surface]) {
     for surface in surfaces.iter_mut().filter(|surface| surface.passage == Passage::Jump) {
         let Some(e) = opened::opened(dae, surface.e).filter(|e| *e != surface.e) else { continue };
