@@ -444,13 +444,20 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
         system.condition_times(at.point(), &mut times, &mut after);
         [e, r, times].concat()
     };
-    let (mut de, mut dr, mut dtimes) =
-        (vec![0.0; n_e * n_s], vec![0.0; n_r * n_s], vec![0.0; n_c * n_s]);
+    let mut dtimes = vec![0.0; n_c * n_s];
+    let (mut de, mut dr) =
+        (vec![0.0; discrete.event_directions.len()], vec![0.0; discrete.reset_directions.len()]);
     let (mut dedy, mut drdy) =
         (vec![0.0; discrete.event_jacobian.len()], vec![0.0; discrete.reset_jacobian.len()]);
     let (mut dedt, mut drdt) = (vec![0.0; n_e], vec![0.0; n_r]);
-    system.event_sensitivities(at.point(), &udot, &s, &mut de, &mut dedy, &mut dedt);
-    system.reset_sensitivities(at.point(), &udot, &s, &mut dr, &mut drdy, &mut drdt);
+    system.event_derivatives(at.point(), &udot, &mut de, &mut dedy, &mut dedt);
+    system.reset_derivatives(at.point(), &udot, &mut dr, &mut drdy, &mut drdt);
+    // ∂/∂θ + ∂/∂y S.
+    let total = |by_theta: (&Pattern, &[f64]), by_y: (&Pattern, &[f64]), rows: usize, j: usize| {
+        let mut total = dense(by_theta.0, by_theta.1, rows, j);
+        by_y.0.for_each(by_y.1, |row, k, slope| total[row] += slope * s[j * n + k]);
+        total
+    };
     system.condition_time_sensitivities(at.point(), &mut dtimes);
 
     for j in 0..n_s {
@@ -463,7 +470,11 @@ fn check_event_derivatives(system: &Interpreted, at: &At, label: &str) {
         };
         let found = difference(&moved, 0.0, 0.01 * size(at.p[p]));
         let column = |matrix: &[f64], rows: usize| matrix[j * rows..(j + 1) * rows].to_vec();
-        let columns = [column(&de, n_e), column(&dr, n_r), column(&dtimes, n_c)].concat();
+        let of_events =
+            total((&discrete.event_directions, &de), (&discrete.event_jacobian, &dedy), n_e, j);
+        let of_resets =
+            total((&discrete.reset_directions, &dr), (&discrete.reset_jacobian, &drdy), n_r, j);
+        let columns = [of_events, of_resets, column(&dtimes, n_c)].concat();
         compare(&format!("{label}: events, direction {j}"), &columns, &found);
     }
     for i in 0..n {
@@ -579,12 +590,12 @@ fn bits(system: &impl Solved, at: &At) -> Vec<Vec<u64>> {
     system.condition_times(point, &mut times, &mut after);
     system.condition_time_sensitivities(point, &mut dtimes);
     all.extend([mass, e, r, times, after, dtimes]);
-    let (mut de, mut dedt) = (numbers(n_e * n_s), numbers(n_e));
+    let (mut de, mut dedt) = (numbers(discrete.event_directions.len()), numbers(n_e));
     let mut dedy = numbers(discrete.event_jacobian.len());
-    system.event_sensitivities(point, &udot, &s, &mut de, &mut dedy, &mut dedt);
-    let (mut dr, mut drdt) = (numbers(n_r * n_s), numbers(n_r));
+    system.event_derivatives(point, &udot, &mut de, &mut dedy, &mut dedt);
+    let (mut dr, mut drdt) = (numbers(discrete.reset_directions.len()), numbers(n_r));
     let mut drdy = numbers(discrete.reset_jacobian.len());
-    system.reset_sensitivities(point, &udot, &s, &mut dr, &mut drdy, &mut drdt);
+    system.reset_derivatives(point, &udot, &mut dr, &mut drdy, &mut drdt);
     all.extend([de, dedy, dedt, dr, drdy, drdt]);
     let (n_h, n_single) = (discrete.jump_jacobian.len(), signature.unknowns.single.len());
     if n_h > 0 {
