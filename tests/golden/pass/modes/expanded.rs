@@ -313,7 +313,9 @@ pub mod tank {
                     results: List::Borrowed(&[3, 0]),
                 },
                 event_jacobian: Pattern::single(&[0, 1], &[0, 1]),
+                event_directions: Pattern::single(&[0], &[0]),
                 reset_jacobian: Pattern::single(&[0], &[0]),
+                reset_directions: Pattern::single(&[0], &[2]),
                 by_mode: List::Borrowed(&[0]),
                 jump_jacobian: Pattern::single(&[], &[]),
                 unlocated: List::Borrowed(&[]),
@@ -604,24 +606,15 @@ pub mod tank {
             *::dgd::__runtime::codegen::fixed_mut::<2>(_e) = [h - crest, q];
         }
         #[inline]
-        fn event_sensitivities(
+        fn event_derivatives(
             &self,
             _at: ::dgd::__runtime::Point<'_>,
             _udot: &[f64],
-            _s: &[f64],
             _de: &mut [f64],
             _dedy: &mut [f64],
             _dedt: &mut [f64],
         ) {
-            let _s = ::dgd::__runtime::codegen::fixed::<6>(_s);
-            *::dgd::__runtime::codegen::fixed_mut::<6>(_de) = [
-                _s[0] + -1.0,
-                _s[1],
-                _s[2],
-                _s[3],
-                _s[4],
-                _s[5],
-            ];
+            *::dgd::__runtime::codegen::fixed_mut::<1>(_de) = [-1.0];
             *::dgd::__runtime::codegen::fixed_mut::<2>(_dedy) = [1.0, 1.0];
             *::dgd::__runtime::codegen::fixed_mut::<2>(_dedt) = [0.0, 0.0];
         }
@@ -634,21 +627,15 @@ pub mod tank {
             *::dgd::__runtime::codegen::fixed_mut::<1>(_r) = [h - part];
         }
         #[inline]
-        fn reset_sensitivities(
+        fn reset_derivatives(
             &self,
             _at: ::dgd::__runtime::Point<'_>,
             _udot: &[f64],
-            _s: &[f64],
             _dr: &mut [f64],
             _drdy: &mut [f64],
             _drdt: &mut [f64],
         ) {
-            let _s = ::dgd::__runtime::codegen::fixed::<6>(_s);
-            *::dgd::__runtime::codegen::fixed_mut::<3>(_dr) = [
-                _s[0],
-                _s[2],
-                _s[4] + -1.0,
-            ];
+            *::dgd::__runtime::codegen::fixed_mut::<1>(_dr) = [-1.0];
             *::dgd::__runtime::codegen::fixed_mut::<1>(_drdy) = [1.0];
             *::dgd::__runtime::codegen::fixed_mut::<1>(_drdt) = [0.0];
         }

@@ -299,7 +299,9 @@ pub mod tables {
                     &[0, 1, 2, 3, 4, 5],
                     &[0, 0, 0, 0, 0, 0],
                 ),
+                event_directions: Pattern::single(&[], &[]),
                 reset_jacobian: Pattern::single(&[], &[]),
+                reset_directions: Pattern::single(&[], &[]),
                 by_mode: List::Borrowed(&[]),
                 jump_jacobian: Pattern::single(&[], &[]),
                 unlocated: List::Borrowed(&[]),
@@ -807,35 +809,24 @@ pub mod tables {
             ];
         }
         #[inline]
-        fn event_sensitivities(
+        fn event_derivatives(
             &self,
             _at: ::dgd::__runtime::Point<'_>,
             _udot: &[f64],
-            _s: &[f64],
             _de: &mut [f64],
             _dedy: &mut [f64],
             _dedt: &mut [f64],
         ) {
             let _y = ::dgd::__runtime::codegen::fixed::<2>(_at.y);
-            let _s = ::dgd::__runtime::codegen::fixed::<2>(_s);
             let x = _y[0];
-            let _v4 = _CURVE_DADF86D83DE97DF8.value(x);
-            let _v5 = _v4 * _s[0];
-            let _v6 = _CURVE_910B2C69320B2368.value(x);
-            let _v7 = _v6 * _s[0];
-            *::dgd::__runtime::codegen::fixed_mut::<6>(_de) = [
-                _v5,
-                _v5,
-                _v7,
-                _v7,
-                _s[0],
-                _s[0],
-            ];
+            let _v3 = _CURVE_DADF86D83DE97DF8.value(x);
+            let _v4 = _CURVE_910B2C69320B2368.value(x);
+            *::dgd::__runtime::codegen::fixed_mut::<0>(_de) = [];
             *::dgd::__runtime::codegen::fixed_mut::<6>(_dedy) = [
+                _v3,
+                _v3,
                 _v4,
                 _v4,
-                _v6,
-                _v6,
                 1.0,
                 1.0,
             ];
@@ -853,11 +844,10 @@ pub mod tables {
             *::dgd::__runtime::codegen::fixed_mut::<0>(_r) = [];
         }
         #[inline]
-        fn reset_sensitivities(
+        fn reset_derivatives(
             &self,
             _at: ::dgd::__runtime::Point<'_>,
             _udot: &[f64],
-            _s: &[f64],
             _dr: &mut [f64],
             _drdy: &mut [f64],
             _drdt: &mut [f64],
