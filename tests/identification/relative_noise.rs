@@ -213,3 +213,47 @@ fn a_species_is_followed_as_far_down_as_it_was_read() {
         }
     }
 }
+
+/// Cases since the report before, where the time since then is an input that jumps.
+const NOTIFY: &str = "model notify
+constant N = 20000
+input window [d]
+parameter beta [1/d] = 0.4 in 0.01 .. 5, log
+parameter gamma [1/d] = 0.2 in 0.01 .. 5, log
+parameter s = 0.2 in 0.01 .. 2, log
+parameter I_0 = 10 in 1 .. 1000, log
+state S = N - I_0 fixed
+state I = I_0 fixed
+state C = 0 nominal 1000, fixed
+let infect = beta*S*I/N
+equation s: der(S) = -infect
+equation i: der(I) = infect - gamma*I
+equation c: der(C) = infect
+output new_cases = C - delay(C, window)  noise lognormal(s)
+";
+
+const NOTIFICATIONS: &str = "time [d],window [d],new_cases
+0,7,
+7,7,71.07
+14,7,236.90
+21,7,562.75
+35,14,5286.02
+42,7,4484.21
+49,7,2929.33
+56,7,1832.11
+63,7,930.42
+77,14,676.33
+84,7,115.19
+98,14,82.82
+";
+
+#[test]
+fn notifications_since_the_last_report_are_fitted() {
+    let (result, _) = fitted(NOTIFY, NOTIFICATIONS, |_| {});
+    // By another solver and optimiser.
+    for (name, expected) in [("beta", 0.310_403_28), ("gamma", 0.146_177_92), ("I_0", 17.080_605_9)]
+    {
+        let found = value(&result, name);
+        assert!((found / expected - 1.0).abs() < 1e-4, "{name}: {found} is not {expected}");
+    }
+}
