@@ -48,7 +48,7 @@ pub(in crate::integrate) struct Hybrid {
     pub(in crate::integrate) enclosures: Enclosures,
     pub(in crate::integrate) past: PastValues,
     pub(in crate::integrate) watching: Vec<Watching>,
-    /// Algebraic unknowns that event functions read which are watched within a step.
+    /// For each unknown, whether it is algebraic and an event function that is watched within the step reads it.
     pub(super) watched: Vec<bool>,
     /// Event functions around the last crossing, at three points of the step.
     pub(in crate::integrate) around: [Vec<f64>; 3],

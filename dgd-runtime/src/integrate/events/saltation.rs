@@ -60,17 +60,17 @@ pub(in crate::integrate) struct Saltation {
 
 /// Derivatives of rows: non-zeros of ∂/∂y and of ∂/∂θ at fixed unknowns, and ∂/∂t + ∂/∂u u̇.
 struct Derivatives {
-    by_unknowns: Vec<f64>,
-    by_directions: Vec<f64>,
-    by_time: Vec<f64>,
+    unknowns: Vec<f64>,
+    directions: Vec<f64>,
+    time: Vec<f64>,
 }
 
 impl Derivatives {
     fn new(unknowns: &Pattern, directions: &Pattern, rows: usize) -> Self {
         Self {
-            by_unknowns: vec![0.0; unknowns.len()],
-            by_directions: vec![0.0; directions.len()],
-            by_time: vec![0.0; rows],
+            unknowns: vec![0.0; unknowns.len()],
+            directions: vec![0.0; directions.len()],
+            time: vec![0.0; rows],
         }
     }
 
@@ -85,14 +85,14 @@ impl Derivatives {
     ) {
         let [unknowns, directions] = patterns;
         out.fill(0.0);
-        for ((of, column), slope) in unknowns.positions().zip(&self.by_unknowns) {
+        for ((of, column), slope) in unknowns.positions().zip(&self.unknowns) {
             if of == row {
                 for (out, s) in out.iter_mut().zip(s.chunks_exact(n)) {
                     *out += slope * s[column];
                 }
             }
         }
-        for ((of, j), slope) in directions.positions().zip(&self.by_directions) {
+        for ((of, j), slope) in directions.positions().zip(&self.directions) {
             if of == row {
                 out[j] += slope;
             }
@@ -130,11 +130,11 @@ impl Saltation {
 
     /// ∂e/∂y, and ∂e/∂t + ∂e/∂u u̇.
     pub(in crate::integrate) fn dedy(&self) -> &[f64] {
-        &self.of_events.by_unknowns
+        &self.of_events.unknowns
     }
 
     pub(in crate::integrate) fn dedt(&self) -> &[f64] {
-        &self.of_events.by_time
+        &self.of_events.time
     }
 
     /// Whether the time of the instant does not depend on parameters.
@@ -227,9 +227,8 @@ impl<S: Solved> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
-        let Derivatives { by_unknowns, by_directions, by_time } =
-            &mut self.discrete.saltation.of_events;
-        system.event_derivatives(at, udot, by_directions, by_unknowns, by_time);
+        let Derivatives { unknowns, directions, time } = &mut self.discrete.saltation.of_events;
+        system.event_derivatives(at, udot, directions, unknowns, time);
         true
     }
 
@@ -329,13 +328,12 @@ impl<S: Solved> Simulation<'_, S> {
         if let Some(d) = &self.directions {
             let is_fixed = saltation.is_fixed();
             let Saltation { of_resets, ydot, tau, total, rows: [row, _], .. } = saltation;
-            let Derivatives { by_unknowns, by_directions, by_time } = of_resets;
-            system.reset_derivatives(at, udot, by_directions, by_unknowns, by_time);
+            let Derivatives { unknowns, directions, time } = of_resets;
+            system.reset_derivatives(at, udot, directions, unknowns, time);
             // ṙ replaces ∂r/∂t + ∂r/∂u u̇; it is not needed if the time is fixed.
             if !is_fixed {
-                for ((row, column), slope) in discrete.reset_jacobian.positions().zip(&*by_unknowns)
-                {
-                    by_time[row] += slope * ydot[column];
+                for ((row, column), slope) in discrete.reset_jacobian.positions().zip(&*unknowns) {
+                    time[row] += slope * ydot[column];
                 }
             }
             let n = ydot.len();
@@ -343,7 +341,7 @@ impl<S: Solved> Simulation<'_, S> {
             for (q, unknown) in (first..).zip(transition.resets.iter()) {
                 of_resets.along_directions(patterns, q, d.s.as_ref(), n.max(1), row);
                 for (j, (tau, dr)) in tau.iter().zip(&*row).enumerate() {
-                    let along = if *tau == 0.0 { 0.0 } else { of_resets.by_time[q] * tau };
+                    let along = if *tau == 0.0 { 0.0 } else { of_resets.time[q] * tau };
                     total[j * n + unknown] = dr + along;
                 }
             }
