@@ -190,3 +190,30 @@ fn cells_that_mirror_each_other_have_the_same_sensitivities() {
         }
     }
 }
+
+#[test]
+fn a_number_that_rests_keeps_its_bits_whatever_reads_it() {
+    // In full, tridiagonal and banded matrices, with and without an algebraic equation.
+    for (others, algebraic) in [(1, false), (1, true), (40, false), (40, true)] {
+        let mut text = String::from("model rest\nstate a = 0.1\nequation a: der(a) = 0/1 [s]\n");
+        let mut before = "a".to_owned();
+        for i in 0..others {
+            let _ = writeln!(text, "state x{i} = 0");
+            let _ = writeln!(text, "equation x{i}: der(x{i}) = 1000*({before} - x{i}/3)/1 [s]");
+            before = format!("x{i}");
+        }
+        if algebraic {
+            let _ = writeln!(text, "unknown y = 0\nequation y: 0 = 100*a - y - y^3");
+        }
+        for method in METHODS {
+            let found = run(&text, method, 1e-6, &[0.0, 0.3, 1.0, 7.0]);
+            let n = others + 1 + usize::from(algebraic);
+            let system = system(&text);
+            let a = system.signature().unknowns.iter().position(|x| *x.name == *"a");
+            let a = a.expect("an unknown");
+            for row in found.y.chunks_exact(n) {
+                assert_eq!(row[a].to_bits(), 0.1_f64.to_bits(), "{others} {algebraic} {method}");
+            }
+        }
+    }
+}

@@ -6,7 +6,7 @@
 #![allow(clippy::inline_always)]
 
 use super::lanes::{LANES, LaneStorage, Lanes};
-use crate::linalg::weights::{alone, prefer, reciprocal, weight};
+use crate::linalg::weights::{ALONE, alone, reciprocal, weight};
 use crate::system::{Pattern, Storage};
 
 /// P A = L U of W = c M − J in each lane.
@@ -49,7 +49,9 @@ impl<V: Storage> LaneLu<V> {
         let n = mass.len();
         let weights = &mut self.weights.lanes_mut()[..n];
         weigh(weights, c, mass, jacobian, values, sizes);
-        prefer(weights, &self.alone, |weight, by| *weight = *weight * Lanes::splat(by));
+        for row in &self.alone {
+            weights[*row] = weights[*row] * Lanes::splat(ALONE);
+        }
         let a = &mut self.factors.lanes_mut()[..n * n];
         a.fill(Lanes::ZERO);
         for ((&row, &column), value) in

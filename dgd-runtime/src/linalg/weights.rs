@@ -28,7 +28,7 @@ const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
 /// How much smaller an element of an algebraic equation may be than another one and still be the pivot.
 const PREFERENCE: f64 = 8.0;
 /// The same for the row of an equation that reads no unknown.
-const ALONE: f64 = (1_u64 << 60) as f64;
+pub(crate) const ALONE: f64 = (1_u64 << 60) as f64;
 /// Sum of the exponents' bits of 2ᵏ and 2⁻ᵏ.
 const OF_BOTH: u64 = 0x7fe0_0000_0000_0000;
 
@@ -53,14 +53,6 @@ pub(crate) fn weight(largest: f64, is_differential: bool) -> f64 {
     (if is_differential { 1.0 } else { PREFERENCE }) * reciprocal(largest)
 }
 
-/// Prefers the rows of equations that read no unknown; `scale` multiplies a weight.
-#[inline(always)]
-pub(crate) fn prefer<W>(weights: &mut [W], alone: &[usize], scale: impl Fn(&mut W, f64)) {
-    for row in alone {
-        scale(&mut weights[*row], ALONE);
-    }
-}
-
 /// Writes the weights of the rows of c M − J, with unknowns of these sizes; ones if there are none. Those in `alone` read
 /// no unknown.
 #[inline(always)]
@@ -82,22 +74,23 @@ pub(super) fn weigh(
         for (weight, size) in weights.iter_mut().zip(sizes) {
             *weight = reciprocal(*size);
         }
-        prefer(weights, alone, |weight, by| *weight *= by);
-        return;
-    }
-    for (i, (weight, size)) in weights.iter_mut().zip(sizes).enumerate() {
-        *weight = if differential(i) { (c * size).abs() } else { 0.0 };
-    }
-    jacobian.for_each(values, |row, column, value| {
-        let share = (value * sizes[column]).abs();
-        if share > weights[row] {
-            weights[row] = share;
+    } else {
+        for (i, (weight, size)) in weights.iter_mut().zip(sizes).enumerate() {
+            *weight = if differential(i) { (c * size).abs() } else { 0.0 };
         }
-    });
-    for (i, own) in weights.iter_mut().enumerate() {
-        *own = weight(*own, differential(i));
+        jacobian.for_each(values, |row, column, value| {
+            let share = (value * sizes[column]).abs();
+            if share > weights[row] {
+                weights[row] = share;
+            }
+        });
+        for (i, own) in weights.iter_mut().enumerate() {
+            *own = weight(*own, differential(i));
+        }
     }
-    prefer(weights, alone, |weight, by| *weight *= by);
+    for row in alone {
+        weights[*row] *= ALONE;
+    }
 }
 
 #[cfg(test)]

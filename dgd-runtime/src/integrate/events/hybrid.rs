@@ -50,6 +50,8 @@ pub(in crate::integrate) struct Hybrid {
     pub(in crate::integrate) watching: Vec<Watching>,
     /// For each unknown, whether it is algebraic and an event function that is watched within the step reads it.
     pub(super) watched: Vec<bool>,
+    /// Whether there is such an unknown.
+    pub(super) watches_algebraic: bool,
     /// Event functions around the last crossing, at three points of the step.
     pub(in crate::integrate) around: [Vec<f64>; 3],
     /// The transition that became due only by a turn within the step, and how far beyond its threshold the event
@@ -105,6 +107,7 @@ impl Hybrid {
             enclosures,
             watching: vec![Watching::No; n_e],
             watched: vec![false; if n_e == 0 { 0 } else { signature.unknowns.len() }],
+            watches_algebraic: false,
             around: std::array::from_fn(|_| vec![0.0; n_e]),
             turned: None,
             crowd: (from, 0),

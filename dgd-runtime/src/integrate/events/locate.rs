@@ -200,7 +200,7 @@ impl<S: Solved> Simulation<'_, S> {
     /// to tolerance only, and what it takes just past a threshold would come back with the event, or pass it far too
     /// early where a piece beyond is steep.
     fn satisfy_equations(&mut self, h: f64) {
-        if self.algebraic.is_empty() || !self.mark_watched() {
+        if !self.discrete.watches_algebraic {
             return;
         }
         let Problem { system, p, .. } = *self.problem;

@@ -176,7 +176,7 @@ impl<S: Solved> Simulation<'_, S> {
         is_due
     }
 
-    /// Decides how transitions are watched.
+    /// Decides how transitions are watched, and which algebraic unknowns with them.
     ///
     /// A solution that passes a corner and comes back within a step is seen by error control where its unknowns, or
     /// inputs, which are linear in a step, take it there, but not where time does.
@@ -198,6 +198,7 @@ impl<S: Solved> Simulation<'_, S> {
             };
             self.discrete.watching[k] = watching;
         }
+        self.mark_watched();
     }
 
     /// Prepares enclosures of the event functions that are watched within the step. Returns whether there are any.

@@ -5,6 +5,7 @@
 //! do: a voltage behind a sine passes its thresholds unseen in a step of a whole period. Where event functions are
 //! watched that read such unknowns, steps are so short that the dense output satisfies the equations to tolerance.
 
+use crate::integrate::events::hybrid::Hybrid;
 use crate::integrate::methods::family::Solves;
 use crate::integrate::simulation::Simulation;
 use crate::linalg::Factorisation;
@@ -22,27 +23,28 @@ impl<S: Solved> Simulation<'_, S> {
     /// read, in units of the tolerance: of Newton's correction by the matrix of the step.
     pub(in crate::integrate) fn error_within(&mut self, h: f64) -> f64 {
         let is_exact_at_end = self.stepper.traits.solves == Solves::Linear;
-        if !is_exact_at_end || self.algebraic.is_empty() || !self.mark_watched() {
+        if !is_exact_at_end || !self.discrete.watches_algebraic {
             return 0.0;
         }
         self.stepper.prepare_dense(self.y.as_ref(), None);
         AT.into_iter().map(|part| self.error_at(h, part)).fold(0.0, larger)
     }
 
-    /// Marks algebraic unknowns that watched event functions read. Returns whether there are any.
-    pub(super) fn mark_watched(&mut self) -> bool {
+    /// Marks algebraic unknowns that watched event functions read.
+    pub(super) fn mark_watched(&mut self) {
+        let Hybrid { watching, watched, watches_algebraic: any, .. } = &mut self.discrete;
+        *any = false;
+        if self.algebraic.is_empty() {
+            return;
+        }
         let mass = self.algebraic.mass.as_ref();
-        let watching = &self.discrete.watching;
-        let watched = &mut self.discrete.watched;
         watched.fill(false);
-        let mut any = false;
         for (k, i) in self.problem.system.signature().discrete.event_jacobian.positions() {
             if mass[i] == 0.0 && watching[k].is_within() {
                 watched[i] = true;
-                any = true;
+                *any = true;
             }
         }
-        any
     }
 
     fn error_at(&mut self, h: f64, part: f64) -> f64 {
