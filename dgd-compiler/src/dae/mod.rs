@@ -465,6 +465,13 @@ impl Dae {
         single.chain(self.arrays.iter().flat_map(of_array)).collect()
     }
 
+    /// Unknowns and arrays with a history, by name.
+    pub(crate) fn histories(&self) -> impl Iterator<Item = (&str, ExprId)> {
+        let single = self.unknowns.iter().map(|unknown| (&unknown.name, unknown.history));
+        let arrays = self.arrays.iter().map(|array| (&array.name, array.history));
+        single.chain(arrays).filter_map(|(name, history)| Some((name.as_str(), history?)))
+    }
+
     /// What an unknown was before the start, and which row of that: of a single one the first.
     pub(crate) fn history(&self, i: usize) -> Option<(ExprId, u32)> {
         if let Some(unknown) = self.unknowns.get(i) {

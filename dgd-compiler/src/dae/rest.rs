@@ -18,9 +18,7 @@ pub(super) fn verify(
     let moving =
         single.chain(families).find(|(rhs, mass, ..)| reads_time(*rhs) || reads_time(*mass));
     let modes = dae.automata.iter().find(|automaton| automaton.kind == AutomatonKind::Modes);
-    let single = dae.unknowns.iter().map(|unknown| (&unknown.name, unknown.history));
-    let arrays = dae.arrays.iter().map(|array| (&array.name, array.history));
-    let with_history = single.chain(arrays).find(|(_, history)| history.is_some());
+    let with_history = dae.histories().next();
     let (message, place) = if let Some((.., equation, place)) = moving {
         (
             format!(

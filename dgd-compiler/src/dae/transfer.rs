@@ -6,7 +6,7 @@ use super::hybrid::exact::exact_ticks;
 use super::hybrid::time_conditions::{OnTime, time_conditions};
 use super::{Clock, TimeCondition};
 use crate::expr::{ExprId, Graph, Symbol};
-use crate::model::{self, Model};
+use crate::model::Model;
 use crate::source::Span;
 
 /// An equation as l − r with r − l kept: 0 = r − l.
@@ -115,19 +115,13 @@ impl Transferred<'_> {
     }
 }
 
-/// Equations, then those of loops.
-fn equations(model: &Model) -> impl Iterator<Item = &model::Equation> {
-    let families = model.families.iter().map(|family| &family.equation);
-    model.all_equations().chain(families)
-}
-
 /// Start values of single unknowns, then those of arrays.
 fn starts(model: &Model) -> impl Iterator<Item = ExprId> {
     let arrays = model.arrays.iter().map(|array| array.unknown.start);
     model.unknowns.iter().map(|u| u.start).chain(arrays)
 }
 
-/// What is declared before the start, in the same order.
+/// Histories of single unknowns, then those of arrays.
 fn histories(model: &Model) -> impl Iterator<Item = Option<ExprId>> {
     let arrays = model.arrays.iter().map(|array| array.unknown.history);
     model.unknowns.iter().map(|u| u.history).chain(arrays)
@@ -136,7 +130,8 @@ fn histories(model: &Model) -> impl Iterator<Item = Option<ExprId>> {
 /// All expressions of a model.
 pub(super) fn roots(model: &Model) -> Vec<ExprId> {
     let transitions = || model.automata.iter().flat_map(|automaton| &automaton.transitions);
-    equations(model)
+    model
+        .equations_and_loops()
         .flat_map(|e| [e.left, e.right])
         .chain(starts(model))
         .chain(histories(model).flatten())
@@ -160,7 +155,8 @@ pub(super) fn transfer<'a>(
         Symbol::Constant(i) => graph.constant(model.constants[i as usize].value),
         other => graph.symbol(other),
     });
-    let equations = equations(model)
+    let equations = model
+        .equations_and_loops()
         .map(|equation| {
             let rest = graph.subtract(built[&equation.right], built[&equation.left]);
             let derivatives = graph

@@ -177,6 +177,17 @@ pub enum Node {
 }
 
 impl Node {
+    /// Whether its value may jump where its operands are continuous and no comparison changes: a rounded number, an angle,
+    /// or a table with steps.
+    pub fn steps(self) -> bool {
+        match self {
+            Node::Call1(function, _) => matches!(function.get().name, "floor" | "ceil" | "round"),
+            Node::Call2(function, ..) => matches!(function.get().name, "atan2" | "mod"),
+            Node::Curve(curve, _) => curve.get().smooth < 0,
+            _ => false,
+        }
+    }
+
     /// The expressions it reads, in order.
     pub fn operands(self) -> impl Iterator<Item = ExprId> {
         let [a, b, c] = match self {

@@ -439,6 +439,11 @@ impl Model {
         self.equations.iter().chain(modes.flat_map(|mode| &mode.equations))
     }
 
+    /// All equations, then those of loops.
+    pub fn equations_and_loops(&self) -> impl Iterator<Item = &Equation> {
+        self.all_equations().chain(self.families.iter().map(|family| &family.equation))
+    }
+
     /// What an unknown or an element is called.
     ///
     /// # Panics

@@ -43,12 +43,8 @@ fn jumps(graph: &Graph, tau: ExprId) -> bool {
     }
     graph.listed([tau]).into_iter().any(|(_, node)| match node {
         Node::Compare(..) | Node::Select(..) => true,
-        Node::Call1(function, _) => {
-            matches!(function.get().name, "floor" | "ceil" | "round" | "sign")
-        }
-        Node::Call2(function, ..) => matches!(function.get().name, "atan2" | "mod"),
-        Node::Curve(curve, _) => curve.get().smooth < 0,
-        _ => false,
+        Node::Call1(function, _) if function.get().name == "sign" => true,
+        _ => node.steps(),
     })
 }
 

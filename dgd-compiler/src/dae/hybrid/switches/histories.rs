@@ -4,20 +4,17 @@ use super::surfaces::{SurfaceKind, surfaces};
 use crate::dae::Dae;
 use crate::dae::hybrid::smoothness::{Passage, Sizes, passage};
 use crate::diagnostics::{Code, Diagnostic, Diagnostics, Reported};
-use crate::expr::{ExprId, Node, Symbol};
+use crate::expr::{ExprId, Symbol};
 use crate::model::Model;
 
-/// Verifies that each history is continuous. Tables of time are taken as such.
+/// Verifies that each history is continuous.
 pub(in crate::dae) fn verify(
     dae: &mut Dae,
     model: &Model,
     diagnostics: &mut Diagnostics,
 ) -> Result<(), Reported> {
-    let single = dae.unknowns.iter().map(|unknown| (&unknown.name, unknown.history));
-    let arrays = dae.arrays.iter().map(|array| (&array.name, array.history));
-    let all: Vec<(String, ExprId)> = (single.chain(arrays))
-        .filter_map(|(name, history)| Some((name.clone(), history?)))
-        .collect();
+    let all: Vec<(String, ExprId)> =
+        dae.histories().map(|(name, history)| (name.to_owned(), history)).collect();
     if all.is_empty() {
         return Ok(());
     }
@@ -39,10 +36,9 @@ pub(in crate::dae) fn verify(
 
 /// Whether a value steps, or a condition changes it, at some time.
 fn jumps(dae: &mut Dae, model: &Model, sizes: &Sizes, history: ExprId) -> bool {
-    let steps = dae.graph.listed([history]).into_iter().any(|(_, node)| {
-        matches!(node, Node::Call1(function, x) if function.get().name == "floor"
-            && dae.graph.symbols(x).contains(&Symbol::Time))
-    });
+    let moves = |x: ExprId| dae.graph.symbols(x).contains(&Symbol::Time);
+    let mut nodes = dae.graph.listed([history]).into_iter();
+    let steps = nodes.any(|(_, node)| node.steps() && node.operands().any(moves));
     steps
         || surfaces(dae, model, &[history], SurfaceKind::Common).iter().any(|surface| {
             let mut trial = dae.graph.clone();
