@@ -18,11 +18,6 @@ import dgd
 CSV = str(DATA / "circulation.csv")
 
 
-# The static flow follows from the level, and a note says that its declared start value is dropped.
-STATIC = pytest.mark.filterwarnings("ignore:.*its declared start value of .* is dropped")
-
-
-@STATIC
 @pytest.mark.parametrize("engine", ["auto", "native", "interpreter"])
 def test_numbers_are_those_of_the_command_to_the_last_bit(
     engine: str, circulation: Columns, command: Callable[..., str]
@@ -193,7 +188,6 @@ def test_a_model_goes_on_in_a_process_that_was_forked(circulation: Columns) -> N
     assert os.waitstatus_to_exitcode(status) == 0
 
 
-@STATIC
 def test_a_page_has_the_line_that_makes_it_again(circulation: Columns, tmp_path: Path) -> None:
     m = dgd.load(MODEL, variant={"flow": "static"})
     page = m.simulate(circulation, params={"c0": 280}, until=60.0).report()

@@ -90,3 +90,33 @@ variant end {
         &["E220", "`one.p`", "with `one.end = pressure`", "say what it is: `one.p = …`"],
     );
 }
+
+#[test]
+fn a_start_value_that_the_equations_replace_is_named_and_a_first_guess_is_not() {
+    let joined = b"\
+model joined
+state v1 [V] = 10
+state v2 [V] = 0
+unknown i [A] = 0
+equation c1: 1 [mF]*der(v1) = -i
+equation c2: 3 [mF]*der(v2) = i
+equation switch: v1 = v2
+";
+    // As a state it keeps its start value, and solved for it has none.
+    let flow = b"\
+model flow
+state q [m/s] = 3
+variant law {
+  dynamic { equation q: 2 [s]*der(q) = 1 [m/s] - q }
+  static  { equation q: 0 = 1 [m/s] - q }
+}
+";
+    let folder = folder_with(&[("joined.dgd", joined), ("flow.dgd", flow)]);
+    let note = |args: &[&str]| {
+        let run = dgd_in(folder.path(), &[&["simulate"], args, &["--until", "1"]].concat());
+        run.done().err.contains("is dropped")
+    };
+    assert!(note(&["joined.dgd"]));
+    assert!(!note(&["flow.dgd"]));
+    assert!(!note(&["flow.dgd", "--variant", "law=static"]));
+}

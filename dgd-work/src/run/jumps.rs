@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use dgd_compiler::expr::{Node, Symbol};
 use dgd_compiler::model::Model;
 use dgd_runtime::{ConsistentStart, JumpCause, Signature, Solution, Unit};
 
@@ -11,11 +12,18 @@ use crate::session::Session;
 /// Digits of values in notes.
 const DIGITS: i32 = 6;
 
-/// Names of the model's states whose start values hold; of arrays, without an index.
+/// Names of the model's states whose start values hold; of arrays, without an index. A state whose derivative no equation
+/// has, as in the static form of a model, is solved for, and its start value is a first guess.
 pub(super) fn declared_states(model: &Model) -> BTreeSet<String> {
-    let arrays = model.arrays.iter().map(|array| &array.unknown);
-    let all = model.unknowns.iter().chain(arrays).filter(|x| x.state && !x.guess);
-    all.map(|x| x.declared.name.clone()).collect()
+    let sides = model.equations_and_loops().flat_map(|equation| [equation.left, equation.right]);
+    let rates = model.graph.listed(sides).into_iter().filter_map(|(_, node)| match node {
+        Node::Symbol(Symbol::Derivative(i)) => Some(&model.unknowns[i as usize]),
+        Node::Symbol(Symbol::ElementRate(i) | Symbol::SweptRate(i)) => {
+            Some(&model.array_of(i).unknown)
+        }
+        _ => None,
+    });
+    rates.filter(|x| x.state && !x.guess).map(|x| x.declared.name.clone()).collect()
 }
 
 /// Whether an unknown is one of these states, or an element of one.
