@@ -23,6 +23,7 @@ use crate::fit::{
     options_for_ranking, period, ranges, stepping_alike,
 };
 use crate::guess::{Followed, Guessing};
+use crate::law::{Answer, Law, Laws, Named};
 use crate::library::{
     Adapted, Candidate, Measure, Refused, StructureId, Values, adapted, candidates, generic,
     unbound,
@@ -30,9 +31,9 @@ use crate::library::{
 use crate::missing_input::{self, FoundPlace, Missing, TIE, missing_inputs};
 use crate::noise::{noise_of, readings, without_lonely, without_spikes};
 use crate::report::{
-    Discovery, Found, FoundEffect, ModelSpread, Ranked, Unexplained, corrected, described, gap,
-    given_up, left_over, not_tried, parameters, power, ranking_of, reason, screened, traces,
-    unexplained,
+    Discovery, Found, FoundEffect, ModelSpread, Ranked, Unexplained, corrected, described,
+    found_law, gap, given_up, left_over, not_tried, parameters, power, ranking_of, reason,
+    reason_of_law, screened, traces, unexplained,
 };
 use crate::request::{DiscoverError, Request};
 use crate::search::{Evidence, Open, Outcome, Screen, Search, Verdict, p_value_of_the_base};
@@ -127,6 +128,8 @@ impl Prepared<'_> {
 struct Searched<'a> {
     search: Search<'a>,
     outcome: Outcome,
+    /// A law, if no effect explains the recordings.
+    law: Option<Law>,
     /// Evidence for each effect of the named structure.
     evidence: Vec<Evidence>,
     /// What candidates promise in the base model: those of the library, then templates if they were tried.
@@ -215,6 +218,11 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
     let search = Search::new(base, candidates, prepared.data.clone(), threads, seed);
     let mut search = Search { tried, ..search };
     let outcome = search.run();
+    let (law, outcome) = match law(prepared, &search, outcome) {
+        Answer::Nothing => (None, outcome),
+        Answer::Doubt => (None, Outcome::Unexplained),
+        Answer::Law(law) => (Some(law), Outcome::Unexplained),
+    };
     let first = if prepared.of_library.is_empty() { Open::Templates } else { Open::Library };
     let mut screens = vec![search.screen_of_the_base(first)];
     let is_sufficient = outcome.verdict() == Verdict::Sufficient;
@@ -223,7 +231,26 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
         screens.push(search.screen_of_the_base(Open::Templates));
     }
     let evidence = search.evidence(outcome.structure());
-    Searched { search, outcome, evidence, screens, p_value }
+    Searched { search, outcome, law, evidence, screens, p_value }
+}
+
+/// Looks for a law if no effect of the library explains the recordings. It has to explain them better than templates do.
+fn law(prepared: &Prepared<'_>, search: &Search<'_>, outcome: Outcome) -> Answer {
+    let Prepared { request, model, fitted, .. } = prepared;
+    let Request { base, sources, threads, .. } = **request;
+    let named = outcome.structure();
+    let mut effects = named.effects().map(|effect| &search.candidates[effect]);
+    let is_generic = effects.clone().all(|effect| effect.is_generic);
+    if outcome == Outcome::Sufficient || !is_generic || search.data.is_over() {
+        return Answer::Nothing;
+    }
+    let named = search.fitted(named).filter(|_| !named.is_base()).map(|fitted| Named {
+        fitted,
+        targets: effects.clone().map(Candidate::target).collect(),
+        are_of_plant: effects.all(|effect| effect.kind() == "plant"),
+    });
+    let data = &search.data;
+    Laws { base, sources, model, fitted, data, search, threads }.search(named.as_ref())
 }
 
 /// Fits the base model and the structure found to the end.
@@ -231,31 +258,34 @@ fn refine<'a>(
     prepared: &'a Prepared<'a>,
     searched: &Searched<'a>,
 ) -> Result<Refined<'a>, DiscoverError> {
-    let Searched { search, outcome, .. } = searched;
+    let Searched { search, outcome, law, .. } = searched;
     let data = Data { options: prepared.options(), explicit: None, ..search.data.clone() };
     // The corrected model gets the result of its own fit, which chooses its steps itself.
     let options = prepared.request.options;
     let of_fit = Data { options, explicit: None, own_weights: true, ..search.data.clone() };
     let named = outcome.structure();
-    let count = data.keeping.count("last fits", if named.is_base() { 1 } else { 2 });
+    let tried = |structure: StructureId| {
+        let fitted = search.fitted(structure).cloned();
+        fitted.ok_or_else(|| not_fitted(NoFit("it was never fitted".to_owned())))
+    };
     let of_base = if *outcome == Outcome::Sufficient { &of_fit } else { &data };
-    let mut fits = vec![(StructureId::BASE, of_base)];
-    if !named.is_base() {
-        fits.push((named, &of_fit));
+    let mut fits = vec![(tried(StructureId::BASE)?, of_base)];
+    if let Some(law) = law {
+        fits.push((law.inserted.fitted.clone(), &of_fit));
+    } else if !named.is_base() {
+        fits.push((tried(named)?, &of_fit));
     }
-    let tried: Vec<Fitted> = (fits.iter())
-        .map(|(structure, _)| {
-            let fitted = search.fitted(*structure).cloned();
-            fitted.ok_or_else(|| not_fitted(NoFit("it was never fitted".to_owned())))
-        })
-        .collect::<Result<_, _>>()?;
-    let ended = in_parallel(&tried, fits.len(), prepared.request.threads, |tried, k| {
-        let ended = to_the_end(&tried[k], fits[k].1);
+    let count = data.keeping.count("last fits", fits.len());
+    let ended = in_parallel(&fits, fits.len(), prepared.request.threads, |fits, k| {
+        let (fitted, data) = &fits[k];
+        let ended = to_the_end(fitted, data);
         count.more(1);
         ended
     });
     let mut ended = ended.into_iter();
-    let before = ended.next().expect("the base model comes first")?;
+    let before = ended.next().expect("the base model comes first");
+    // A model that diverges stays as it was.
+    let before = before.unwrap_or_else(|_| fits[0].0.clone());
     let after = ended.next().transpose()?.unwrap_or_else(|| before.clone());
     let of_base = ModelSpread::of(search, StructureId::BASE, &before, &data);
     let model_spread = if named.is_base() {
@@ -295,6 +325,7 @@ fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'
             let left = left_over(data, after, &circumstances, &search.thresholds);
             left.into_iter().collect()
         }
+        Outcome::Most(_) | Outcome::Unexplained if searched.law.is_some() => Vec::new(),
         Outcome::Most(_) | Outcome::Unexplained => {
             without_a_name(prepared, refined, &circumstances, &missing)
         }
@@ -384,12 +415,13 @@ fn report(
     diagnostics: &mut Diagnostics,
 ) -> Result<Discovery, DiscoverError> {
     let Prepared { request, model, .. } = prepared;
-    let Searched { search, outcome, screens, .. } = searched;
-    let verdict = outcome.verdict();
+    let Searched { search, outcome, law, screens, .. } = searched;
+    let verdict = if law.is_some() { Verdict::Law } else { outcome.verdict() };
     let Refined { data, before, after, model_spreads: [of_base, of_corrected] } = refined;
     let Explained { circumstances, missing, effects, unexplained } = explained;
     let [of_library, of_templates] = not_tried(search, screens, verdict);
     let left_out: Vec<_> = prepared.left_out.iter().cloned().chain(of_library).collect();
+    let sources = law.as_ref().map_or(request.sources, |law| &law.inserted.sources);
     let mut ranking = ranking_of(search);
     ranking.extend(left_out.iter().map(|(name, why)| Ranked::refused(name, why)));
     Ok(Discovery {
@@ -400,9 +432,13 @@ fn report(
         lonely: Vec::new(),
         is_cut_short: data.is_spent(),
         verdict,
-        reason: reason(search, *outcome, &before, &after, &data),
+        reason: match law {
+            Some(_) => reason_of_law(&before, &after, &data),
+            None => reason(search, *outcome, &before, &after, &data),
+        },
         p_value: searched.p_value,
         effects,
+        law: law.as_ref().map(|law| found_law(law, &after)),
         described: outcome.described().map_or_else(Vec::new, |one| described(search, one)),
         unexplained,
         gap: gap(&data, &before, &after, &circumstances),
@@ -414,7 +450,7 @@ fn report(
         screened: screened(search, screens),
         base_parameters: parameters(&before, &of_base, &[]),
         corrected_parameters: parameters(&after, &of_corrected, &[]),
-        corrected: corrected(request.base, request.sources, &after, diagnostics)
+        corrected: corrected(request.base, sources, &after, diagnostics)
             .map_err(DiscoverError::Model)?,
     })
 }

@@ -18,6 +18,7 @@ mod conditions;
 mod discover;
 mod fit;
 mod guess;
+mod law;
 mod library;
 mod missing_input;
 mod noise;
@@ -32,6 +33,7 @@ pub use conditions::{Condition, ConditionKind, KnownKind, KnownQuantity, conditi
 pub use dgd_screen::noise::{Colour, SensorNoise, quantisation_step, white_noise};
 pub use discover::discover;
 pub use guess::{Course, Guess, GuessedTerm, LawParameter, LawRange, Together};
+pub use law::LawTerm;
 pub use library::{BaseModel, templates};
 pub use missing_input::{
     ClosedPlace, Deviations, LinearizeError, MissingInput, MissingTerms, NoSuchTerm, Place,
@@ -42,8 +44,8 @@ pub use noise::{
     effective_sample_size, whiteness,
 };
 pub use report::{
-    Described, Discovery, FoundEffect, Gap, OutputTrace, ParameterValue, Power, Ranked,
-    RecordingTrace, Screened, Unexplained,
+    Described, Discovery, FoundEffect, FoundLaw, Gap, NearForm, OutputTrace, ParameterValue, Power,
+    Ranked, RecordingTrace, Screened, Unexplained,
 };
 pub use request::{DiscoverError, Request};
 pub use search::{Alternative, Evidence, Verdict};

@@ -21,3 +21,4 @@ mod drilling;
 mod elsewhere;
 mod laws;
 mod places;
+mod terms;

@@ -6,6 +6,7 @@
 mod budget;
 mod correlated;
 mod data;
+mod diverging;
 mod fitted;
 mod foreseen;
 mod keeping;

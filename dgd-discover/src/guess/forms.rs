@@ -18,6 +18,8 @@ pub(crate) struct Form {
     pub complexity: u32,
     /// Whether it is tried in products of two.
     pub in_products: bool,
+    /// Whether its quantity has to be a number without a unit.
+    pub of_numbers: bool,
 }
 
 /// Values for which a [`Form`] is defined.
@@ -51,7 +53,7 @@ impl Domain {
 }
 
 /// All forms; of equivalent ones, such as x² and x|x| for positive x, the first is used.
-pub(crate) static FORMS: [Form; 21] = [
+pub(crate) static FORMS: [Form; 31] = [
     Form {
         text: "*{}",
         value: |x, _| x,
@@ -60,6 +62,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 1,
         in_products: true,
+        of_numbers: false,
     },
     Form {
         text: "*{}^2",
@@ -69,6 +72,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 2,
         in_products: true,
+        of_numbers: false,
     },
     Form {
         text: "*{}*abs({})",
@@ -78,6 +82,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 2,
         in_products: true,
+        of_numbers: false,
     },
     Form {
         text: "*sqrt({})",
@@ -87,6 +92,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::Positive,
         complexity: 2,
         in_products: true,
+        of_numbers: false,
     },
     Form {
         text: "/{}",
@@ -96,6 +102,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::OneSign,
         complexity: 2,
         in_products: true,
+        of_numbers: false,
     },
     Form {
         text: "*abs({})",
@@ -105,6 +112,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 2,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "*max({}, 0)",
@@ -114,6 +122,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 2,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "*min({}, 0)",
@@ -123,6 +132,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 2,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "*sign({})*sqrt(abs({}))",
@@ -132,6 +142,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 3,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "/{}^2",
@@ -141,6 +152,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::OneSign,
         complexity: 3,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "/sqrt({})",
@@ -150,6 +162,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::Positive,
         complexity: 3,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "*{}^3",
@@ -159,6 +172,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 3,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "*{}*sqrt(abs({}))",
@@ -168,6 +182,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 3,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "*{}^(1/3)",
@@ -177,6 +192,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::Positive,
         complexity: 3,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "*{}^(2/3)",
@@ -186,6 +202,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::Positive,
         complexity: 3,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "/{}^(3/2)",
@@ -195,6 +212,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::Positive,
         complexity: 4,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "*{}/({b} + abs({}))",
@@ -204,6 +222,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 4,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "/({b} + abs({}))",
@@ -213,6 +232,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 4,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "*tanh({}/{b})",
@@ -222,6 +242,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 4,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "*exp({}/{b})",
@@ -231,6 +252,7 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 4,
         in_products: false,
+        of_numbers: false,
     },
     Form {
         text: "*exp(-{}/{b})",
@@ -240,6 +262,107 @@ pub(crate) static FORMS: [Form; 21] = [
         domain: Domain::All,
         complexity: 4,
         in_products: false,
+        of_numbers: false,
+    },
+    Form {
+        text: "*{}^2/({b}^2 + {}^2)",
+        value: |x, b| x * x / (b * b + x * x),
+        inner: PARTS,
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 5,
+        in_products: false,
+        of_numbers: false,
+    },
+    Form {
+        text: "*sin({})",
+        value: |x, _| x.sin(),
+        inner: &[],
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 2,
+        in_products: true,
+        of_numbers: true,
+    },
+    Form {
+        text: "*cos({})",
+        value: |x, _| x.cos(),
+        inner: &[],
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 2,
+        in_products: true,
+        of_numbers: true,
+    },
+    Form {
+        text: "*log({})",
+        value: |x, _| x.ln(),
+        inner: &[],
+        power: (0, 1),
+        domain: Domain::Positive,
+        complexity: 2,
+        in_products: true,
+        of_numbers: true,
+    },
+    Form {
+        text: "*exp(-{})",
+        value: |x, _| (-x).exp(),
+        inner: &[],
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 3,
+        in_products: true,
+        of_numbers: true,
+    },
+    Form {
+        text: "*exp({})",
+        value: |x, _| x.exp(),
+        inner: &[],
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 3,
+        in_products: true,
+        of_numbers: true,
+    },
+    Form {
+        text: "/tan({})",
+        value: |x, _| x.tan().recip(),
+        inner: &[],
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 3,
+        in_products: true,
+        of_numbers: true,
+    },
+    Form {
+        text: "*tan({})",
+        value: |x, _| x.tan(),
+        inner: &[],
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 3,
+        in_products: true,
+        of_numbers: true,
+    },
+    Form {
+        text: "*sin({})^2",
+        value: |x, _| x.sin() * x.sin(),
+        inner: &[],
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 3,
+        in_products: true,
+        of_numbers: true,
+    },
+    Form {
+        text: "*cos({})^2",
+        value: |x, _| x.cos() * x.cos(),
+        inner: &[],
+        power: (0, 1),
+        domain: Domain::All,
+        complexity: 3,
+        in_products: true,
+        of_numbers: true,
     },
 ];
 
@@ -259,7 +382,7 @@ mod tests {
 
     #[test]
     fn values_go_with_the_power_of_their_unit() {
-        for form in &FORMS {
+        for form in FORMS.iter().filter(|form| !form.of_numbers) {
             for x in [0.7, -0.7] {
                 if form.domain == Domain::Positive && x < 0.0 {
                     continue;

@@ -120,6 +120,7 @@ impl Shape {
             above.retain(|symbol| symbol != "1");
         }
         match below.as_slice() {
+            [] if above.len() == 1 => whole.symbol.clone(),
             [] => above.join("*"),
             [one] => format!("{}/{one}", above.join("*")),
             several => format!("{}/({})", above.join("*"), several.join("*")),

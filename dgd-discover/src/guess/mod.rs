@@ -38,7 +38,8 @@ use crate::library::{BaseModel, Candidate, StructureId, Values};
 use crate::missing_input::{
     self, FoundPlace, MissingTerms, PlaceKind, PlaceTrace, inputs_with, place_of,
 };
-use formula::{Factor, Shape, formula};
+pub(crate) use forms::{FORMS, Form};
+pub(crate) use formula::{Factor, Shape, formula, literal};
 use law::{Constants, FittedTerm, law, ranges, text};
 pub use law::{LawParameter, LawRange};
 use moments::Trace;

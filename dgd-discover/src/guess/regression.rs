@@ -95,7 +95,8 @@ pub(crate) fn ranked(
         COMPLEXITY * f64::from(complexity)
     };
     let one = |name: usize, form: usize| Shape::new(vec![(name, form)]);
-    let plain = (0..FORMS.len()).filter(|form| FORMS[*form].inner.is_empty());
+    let plain =
+        (0..FORMS.len()).filter(|form| FORMS[*form].inner.is_empty() && !FORMS[*form].of_numbers);
     let plain: Vec<usize> = plain.collect();
     let mut shapes = vec![Shape::new(Vec::new())];
     shapes.extend((0..names).flat_map(|name| plain.iter().map(move |form| one(name, *form))));
@@ -123,7 +124,8 @@ pub(crate) fn ranked(
             shapes.extend(inner.iter().map(with).filter(|shape| shape.inner > Some(0.0)));
         }
     }
-    let in_products = (0..FORMS.len()).filter(|form| FORMS[*form].in_products);
+    let in_products =
+        (0..FORMS.len()).filter(|form| FORMS[*form].in_products && !FORMS[*form].of_numbers);
     let in_products: Vec<usize> = in_products.collect();
     for (i, a) in best.iter().enumerate() {
         for b in &best[i + 1..] {

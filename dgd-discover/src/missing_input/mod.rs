@@ -8,6 +8,7 @@
 mod around;
 mod deviations;
 mod filtered;
+mod joint;
 mod kalman;
 mod missing;
 mod missing_terms;
@@ -17,6 +18,7 @@ mod thinned;
 mod unknown_input;
 
 pub use deviations::{Deviations, LinearizeError};
+pub(crate) use joint::{Joint, Path, Recorded};
 pub use missing::MissingInput;
 pub(crate) use missing::{
     FoundPlace, Missing, PlaceTrace, TIE, alone, missing_inputs, place_of, windows,

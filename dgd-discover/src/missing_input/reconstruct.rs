@@ -114,16 +114,25 @@ pub fn reconstruct(
 }
 
 /// The model's inputs, with d at one place and zero at all others.
-///
-/// Between jumps and kinks every input is a straight line: samples on both sides of each, and of each step of d,
-/// describe it exactly.
 pub fn inputs_with(
     model: &MissingTerms,
     recording: &Recording<'_>,
     place: usize,
     d: &[f64],
 ) -> Result<Inputs, InputError> {
-    let Recording { inputs, times, .. } = *recording;
+    inputs_with_all(model, recording.inputs, recording.times, &[(place, d)])
+}
+
+/// The model's inputs, with d at some places and zero at all others.
+///
+/// Between jumps and kinks every input is a straight line: samples on both sides of each, and of each step of d,
+/// describe it exactly.
+pub(crate) fn inputs_with_all(
+    model: &MissingTerms,
+    inputs: &Inputs,
+    times: &[f64],
+    given: &[(usize, &[f64])],
+) -> Result<Inputs, InputError> {
     let (from, until) = (times[0], times[times.len() - 1]);
     let mut grid = times.to_vec();
     grid.extend_from_slice(inputs.breakpoints(from, until));
@@ -146,8 +155,13 @@ pub fn inputs_with(
             for (column, u) in columns.iter_mut().zip(&u) {
                 column.push(*u);
             }
-            for (i, column) in columns[own..].iter_mut().enumerate() {
-                column.push(if i == place { d[begun.saturating_sub(1)] } else { 0.0 });
+            for column in &mut columns[own..] {
+                column.push(0.0);
+            }
+            for (place, d) in given {
+                if let Some(last) = columns[own + place].last_mut() {
+                    *last = d[begun.saturating_sub(1)];
+                }
             }
         }
     }

@@ -54,7 +54,7 @@ const BELOW_HOPE: f64 = 20.0;
 /// resolve less.
 const HALVINGS: usize = 3;
 /// A gain that noise alone exceeds with a probability of ½ P(χ²₁ > 2·6.9) = 10⁻⁴.
-const SIGNIFICANT_GAIN: f64 = 6.9;
+pub(super) const SIGNIFICANT_GAIN: f64 = 6.9;
 /// Standard deviations at which a window starts, and down to which it extends.
 const STANDS_OUT: f64 = 3.0;
 const GOES_ON: f64 = 2.0;

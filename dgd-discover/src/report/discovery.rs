@@ -4,7 +4,8 @@ use dgd_runtime::Unit;
 
 use super::power::Power;
 use crate::conditions::Condition;
-use crate::guess::{Guess, Together};
+use crate::guess::{Guess, LawRange, Together};
+use crate::law::LawTerm;
 use crate::missing_input::{ClosedPlace, MissingInput};
 use crate::noise::Window;
 use crate::search::{Alternative, Evidence, Verdict};
@@ -32,6 +33,8 @@ pub struct Discovery {
     pub not_tried: Vec<(String, String)>,
     /// Identified effects, in the order in which they were found.
     pub effects: Vec<FoundEffect>,
+    /// The terms that were missing, with the verdict [`Verdict::Law`].
+    pub law: Option<FoundLaw>,
     /// Effects that resemble the discrepancy but did not pass the tests.
     pub described: Vec<Described>,
     /// Discrepancies that no known effect removes: places, the most likely first.
@@ -56,8 +59,15 @@ pub struct Discovery {
     pub base_parameters: Vec<ParameterValue>,
     /// Parameters of the corrected model, those of the base model first.
     pub corrected_parameters: Vec<ParameterValue>,
-    /// The corrected model's text; that of the base model with refitted parameters if no effect was found.
+    /// The corrected model's text; that of the base model with refitted parameters if nothing was found.
     pub corrected: String,
+}
+
+impl Discovery {
+    /// Whether the corrected model differs from the base model.
+    pub fn is_corrected(&self) -> bool {
+        !self.effects.is_empty() || self.law.is_some()
+    }
 }
 
 /// An identified effect.
@@ -89,6 +99,26 @@ pub struct FoundEffect {
     pub parameters: Vec<ParameterValue>,
     /// The evidence for it.
     pub evidence: Evidence,
+}
+
+/// Terms that equations lacked, found without a library.
+#[derive(Debug, Clone)]
+pub struct FoundLaw {
+    /// The terms.
+    pub terms: Vec<LawTerm>,
+    /// Recorded ranges of the quantities that they read, SI.
+    pub ranges: Vec<LawRange>,
+    /// Other formulas that leave no more than noise.
+    pub near: Vec<NearForm>,
+}
+
+/// A formula that explains the recordings about as well as a law.
+#[derive(Debug, Clone)]
+pub struct NearForm {
+    /// The formula, with its equations.
+    pub formula: String,
+    /// Its root-mean-square residual relative to that of the law.
+    pub ratio: f64,
 }
 
 /// An effect that resembles the discrepancy without explaining it.

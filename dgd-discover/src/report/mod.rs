@@ -8,6 +8,7 @@ mod corrected;
 mod described;
 mod discovery;
 mod found;
+mod law;
 mod model_spread;
 mod power;
 mod reason;
@@ -18,11 +19,12 @@ pub(crate) use account::{
 pub(crate) use corrected::corrected;
 pub(crate) use described::described;
 pub use discovery::{
-    Described, Discovery, FoundEffect, Gap, OutputTrace, ParameterValue, Ranked, RecordingTrace,
-    Screened, Unexplained,
+    Described, Discovery, FoundEffect, FoundLaw, Gap, NearForm, OutputTrace, ParameterValue,
+    Ranked, RecordingTrace, Screened, Unexplained,
 };
 pub(crate) use found::{Found, parameters};
+pub(crate) use law::found_law;
 pub(crate) use model_spread::ModelSpread;
 pub use power::Power;
 pub(crate) use power::power;
-pub(crate) use reason::reason;
+pub(crate) use reason::{reason, reason_of_law};

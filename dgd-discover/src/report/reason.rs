@@ -90,6 +90,11 @@ impl Excess {
     }
 }
 
+/// The reason for a law, with the base model and the corrected one as reported.
+pub(crate) fn reason_of_law(before: &Fitted, after: &Fitted, data: &Data<'_>) -> String {
+    format!("{}.", falls(Left::of(before, data), Left::of(after, data)))
+}
+
 /// The reason for the verdict; `before` and `after` are the base model and the named one, as reported.
 pub(crate) fn reason(
     search: &Search<'_>,

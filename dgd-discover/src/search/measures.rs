@@ -154,9 +154,13 @@ impl Search<'_> {
 
     /// Whether a structure's residuals are so small that nothing else need be missing.
     pub(crate) fn explains(&self, structure: StructureId) -> bool {
+        self.fitted(structure).is_some_and(|fitted| self.leaves_nothing(fitted))
+    }
+
+    /// The same for a fit.
+    pub(crate) fn leaves_nothing(&self, fitted: &Fitted) -> bool {
         let (training, held_out) = (self.thresholds.explained, self.thresholds.explained_held_out);
-        let fitted = self.fitted(structure);
-        fitted.is_some_and(|fitted| self.misfit(fitted).is_at_most(training, held_out))
+        self.misfit(fitted).is_at_most(training, held_out)
     }
 
     /// Whether so much of the discrepancy is explained that the rest may be one more effect.

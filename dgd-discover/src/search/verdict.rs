@@ -14,6 +14,8 @@ pub enum Verdict {
     Sufficient,
     /// Something was missing, and was identified.
     Effects,
+    /// Something was missing that has no name in the library, and a formula for it was found.
+    Law,
     /// Something is missing, and no known effect passes the tests.
     Unexplained,
 }
@@ -24,6 +26,7 @@ impl Verdict {
         match self {
             Verdict::Sufficient => "sufficient",
             Verdict::Effects => "effects",
+            Verdict::Law => "law",
             Verdict::Unexplained => "unexplained",
         }
     }

@@ -12,7 +12,7 @@ use crate::session::Session;
 /// Version of the schema of results, `docs/results.schema.json`.
 ///
 /// It counts on where a key goes, or means something else; keys that are new leave it as it is.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// What a result was made of, and by what: equal provenances and requests have equal results.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

@@ -25,7 +25,7 @@ pub(super) enum Correction {
 impl Correction {
     /// Whether a discovery has corrected the model.
     pub(super) fn of(discovery: &Discovery) -> Correction {
-        if discovery.effects.is_empty() { Correction::None } else { Correction::Made }
+        if discovery.is_corrected() { Correction::Made } else { Correction::None }
     }
 }
 

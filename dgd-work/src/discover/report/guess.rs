@@ -1,8 +1,9 @@
 //! A formula that looks like what is missing, in words and for programs.
 
-use dgd_discover::{Guess, LawRange, Unexplained};
-use serde_json::{Map, Value, json};
+use dgd_discover::{Guess, Unexplained};
+use serde_json::{Value, json};
 
+use super::law;
 use super::result_json::tidy;
 use crate::output::quantity::rounded;
 
@@ -51,28 +52,11 @@ pub(super) fn value(guess: Option<&Guess>) -> Value {
 }
 
 /// The formula as an effect file, with its parameters and the ranges over which it was compared with recordings.
-pub(super) fn law(guess: &Guess, file: &str) -> Value {
-    let parameters: Vec<Value> = (guess.parameters.iter())
-        .map(|parameter| {
-            json!({
-                "name": parameter.name,
-                "value": tidy(parameter.value / parameter.unit.factor),
-                "unit": parameter.unit.symbol,
-                "std": parameter.std.map(|std| tidy(std / parameter.unit.factor)),
-            })
-        })
-        .collect();
-    let range = |range: &LawRange| {
-        let shown = |x: f64| tidy(x / range.unit.factor);
-        (
-            range.name.clone(),
-            json!({ "low": shown(range.low), "high": shown(range.high), "unit": range.unit.symbol }),
-        )
-    };
+pub(super) fn as_file(guess: &Guess, file: &str) -> Value {
     json!({
         "file": file,
         "formula": guess.formula,
-        "parameters": parameters,
-        "range": guess.ranges.iter().map(range).collect::<Map<String, Value>>(),
+        "parameters": guess.parameters.iter().map(law::constant).collect::<Vec<_>>(),
+        "range": law::ranges(&guess.ranges),
     })
 }

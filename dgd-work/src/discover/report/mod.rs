@@ -16,6 +16,7 @@ mod equations;
 mod figures;
 mod guess;
 mod kept_apart;
+mod law;
 mod page;
 mod result_json;
 mod summary;

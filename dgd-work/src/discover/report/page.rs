@@ -12,7 +12,7 @@ use dgd_plot::{Figure, Text};
 use super::diff::{self, Changed};
 use super::equations::{self, Equation};
 use super::figures::{self, Correction};
-use super::{Subject, UNEXPLAINED, condition, guess, summary, together, verdict};
+use super::{Subject, UNEXPLAINED, condition, guess, law, summary, together, verdict};
 use crate::error::WorkError;
 use crate::output;
 use crate::output::quantity::{Quantity, moment, percent, rounded, stretches};
@@ -28,12 +28,15 @@ struct Body<'a> {
     discovery: &'a Discovery,
     reservations: &'a [String],
     verdict: &'static str,
+    /// As markup.
     sentence: String,
-    /// What to do next, as markup.
+    /// The next step, as markup.
     next: String,
     /// Effects that the recordings look like: names, and what there is to say.
     described: Vec<(String, String)>,
     effects: Vec<Effect<'a>>,
+    /// Constants of a law, the ranges in which it holds and near forms, as markup.
+    law: Vec<[String; 2]>,
     left_over: Vec<LeftOver<'a>>,
     gap: Vec<[String; 8]>,
     /// Outputs, and when the base model is off there, as markup.
@@ -109,7 +112,7 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
         discovery,
         reservations: subject.reservations,
         verdict: discovery.verdict.word(),
-        sentence: verdict::sentence(discovery),
+        sentence: prose(&verdict::sentence(discovery)),
         next: prose(&verdict::next(discovery)),
         described: (discovery.described.iter())
             .map(|one| {
@@ -119,6 +122,9 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
             })
             .collect(),
         effects: discovery.effects.iter().map(effect).collect(),
+        law: (discovery.law.iter().flat_map(law::rows))
+            .map(|row| row.map(|cell| prose(&cell)))
+            .collect(),
         left_over: discovery
             .unexplained
             .iter()

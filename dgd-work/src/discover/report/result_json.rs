@@ -9,7 +9,7 @@ use dgd_discover::{
 };
 use serde_json::{Map, Value, json};
 
-use super::{Subject, UNEXPLAINED, condition, guess, kept_apart, together};
+use super::{Subject, UNEXPLAINED, condition, guess, kept_apart, law, together};
 use crate::output::json_text;
 use crate::output::quantity::of_differences;
 
@@ -49,6 +49,7 @@ pub(super) fn value(subject: &Subject<'_>) -> Value {
         "model": subject.model_name(),
         "model_file": subject.model.display().to_string(),
         "effects": effects.iter().map(effect).collect::<Vec<_>>(),
+        "law": subject.discovery.law.as_ref().map(law::value),
         "described": described,
         "unexplained": unexplained.iter().enumerate().map(left_over).collect::<Vec<_>>(),
         "places_not_tried": closed,
@@ -156,7 +157,7 @@ fn left_over((k, unexplained): (usize, &Unexplained)) -> Value {
         "trace": UNEXPLAINED,
         "description": unexplained.description,
         "guess": guess::value(unexplained.guess.as_ref()),
-        "law": unexplained.guess.as_ref().map(|guess| guess::law(guess, &kept_apart::law(k))),
+        "law": unexplained.guess.as_ref().map(|guess| guess::as_file(guess, &kept_apart::law(k))),
     })
 }
 

@@ -7,7 +7,7 @@ use dgd_discover::{
     Alternative, Condition, Described, Discovery, FoundEffect, Gap, ParameterValue, Power, Verdict,
 };
 
-use super::{condition, guess, together, verdict};
+use super::{condition, guess, law, together, verdict};
 use crate::output::quantity::{
     Quantity, moment, of_differences, percent, probability, rounded, stretches, with_unit,
 };
@@ -47,6 +47,10 @@ fn write_text(
     for effect in &discovery.effects {
         writeln!(text, "\n{}: {}", effect.name, verdict::place(effect))?;
         write_table(text, &effect_rows(effect), &[])?;
+    }
+    if let Some(law) = &discovery.law {
+        writeln!(text, "\nlaw")?;
+        write_table(text, &law::rows(law), &[])?;
     }
     for described in &discovery.described {
         writeln!(text, "\nthe recordings look as if there was {}", described.name)?;

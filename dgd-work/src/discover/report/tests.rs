@@ -7,9 +7,10 @@ use dgd_compiler::pipeline::Directions;
 use dgd_data::Disk;
 use dgd_data::files::write_folder;
 use dgd_discover::{
-    Alternative, Condition, ConditionKind, Course, Discovery, Evidence, FoundEffect, Gap, Guess,
-    GuessedTerm, LawParameter, MissingInput, OutputTrace, ParameterValue, Place, PlaceKind, Ranked,
-    RecordingTrace, Screened, Together, Unexplained, Verdict, Window,
+    Alternative, Condition, ConditionKind, Course, Discovery, Evidence, FoundEffect, FoundLaw, Gap,
+    Guess, GuessedTerm, LawParameter, LawRange, LawTerm, MissingInput, NearForm, OutputTrace,
+    ParameterValue, Place, PlaceKind, Ranked, RecordingTrace, Screened, Together, Unexplained,
+    Verdict, Window,
 };
 use dgd_runtime::{Signature, System, Unit};
 
@@ -239,6 +240,7 @@ fn discovery() -> Discovery {
                 inclusion: 0.985,
             },
         }],
+        law: None,
         described: Vec::new(),
         unexplained: Vec::new(),
         closed: Vec::new(),
@@ -339,12 +341,45 @@ fn read(folder: &Path, name: &str) -> String {
     fs::read_to_string(folder.join(name)).expect("the file was written")
 }
 
+/// The same with a law in the place of an effect.
+fn with_a_law() -> Discovery {
+    let per_minute = Unit { symbol: "1/min".into(), factor: 1.0 / 60.0, offset: 0.0 };
+    let length = Unit { symbol: "m".into(), factor: 1.0, offset: 0.0 };
+    let constant = |name: &str, value: f64, std: f64, unit: &Unit| LawParameter {
+        name: name.to_owned(),
+        value: value * unit.factor,
+        std: Some(std * unit.factor),
+        unit: unit.clone(),
+    };
+    let term = LawTerm {
+        target: "riser".to_owned(),
+        formula: "-0.314 [1/min] * h_r/(4.2 [m] + abs(h_r))".to_owned(),
+        coefficients: vec![
+            constant("law_1", -0.314, 0.002, &per_minute),
+            constant("law_2", 4.2, 0.11, &length),
+        ],
+    };
+    let near = NearForm {
+        formula: "`-0.3 [1/min] * tanh(h_r/6.1 [m])` in `riser`".to_owned(),
+        ratio: 1.0123,
+    };
+    let range = LawRange { name: "h_r".to_owned(), unit: length, low: 48.0, high: 61.5 };
+    Discovery {
+        verdict: Verdict::Law,
+        effects: Vec::new(),
+        law: Some(FoundLaw { terms: vec![term], ranges: vec![range], near: vec![near] }),
+        ..discovery()
+    }
+}
+
 #[test]
 fn a_discovery_is_told_to_people_and_to_programs() {
     let place = tempfile::tempdir().expect("a folder for the test");
     let goldens = root().join("tests/golden/report");
     let mut compared = golden::Goldens::default();
-    for (name, discovery) in [("effects", discovery()), ("unexplained", left_over())] {
+    for (name, discovery) in
+        [("effects", discovery()), ("law", with_a_law()), ("unexplained", left_over())]
+    {
         let folder = place.path().join(name);
         written(&folder, &discovery);
         compared.compare(&goldens.join(format!("{name}.json")), &read(&folder, "result.json"));
@@ -419,6 +454,25 @@ fn the_page_stands_by_itself_and_says_what_matters() {
 }
 
 #[test]
+fn the_page_has_a_law_with_its_range_and_near_forms() {
+    let place = tempfile::tempdir().expect("a folder for the test");
+    let folder = place.path().join("a");
+    written(&folder, &with_a_law());
+    let page = read(&folder, "report.html");
+    for part in [
+        "Missing from the model: <code>-0.314 [1/min] * h_r/(4.2 [m] + abs(h_r))</code> in <code>riser</code>.",
+        "<h2>The law</h2>",
+        "−0.3140 ± 0.0020 1/min",
+        "<code>h_r</code> between 48.0 and 61.5 m",
+        "(rms residual × 1.012)",
+        "After: the corrected model.",
+        "<span class=\"added\">+parameter k_b",
+    ] {
+        assert!(page.contains(part), "no {part:?}");
+    }
+}
+
+#[test]
 fn what_has_no_name_is_the_first_figure() {
     let place = tempfile::tempdir().expect("a folder for the test");
     let folder = place.path().join("a");
@@ -456,6 +510,7 @@ fn a_discovery_with_nothing_in_it_is_written_too() {
         is_cut_short: false,
         not_tried: Vec::new(),
         effects: Vec::new(),
+        law: None,
         described: Vec::new(),
         unexplained: Vec::new(),
         closed: Vec::new(),

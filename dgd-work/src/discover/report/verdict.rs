@@ -2,6 +2,8 @@
 
 use dgd_discover::{Discovery, FoundEffect, Unexplained, Verdict};
 
+use super::law;
+
 /// One plain sentence, or two where something is left over.
 pub(super) fn sentence(discovery: &Discovery) -> String {
     let names: Vec<String> = discovery.effects.iter().map(name).collect();
@@ -15,6 +17,9 @@ pub(super) fn sentence(discovery: &Discovery) -> String {
             Some(format!("Missing from the model: {}, and {last}.", first.join(", ")))
         }
     };
+    if let Some(law) = &discovery.law {
+        return format!("Missing from the model: {}.", law::formula(law));
+    }
     let ties = discovery.unexplained.iter().enumerate().filter(|(k, one)| *k == 0 || one.is_tied);
     let targets: Vec<&str> = ties.map(|(_, one)| target(one)).collect();
     match (found, targets.is_empty()) {
@@ -41,7 +46,7 @@ pub(super) fn next(discovery: &Discovery) -> String {
             "Keep the model. Whether it holds where these recordings do not go, only another recording shows.".to_owned()
         }
         (Verdict::Effects, Some(test)) => format!("To tell the effects apart, take {test}."),
-        (Verdict::Effects, None) => {
+        (Verdict::Effects, None) | (Verdict::Law, _) => {
             "Check the corrected model on a recording that it has not seen, then use it in the place of the old one."
                 .to_owned()
         }

@@ -1,0 +1,207 @@
+//! The search for the few columns that explain the residuals.
+//!
+//! All columns are whitened: the sum of squares that a set of them leaves is −2 times its log-likelihood, up to a
+//! constant. Sets grow by one column at a time, from the best few of each size.
+
+use dgd_runtime::parallel::in_parallel_stateless;
+use nalgebra::{DMatrix, DVector};
+
+/// Number of sets that are grown, and of those that each of them hands on.
+const BEAM: usize = 12;
+/// Minimum fraction of a column that the others must not explain.
+const DETERMINED: f64 = 1e-5;
+
+/// Residuals and columns at one intensity of what else is missing.
+pub(super) struct Level {
+    pub(super) residuals: Vec<f64>,
+    pub(super) columns: Vec<Vec<f64>>,
+    /// Columns that are always in the set.
+    pub(super) always: Vec<Vec<f64>>,
+    pub(super) log_determinant: f64,
+}
+
+/// A set of columns, and the sum of squares that it leaves.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Set {
+    pub(super) columns: Vec<usize>,
+    pub(super) left: f64,
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    // Four sums at once.
+    let (mut sums, mut rest) = ([0.0; 4], 0.0);
+    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
+    for (a, b) in a4.remainder().iter().zip(b4.remainder()) {
+        rest += a * b;
+    }
+    for (a, b) in a4.zip(b4) {
+        for i in 0..4 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
+
+fn normalised(mut column: Vec<f64>, basis: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let whole = dot(&column, &column);
+    for _ in 0..2 {
+        for b in basis {
+            let along = dot(&column, b);
+            column.iter_mut().zip(b).for_each(|(x, b)| *x -= along * b);
+        }
+    }
+    let left = dot(&column, &column);
+    if !(left > DETERMINED * whole && left > 0.0) {
+        return None;
+    }
+    let size = left.sqrt();
+    column.iter_mut().for_each(|x| *x /= size);
+    Some(column)
+}
+
+impl Level {
+    /// Leaves only some of its columns.
+    pub(super) fn keep(&mut self, kept: &[usize]) {
+        self.columns = kept.iter().map(|i| std::mem::take(&mut self.columns[*i])).collect();
+    }
+
+    fn basis(&self, columns: &[usize]) -> Option<Vec<Vec<f64>>> {
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        for column in &self.always {
+            basis.extend(normalised(column.clone(), &basis));
+        }
+        for i in columns {
+            let own = normalised(self.columns[*i].clone(), &basis)?;
+            basis.push(own);
+        }
+        Some(basis)
+    }
+
+    /// The sets of up to `most` columns that leave least, of each size.
+    pub(super) fn search(&self, most: usize, price: &[f64], threads: usize) -> Vec<Set> {
+        let mut all: Vec<Set> = Vec::new();
+        let squares: Vec<f64> = self.columns.iter().map(|column| dot(column, column)).collect();
+        let cost = |set: &Set| set.left + 2.0 * set.columns.iter().map(|i| price[*i]).sum::<f64>();
+        let mut frontier = vec![Set { columns: Vec::new(), left: 0.0 }];
+        for _ in 0..most {
+            let grown = in_parallel_stateless(frontier.len(), threads, |k| {
+                self.grown(&frontier[k].columns, &squares)
+            });
+            let mut next: Vec<Set> = grown.into_iter().flatten().collect();
+            next.sort_by(|a, b| {
+                cost(a).total_cmp(&cost(b)).then_with(|| a.columns.cmp(&b.columns))
+            });
+            next.dedup_by(|a, b| a.columns == b.columns);
+            next.truncate(BEAM);
+            all.extend(next.iter().cloned());
+            frontier = next;
+        }
+        all
+    }
+
+    /// A set with each other column.
+    fn grown(&self, set: &[usize], squares: &[f64]) -> Vec<Set> {
+        let Some(basis) = self.basis(set) else { return Vec::new() };
+        let mut residuals = self.residuals.clone();
+        for b in &basis {
+            let along = dot(&residuals, b);
+            residuals.iter_mut().zip(b).for_each(|(x, b)| *x -= along * b);
+        }
+        let left = dot(&residuals, &residuals);
+        let with = |i: usize| {
+            let column = &self.columns[i];
+            let mut square = squares[i];
+            for b in &basis {
+                square -= dot(column, b).powi(2);
+            }
+            let is_new = square > DETERMINED * squares[i] && !set.contains(&i);
+            is_new.then(|| {
+                let gain = dot(&residuals, column);
+                let mut columns = set.to_vec();
+                columns.push(i);
+                columns.sort_unstable();
+                Set { columns, left: left - gain * gain / square }
+            })
+        };
+        (0..self.columns.len()).filter_map(with).collect()
+    }
+
+    /// Coefficients of a set of columns, and the sum of squares that it leaves; `None` if they are not determined.
+    pub(super) fn fit(&self, columns: &[usize]) -> Option<(Vec<f64>, f64)> {
+        let all: Vec<&Vec<f64>> =
+            columns.iter().map(|i| &self.columns[*i]).chain(&self.always).collect();
+        let scales: Vec<f64> = all.iter().map(|column| dot(column, column).sqrt()).collect();
+        let n = all.len();
+        let scale = |i: usize| if scales[i] > 0.0 { scales[i] } else { 1.0 };
+        let mut matrix = DMatrix::from_fn(n, n, |i, j| dot(all[i], all[j]) / (scale(i) * scale(j)));
+        for (i, size) in scales.iter().enumerate() {
+            if *size == 0.0 {
+                matrix[(i, i)] = 1.0;
+            }
+        }
+        let right = DVector::from_fn(n, |i, _| dot(all[i], &self.residuals) / scale(i));
+        let solution = matrix.cholesky()?.solve(&right);
+        let left = dot(&self.residuals, &self.residuals) - solution.dot(&right);
+        let coefficients = (0..columns.len()).map(|i| solution[i] / scale(i)).collect();
+        Some((coefficients, left))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_pcg::Pcg64;
+    use rand_pcg::rand_core::Rng;
+
+    use super::*;
+
+    /// Columns of random numbers, and residuals of two of them with noise.
+    fn level(seed: u64, coefficients: &[(usize, f64)]) -> Level {
+        let mut random = Pcg64::new(u128::from(seed), 5);
+        let mut number = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+        let mut column = || -> Vec<f64> { (0..200).map(|_| number()).collect() };
+        let columns: Vec<Vec<f64>> = (0..40).map(|_| column()).collect();
+        let mut residuals: Vec<f64> = column().iter().map(|x| 0.1 * x).collect();
+        for (i, value) in coefficients {
+            for (r, x) in residuals.iter_mut().zip(&columns[*i]) {
+                *r += value * x;
+            }
+        }
+        Level { residuals, columns, always: Vec::new(), log_determinant: 0.0 }
+    }
+
+    #[test]
+    fn the_columns_that_explain_the_residuals_are_found_for_any_number_of_threads() {
+        let level = level(1, &[(7, 2.0), (23, -1.5)]);
+        let sets = level.search(3, &[5.0; 40], 1);
+        assert_eq!(sets, level.search(3, &[5.0; 40], 4));
+        let pairs: Vec<&Set> = sets.iter().filter(|set| set.columns.len() == 2).collect();
+        assert_eq!(pairs[0].columns, [7, 23]);
+        let (coefficients, left) = level.fit(&[7, 23]).expect("coefficients");
+        assert!((coefficients[0] - 2.0).abs() < 0.02 && (coefficients[1] + 1.5).abs() < 0.02);
+        assert!((left - pairs[0].left).abs() < 1e-9);
+    }
+
+    #[test]
+    fn scaled_columns_give_scaled_coefficients_and_the_same_sets() {
+        let plain = level(2, &[(3, 1.0), (4, 1.0)]);
+        let mut scaled = level(2, &[(3, 1.0), (4, 1.0)]);
+        for x in &mut scaled.columns[3] {
+            *x *= 1e-9;
+        }
+        let columns = |level: &Level| -> Vec<Vec<usize>> {
+            level.search(2, &[5.0; 40], 1).into_iter().map(|set| set.columns).collect()
+        };
+        assert_eq!(columns(&plain), columns(&scaled));
+        let (of_plain, of_scaled) = (plain.fit(&[3, 4]), scaled.fit(&[3, 4]));
+        let (of_plain, of_scaled) = (of_plain.expect("a fit").0, of_scaled.expect("a fit").0);
+        assert!((of_scaled[0] * 1e-9 / of_plain[0] - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_column_that_is_always_there_is_in_no_set() {
+        let mut level = level(3, &[(7, 2.0)]);
+        level.always = vec![level.columns[7].clone()];
+        let sets = level.search(1, &[5.0; 40], 1);
+        assert!(sets.iter().all(|set| set.columns != [7]));
+    }
+}

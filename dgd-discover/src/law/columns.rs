@@ -1,0 +1,241 @@
+//! Columns: what each term in each equation would do to the readings.
+
+use std::collections::BTreeSet;
+
+use dgd_runtime::parallel::in_parallel_stateless;
+
+use super::beam::{Level, Set};
+use super::sighting::Sighting;
+use super::terms;
+use crate::guess::Shape;
+
+/// Largest number of terms.
+pub(super) const MOST_TERMS: usize = 4;
+/// Fractions of the walks' intensities at which columns are whitened: with all of it, terms that a set lacks do no harm;
+/// with next to nothing, only the whole law fits.
+const SHARES: [f64; 3] = [1.0, 1e-3, 1e-7];
+/// Largest number of columns times readings, which are in memory at once.
+const MOST_NUMBERS: usize = 20_000_000;
+/// Number of samples that a term has to be due to, as for the time before and after an onset.
+const FEWEST: f64 = 8.0;
+/// Difference of −2 ln of likelihoods below which two drafts are twins.
+const TWINS: f64 = 0.5;
+/// Relative difference below which two columns are the same.
+const SAME: f64 = 1e-9;
+
+/// Terms in an equation each, with coefficients.
+#[derive(Debug, Clone)]
+pub(super) struct Draft {
+    /// The place, the term and its coefficient.
+    pub(super) terms: Vec<(usize, Shape, f64)>,
+    /// −2 ln of its likelihood …
+    pub(super) left: f64,
+    /// … plus twice the price.
+    pub(super) cost: f64,
+}
+
+impl Draft {
+    /// Whether all its terms are among those of another.
+    pub(super) fn is_part_of(&self, other: &Draft) -> bool {
+        let has = |place: usize, shape: &Shape| {
+            other.terms.iter().any(|(own, of, _)| *own == place && of == shape)
+        };
+        self.terms.iter().all(|(place, shape, _)| has(*place, shape))
+    }
+
+    /// Whether the readings cannot distinguish it from another draft of the same equations, as x from |x| where x is
+    /// positive.
+    pub(super) fn is_twin_of(&self, other: &Draft) -> bool {
+        let places =
+            |draft: &Draft| -> Vec<usize> { draft.terms.iter().map(|term| term.0).collect() };
+        (self.left - other.left).abs() < TWINS && places(self) == places(other)
+    }
+}
+
+/// A term in an equation.
+struct Column {
+    place: usize,
+    shape: Shape,
+    /// ln of the prior odds against it.
+    price: f64,
+}
+
+/// Sets of terms that explain the readings, the best first.
+pub(super) fn drafts(sighting: &Sighting, threads: usize) -> Vec<Draft> {
+    let columns = columns(sighting);
+    // One level at a time: all columns of one may take much memory.
+    let mut kept: Option<Vec<usize>> = None;
+    let mut sets: Vec<Vec<usize>> = Vec::new();
+    for share in SHARES {
+        let all: Vec<usize> = kept.clone().unwrap_or_else(|| (0..columns.len()).collect());
+        let mut level = level(sighting, &columns, &all, share, threads);
+        let own = kept.get_or_insert_with(|| {
+            let distinct = distinct(&columns, &level.columns);
+            level.keep(&distinct);
+            distinct
+        });
+        let price: Vec<f64> = own.iter().map(|i| columns[*i].price).collect();
+        let found = level.search(MOST_TERMS, &price, threads);
+        let positions = |Set { columns, .. }: Set| columns.iter().map(|i| own[*i]).collect();
+        sets.extend(found.into_iter().map(positions));
+    }
+    sets.sort();
+    sets.dedup();
+    let used: BTreeSet<usize> = sets.iter().flatten().copied().collect();
+    let used: Vec<usize> = used.into_iter().collect();
+    let levels = SHARES.map(|share| level(sighting, &columns, &used, share, threads));
+    let draft = |set: &Vec<usize>| {
+        let price: f64 = set.iter().map(|i| columns[*i].price).sum();
+        let places: Vec<usize> =
+            set.iter().map(|i| used.binary_search(i).unwrap_or_default()).collect();
+        let of_level = |level: &Level| {
+            let (coefficients, left) = level.fit(&places)?;
+            Some((left + level.log_determinant, coefficients))
+        };
+        let all = levels.iter().enumerate();
+        let all = all.filter_map(|(k, level)| Some((k, of_level(level)?)));
+        let (level, (left, coefficients)) = all.min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0))?;
+        // Beside a law, less is missing than without it.
+        if level == 0 {
+            return None;
+        }
+        let terms = set.iter().zip(coefficients);
+        let terms = terms.map(|(i, c)| (columns[*i].place, columns[*i].shape.clone(), c));
+        Some(Draft { terms: terms.collect(), left, cost: left + 2.0 * price })
+    };
+    let mut drafts: Vec<Draft> = sets.iter().filter_map(draft).collect();
+    drafts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    drafts
+}
+
+/// All terms at all places.
+fn columns(sighting: &Sighting) -> Vec<Column> {
+    let values = sighting.all_values();
+    let names = &sighting.names;
+    let is_of_many = |shape: &Shape| is_of_many(&sighting.formed(shape));
+    let mut shapes = terms::single(names, &values);
+    shapes.retain(is_of_many);
+    let mut products = terms::products(names, &values, &in_products(sighting, &shapes));
+    products.retain(is_of_many);
+    shapes.extend(products);
+    let number = (shapes.len() * sighting.places.len()) as f64;
+    let readings = (sighting.readings() as f64).ln();
+    let mut all = Vec::new();
+    for place in &sighting.places {
+        for shape in &shapes {
+            let constants = if shape.inner.is_some() { 2.0 } else { 1.0 };
+            let price = 0.5 * constants * readings + number.ln() + f64::from(shape.complexity());
+            all.push(Column { place: *place, shape: shape.clone(), price });
+        }
+    }
+    // Of a model of many equations, the plainest terms.
+    all.sort_by(|a, b| a.price.total_cmp(&b.price));
+    all.truncate(MOST_NUMBERS / sighting.readings().max(1));
+    all
+}
+
+/// The names that products have: those that explain most by themselves.
+fn in_products(sighting: &Sighting, single: &[Shape]) -> Vec<usize> {
+    let names = &sighting.names;
+    let mut all: Vec<usize> = (0..names.len()).filter(|i| names[*i].name != "time").collect();
+    if all.len() <= terms::IN_PRODUCTS {
+        return all;
+    }
+    let plain: Vec<&Shape> = single.iter().filter(|shape| shape.complexity() == 1).collect();
+    let columns: Vec<Column> = (sighting.places.iter())
+        .flat_map(|place| plain.iter().map(|shape| (*place, (*shape).clone())))
+        .map(|(place, shape)| Column { place, shape, price: 0.0 })
+        .collect();
+    let level = level(sighting, &columns, &(0..columns.len()).collect::<Vec<_>>(), 1.0, 1);
+    let left = |name: usize| {
+        let own =
+            (0..columns.len()).filter(|i| columns[*i].shape.factors.iter().any(|f| f.0 == name));
+        let left = own.filter_map(|i| Some(level.fit(&[i])?.1));
+        left.fold(f64::INFINITY, f64::min)
+    };
+    let mut by_name: Vec<(f64, usize)> = all.iter().map(|name| (left(*name), *name)).collect();
+    by_name.sort_by(|a, b| a.0.total_cmp(&b.0));
+    all = by_name.into_iter().take(terms::IN_PRODUCTS).map(|(_, name)| name).collect();
+    all.sort_unstable();
+    all
+}
+
+/// Whether a term is finite and not due to a few samples: (Σ x²)²/Σ x⁴.
+fn is_of_many(formed: &[Vec<f64>]) -> bool {
+    let largest = formed.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let power = |n: i32| formed.iter().flatten().map(|x| (x / largest).powi(n)).sum::<f64>();
+    let (square, fourth) = (power(2), power(4));
+    largest > 0.0 && largest.is_finite() && square * square >= FEWEST * fourth
+}
+
+/// Residuals and some of the columns, whitened with a fraction of what else is missing.
+fn level(
+    sighting: &Sighting,
+    columns: &[Column],
+    chosen: &[usize],
+    share: f64,
+    threads: usize,
+) -> Level {
+    let Sighting { paths, walks, free, .. } = sighting;
+    let (places, q): (Vec<usize>, Vec<f64>) =
+        walks.iter().map(|(place, q)| (*place, q * share)).unzip();
+    let whitenings: Vec<_> = paths.iter().map(|path| path.chain.whitening(&places, &q)).collect();
+    let along = |place: usize, formed: &[Vec<f64>]| -> Vec<f64> {
+        let each = paths.iter().zip(&whitenings).zip(formed);
+        each.flat_map(|((path, with), at)| {
+            let held: Vec<f64> = at.windows(2).map(|x| f64::midpoint(x[0], x[1])).collect();
+            path.chain.whitened(with, place, &held, at)
+        })
+        .collect()
+    };
+    // Each parameter's prior is one more reading, of zero.
+    let with_priors = |mut column: Vec<f64>, own: Option<usize>| {
+        let n = column.len();
+        column.resize(n + free.len(), 0.0);
+        if let Some(i) = own {
+            column[n + i] = 1.0;
+        }
+        column
+    };
+    let residuals = whitenings.iter().flat_map(|with| with.residuals.iter().copied()).collect();
+    let constant = |size: f64| -> Vec<Vec<f64>> {
+        paths.iter().map(|path| vec![size; path.trajectory.times.len()]).collect()
+    };
+    let always = free
+        .iter()
+        .enumerate()
+        .map(|(i, (place, size))| with_priors(along(*place, &constant(*size)), Some(i)));
+    let always = always.collect();
+    let all = in_parallel_stateless(chosen.len(), threads, |k| {
+        let column = &columns[chosen[k]];
+        with_priors(along(column.place, &sighting.formed(&column.shape)), None)
+    });
+    Level {
+        residuals: with_priors(residuals, None),
+        columns: all,
+        always,
+        log_determinant: whitenings.iter().map(|with| with.log_determinant).sum(),
+    }
+}
+
+/// Positions of columns that are not zero; of equal ones at a place, the plainest.
+fn distinct(columns: &[Column], whitened: &[Vec<f64>]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..columns.len()).collect();
+    order.sort_by(|a, b| columns[*a].price.total_cmp(&columns[*b].price).then(a.cmp(b)));
+    // Equal columns have equal products with any vector.
+    let weight = |k: usize| (k as f64 * 1.618_034).fract() - 0.4;
+    let mut marks: Vec<(usize, f64)> = Vec::new();
+    order.retain(|i| {
+        let (column, place) = (&whitened[*i], columns[*i].place);
+        let size = column.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if !(size > 0.0 && size.is_finite()) {
+            return false;
+        }
+        let mark = column.iter().enumerate().map(|(k, x)| weight(k) * x).sum::<f64>().abs() / size;
+        let is_new = !marks.iter().any(|(own, other)| *own == place && (other - mark).abs() < SAME);
+        marks.push((place, mark));
+        is_new
+    });
+    order.sort_unstable();
+    order
+}

@@ -1,0 +1,244 @@
+//! The model with terms in it, fitted by simulation.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::effects::Effect;
+use dgd_compiler::model::Model;
+use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::syntax::parse;
+use dgd_compiler::units::{Unit, parse_unit};
+use dgd_runtime::System;
+
+use super::Proposed;
+use super::columns::Draft;
+use super::sighting::names;
+use crate::fit::{Data, Fitted, StartPoint};
+use crate::guess::{Factor, LawParameter, LawRange, Shape, formula, literal};
+use crate::library::{BaseModel, Candidate, StructureId, Values};
+use crate::missing_input::{Place, PlaceKind};
+
+/// Maximum number of simulations of a fit that begins, and of one that is finished.
+const BEGINNING: usize = 15;
+pub(super) const EVALUATIONS: usize = 60;
+/// Factor by which an inner constant may differ from its initial value.
+const INNER_BOUND: f64 = 100.0;
+
+/// A term that an equation or a parameter lacked.
+#[derive(Debug, Clone)]
+pub struct LawTerm {
+    /// The equation to whose right-hand side it belongs, or the parameter to which it is added.
+    pub target: String,
+    /// The term in the language, units included.
+    pub formula: String,
+    /// Its coefficient, then its inner constant, if it has one.
+    pub coefficients: Vec<LawParameter>,
+}
+
+/// Terms in the model, fitted.
+#[derive(Debug, Clone)]
+pub(crate) struct Inserted {
+    written: Vec<Written>,
+    names: Vec<Factor>,
+    pub(crate) fitted: Fitted,
+    /// Sources with the effect's text.
+    pub(crate) sources: Sources,
+    /// Recorded ranges of the names that the terms read.
+    pub(crate) ranges: Vec<LawRange>,
+}
+
+/// A term in the effect's text, with the names and units of its constants.
+#[derive(Debug, Clone)]
+struct Written {
+    place: Place,
+    shape: Shape,
+    coefficient: Constant,
+    inner: Option<Constant>,
+}
+
+#[derive(Debug, Clone)]
+struct Constant {
+    /// Its name in the effect, then in the model.
+    name: String,
+    unit: Unit,
+    /// Where its fit starts, SI.
+    value: f64,
+}
+
+/// What is needed to fit a set of terms; each thread has a fitted model of its own.
+pub(super) struct Inserting<'a> {
+    pub(super) base: &'a BaseModel,
+    pub(super) sources: &'a Sources,
+    pub(super) model: &'a Model,
+    pub(super) fitted: &'a Fitted,
+    pub(super) data: &'a Data<'a>,
+}
+
+impl Inserting<'_> {
+    /// The model with a set of terms, fitted from the states of the sighting; `None` if that fails.
+    pub(super) fn insert(&self, places: &[Place], proposed: &Proposed) -> Option<Inserted> {
+        let Inserting { base, fitted, data, model, .. } = self;
+        let names = names(model);
+        let mut written = self.written(places, &names, &proposed.draft)?;
+        let mut sources = self.sources.clone();
+        let effect = effect(&text(&model.name, &names, &written), &mut sources)?;
+        let candidate = Candidate::new(&effect, &[], false);
+        let structure =
+            base.structure(std::slice::from_ref(&candidate), StructureId::one(0)).ok()?;
+        let brought: BTreeMap<String, String> =
+            structure.brought.first()?.names.iter().cloned().collect();
+        let mut point = StartPoint::default();
+        for constant in written.iter_mut().flat_map(Written::constants_mut) {
+            if let Some(called) = brought.get(&constant.name) {
+                constant.name.clone_from(called);
+            }
+            point.set(std::iter::once((constant.name.clone(), constant.value)));
+        }
+        let from = Values { starts: proposed.starts.clone(), ..fitted.values.clone() };
+        let after = Fitted::new(structure, &from, &[point], &data.not_kept(), BEGINNING).ok()?;
+        let reads =
+            |i: &usize| written.iter().any(|own| own.shape.forms().any(|(name, _)| name == *i));
+        let ranges = (0..names.len()).filter(reads).map(|i| {
+            let Factor { name, unit } = &names[i];
+            let [low, high] = proposed.ranges[i];
+            LawRange { name: name.clone(), unit: plain(unit), low, high }
+        });
+        let ranges = ranges.collect();
+        Some(Inserted { written, names, fitted: after, sources, ranges })
+    }
+
+    fn written(&self, places: &[Place], names: &[Factor], draft: &Draft) -> Option<Vec<Written>> {
+        let model = self.model;
+        let taken = &self.fitted.structure.system.signature().parameters;
+        let mut free = (1..).map(|i| format!("law_{i}"));
+        let mut free = free.by_ref().filter(|name| !taken.iter().any(|p| *p.name == **name));
+        let mut all = Vec::new();
+        for (place, shape, value) in &draft.terms {
+            let place = &places[*place];
+            let whole = parse_unit(&place.unit).ok()?.dimension;
+            let unit = shape.unit(names, &model.familiar(whole), model)?;
+            let coefficient = Constant { name: free.next()?, unit, value: *value };
+            let inner = shape.inner_unit(names).zip(shape.inner);
+            let inner = inner.and_then(|(unit, value)| {
+                Some(Constant { name: free.next()?, unit: unit.clone(), value })
+            });
+            let (place, shape) = (place.clone(), shape.clone());
+            all.push(Written { place, shape, coefficient, inner });
+        }
+        Some(all)
+    }
+}
+
+impl Written {
+    fn constants_mut(&mut self) -> impl Iterator<Item = &mut Constant> {
+        std::iter::once(&mut self.coefficient).chain(&mut self.inner)
+    }
+}
+
+impl Inserted {
+    /// The fit continued to its end.
+    pub(super) fn finished(&self, data: &Data<'_>) -> Inserted {
+        let Fitted { structure, values, .. } = &self.fitted;
+        let points = [StartPoint::default()];
+        let data = data.not_kept();
+        let after = Fitted::new(structure.clone(), values, &points, &data, EVALUATIONS);
+        Inserted { fitted: after.unwrap_or_else(|_| self.fitted.clone()), ..self.clone() }
+    }
+
+    /// Σ ε² + k ln N of the training recordings, plus twice the complexity of the terms.
+    pub(super) fn cost(&self) -> f64 {
+        let (sum, n) = self.fitted.error;
+        let complexity: u32 = self.written.iter().map(|own| own.shape.complexity()).sum();
+        sum + self.fitted.free() as f64 * (n as f64).ln() + 2.0 * f64::from(complexity)
+    }
+
+    /// The terms with the constants of a fit.
+    pub(crate) fn terms(&self, fitted: &Fitted) -> Vec<LawTerm> {
+        let parameter = |constant: &Constant| {
+            let Constant { name, unit, value } = constant;
+            let value = fitted.values.p.get(name).copied().unwrap_or(*value);
+            let own = fitted.estimates.iter().find(|e| e.recording.is_none() && e.name == *name);
+            LawParameter {
+                name: name.clone(),
+                value,
+                std: own.and_then(|e| e.std),
+                unit: plain(unit),
+            }
+        };
+        let term = |own: &Written| {
+            let Written { place, shape, coefficient, inner } = own;
+            let all = std::iter::once(coefficient).chain(inner);
+            let coefficients: Vec<LawParameter> = all.map(parameter).collect();
+            let inner = coefficients.get(1).map(|inner| inner.value);
+            let shape = Shape { inner, ..shape.clone() };
+            let formula =
+                formula(&[(coefficients[0].value, &coefficient.unit, &shape)], &self.names);
+            LawTerm { target: place.name.clone(), formula, coefficients }
+        };
+        self.written.iter().map(term).collect()
+    }
+
+    /// The equations that it changes.
+    pub(super) fn targets(&self) -> BTreeSet<&str> {
+        self.written.iter().map(|own| own.place.name.as_str()).collect()
+    }
+
+    /// The terms with their equations, code between backticks.
+    pub(super) fn formula(&self) -> String {
+        let terms = self.terms(&self.fitted).into_iter();
+        let all: Vec<String> =
+            terms.map(|term| format!("`{}` in `{}`", term.formula, term.target)).collect();
+        all.join(" and ")
+    }
+}
+
+/// A unit of differences as a unit of the runtime.
+fn plain(unit: &Unit) -> dgd_runtime::Unit {
+    dgd_runtime::Unit { symbol: unit.symbol.clone().into(), factor: unit.factor, offset: 0.0 }
+}
+
+/// The terms as an effect.
+fn text(model: &str, names: &[Factor], written: &[Written]) -> String {
+    let (mut parameters, mut nulls) = (String::new(), String::new());
+    let mut sums: Vec<(&Place, Vec<String>)> = Vec::new();
+    let declared = |constant: &Constant, bounds: &str| {
+        let Constant { name, unit, value } = constant;
+        format!("parameter {name} [{}] = {}{bounds}\n", unit.symbol, literal(value / unit.factor))
+    };
+    for Written { place, shape, coefficient, inner } in written {
+        parameters += &declared(coefficient, "");
+        // Writing to a string cannot fail.
+        let _ = writeln!(nulls, "null {} = 0", coefficient.name);
+        if let Some(inner) = inner {
+            let [low, high] = [1.0 / INNER_BOUND, INNER_BOUND]
+                .map(|factor| literal(factor * inner.value / inner.unit.factor));
+            parameters += &declared(inner, &format!("  in {low} .. {high}, log"));
+        }
+        let inner = inner.as_ref().map_or("", |inner| &inner.name);
+        let term = format!("{}{}", coefficient.name, shape.text_with(names, inner));
+        match sums.iter_mut().find(|(own, _)| *own == place) {
+            Some((_, sum)) => sum.push(term),
+            None => sums.push((place, vec![term])),
+        }
+    }
+    let change = |(place, sum): &(&Place, Vec<String>)| {
+        let (name, sum) = (&place.name, sum.join(" + "));
+        match place.kind {
+            PlaceKind::Equation => format!("add {sum} to {name}\n"),
+            PlaceKind::Parameter | PlaceKind::Input => {
+                format!("replace {name} by {name} + {sum}\n")
+            }
+            PlaceKind::Output => format!("replace output {name} by {name} + {sum}\n"),
+        }
+    };
+    let changes: String = sums.iter().map(change).collect();
+    format!("effect law on {model}\nkind plant\n\n{parameters}{nulls}\n{changes}")
+}
+
+fn effect(text: &str, sources: &mut Sources) -> Option<Effect> {
+    let mut diagnostics = Diagnostics::default();
+    let id = sources.add(Source { name: "law.dgd".to_owned(), text: text.to_owned() });
+    let ast = parse(id, sources, &mut diagnostics).ok()?;
+    Effect::read(ast, &mut diagnostics).ok()
+}

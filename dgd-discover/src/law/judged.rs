@@ -1,0 +1,117 @@
+//! Which of the fitted laws is an answer.
+
+use std::collections::BTreeSet;
+
+use super::inserted::{EVALUATIONS, Inserted};
+use super::{Answer, Law, Laws};
+use crate::fit::{Data, Fitted, StartPoint, chi_square, slack};
+
+/// Laws whose costs differ by less are rivals: "very strong" evidence (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995)
+/// 773).
+const RIVAL: f64 = 10.0;
+/// A law replaces templates of the plant that explain the recordings if its cost is lower by this: as much as is asked of
+/// a further effect.
+const BETTER: f64 = 30.0;
+/// Least size of a coefficient, in standard deviations.
+const SIGNIFICANT: f64 = 4.0;
+/// Number of laws that are simulated in the validation recordings.
+const HELD_OUT: usize = 8;
+/// Number of near forms that are reported.
+const NEAR: usize = 5;
+
+/// Templates that were named.
+pub(crate) struct Named<'a> {
+    pub(crate) fitted: &'a Fitted,
+    /// What they change.
+    pub(crate) targets: BTreeSet<String>,
+    /// Whether all are missing physics.
+    pub(crate) are_of_plant: bool,
+}
+
+impl Named<'_> {
+    /// Σ ε² + k ln N of the training recordings, after a fit as long as that of a law.
+    fn cost(&self, data: &Data<'_>) -> f64 {
+        let Fitted { structure, values, .. } = self.fitted;
+        let (points, data) = ([StartPoint::default()], data.not_kept());
+        let finished = Fitted::new(structure.clone(), values, &points, &data, EVALUATIONS);
+        let error = |fitted: &Fitted| fitted.error.0;
+        let sum = finished.as_ref().map_or(f64::INFINITY, error).min(error(self.fitted));
+        sum + self.fitted.free() as f64 * (self.fitted.error.1 as f64).ln()
+    }
+}
+
+impl Laws<'_> {
+    /// Those that leave only noise, the best first.
+    pub(super) fn leaving_noise(&self, mut all: Vec<Inserted>) -> Vec<Inserted> {
+        all.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
+        all.retain(|one| one.is_significant() && self.fits(&one.fitted));
+        all.truncate(HELD_OUT);
+        for one in &mut all {
+            one.fitted.know_correlations(self.data);
+            one.fitted.hold_out(self.data, EVALUATIONS);
+        }
+        all.retain(|one| self.search.leaves_nothing(&one.fitted));
+        all
+    }
+
+    /// Whether it leaves only noise of the training recordings.
+    fn fits(&self, fitted: &Fitted) -> bool {
+        let Laws { search, data, .. } = self;
+        let limit = search.thresholds.explained;
+        let squares = chi_square(&fitted.residuals(data), &data.noise);
+        let slack = slack(&squares, &data.noise, limit);
+        let mut all = squares.iter().zip(slack);
+        all.all(|((sum, n), slack)| *n == 0 || sum / *n as f64 <= limit * slack)
+    }
+}
+
+/// The answer, from laws that explain the recordings, the best first, for a model with these equations. `is_hidden` says
+/// that there are more of them than outputs, so that one may take the place of another.
+///
+/// Where all states are read, a plant cannot be distinguished from its sensor, and the plant comes first.
+pub(super) fn answer(
+    laws: Vec<Inserted>,
+    named: Option<&Named<'_>>,
+    data: &Data<'_>,
+    equations: &[&str],
+    is_hidden: bool,
+) -> Answer {
+    let mut laws = laws.into_iter();
+    let Some(best) = laws.next() else { return Answer::Nothing };
+    let rest: Vec<Inserted> = laws.collect();
+    let named = named.map(|named| (named, named.cost(data)));
+    let beats = |(named, cost): &(&Named<'_>, f64)| {
+        let is_tied = !named.are_of_plant && !is_hidden;
+        best.cost() < cost + if is_tied { RIVAL } else { -BETTER }
+    };
+    if let Some((named, cost)) = named.filter(|named| !beats(named)) {
+        let is_elsewhere = |law: &Inserted| {
+            law.cost() < cost + RIVAL
+                && law.targets().iter().any(|target| !named.targets.contains(*target))
+        };
+        let are_terms = named.targets.iter().all(|target| equations.contains(&&**target));
+        let mut all = std::iter::once(&best).chain(&rest);
+        let is_doubted = is_hidden && are_terms && all.any(is_elsewhere);
+        return if is_doubted { Answer::Doubt } else { Answer::Nothing };
+    }
+    let is_rival = |other: &Inserted| {
+        other.cost() - best.cost() < RIVAL && !best.targets().is_subset(&other.targets())
+    };
+    if rest.iter().any(is_rival) {
+        return if named.is_some() { Answer::Doubt } else { Answer::Nothing };
+    }
+    let error = |one: &Inserted| one.fitted.error.0;
+    let near = rest.iter().take(NEAR);
+    let near = near.map(|other| (other.formula(), (error(other) / error(&best)).sqrt())).collect();
+    Answer::Law(Law { inserted: best, near })
+}
+
+impl Inserted {
+    /// Whether the recordings determine all coefficients.
+    fn is_significant(&self) -> bool {
+        self.terms(&self.fitted).iter().all(|term| {
+            let coefficient = &term.coefficients[0];
+            coefficient.std.is_some_and(|std| coefficient.value.abs() > SIGNIFICANT * std)
+        })
+    }
+}

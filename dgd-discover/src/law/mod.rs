@@ -1,0 +1,201 @@
+//! Laws: terms that equations lack, looked for in all equations together.
+//!
+//! ```text
+//!   readings ─► states, and what each equation lacks, smoothed            (sighting)
+//!     ─► what each term in each equation would do to the readings         (columns, terms)
+//!     ─► the few terms that explain them                                  (beam)
+//!     ─► the model with each of the best sets, fitted by simulation       (inserted)
+//!     ─► the one that leaves only noise and has no rival                  (judged)
+//! ```
+//!
+//! Nothing before the fits simulates the model for longer than from one sample to the next, so that it may be far off
+//! or run away, and coefficients enter linearly, so that thousands of terms are compared within a second. The fits
+//! decide.
+
+mod beam;
+mod columns;
+mod inserted;
+mod judged;
+mod kinematic;
+mod sighting;
+mod terms;
+
+use std::collections::BTreeMap;
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::model::Model;
+use dgd_compiler::source::Sources;
+use dgd_runtime::parallel::in_parallel;
+
+use crate::fit::{Data, Fitted};
+use crate::library::BaseModel;
+use crate::missing_input::{MissingTerms, PlaceKind};
+use crate::search::Search;
+use columns::{Draft, MOST_TERMS, drafts};
+pub(crate) use inserted::Inserted;
+use inserted::Inserting;
+pub use inserted::LawTerm;
+pub(crate) use judged::Named;
+use sighting::Sighting;
+
+/// Number of sets of each size that are fitted by simulation; half as many each if places are looked at alone, too.
+const OF_EACH_SIZE: [usize; MOST_TERMS] = [8, 4, 4, 4];
+
+/// Fits that leave this many times as much as the best one, or as noise, after a few simulations are not finished.
+const HOPEFUL: f64 = 10.0;
+
+/// The data for a search.
+#[derive(Clone, Copy)]
+pub(crate) struct Laws<'a> {
+    pub(crate) base: &'a BaseModel,
+    pub(crate) sources: &'a Sources,
+    pub(crate) model: &'a Model,
+    pub(crate) fitted: &'a Fitted,
+    pub(crate) data: &'a Data<'a>,
+    /// The search for effects, whose thresholds hold.
+    pub(crate) search: &'a Search<'a>,
+    pub(crate) threads: usize,
+}
+
+/// A set of terms to be fitted, with the states along the recordings.
+struct Proposed {
+    draft: Draft,
+    starts: Vec<BTreeMap<String, f64>>,
+    /// Least and largest value of each name.
+    ranges: Vec<[f64; 2]>,
+}
+
+/// The result of the search for a law.
+#[derive(Debug)]
+pub(crate) enum Answer {
+    /// No law, or several: an effect keeps its name, and a discrepancy without one stays without.
+    Nothing,
+    /// A law in other equations explains the recordings as well as the effects that were named.
+    Doubt,
+    /// A law.
+    Law(Law),
+}
+
+/// A law that is an answer.
+#[derive(Debug)]
+pub(crate) struct Law {
+    pub(crate) inserted: Inserted,
+    /// Other formulas that leave no more than noise, each with the ratio of its root-mean-square residual.
+    pub(crate) near: Vec<(String, f64)>,
+}
+
+impl Laws<'_> {
+    /// Looks for a law, which has to explain the recordings better than templates that were named. Without validation
+    /// recordings there is none: four terms of thousands follow any recording.
+    pub(crate) fn search(&self, named: Option<&Named<'_>>) -> Answer {
+        if self.data.valid.is_empty() {
+            return Answer::Nothing;
+        }
+        let engine = self.base.engine;
+        let terms = MissingTerms::new(self.model, engine, &mut Diagnostics::default());
+        let Ok(terms) = terms else { return Answer::Nothing };
+        let places = terms.places();
+        let of_kind = |kind: PlaceKind| (0..places.len()).filter(move |i| places[*i].kind == kind);
+        let equations: Vec<usize> = of_kind(PlaceKind::Equation).collect();
+        let is_kinematic = |i: &usize| kinematic::is_kinematic(self.model, &places[*i].name);
+        let physical: Vec<usize> = equations.iter().copied().filter(|i| !is_kinematic(i)).collect();
+        let is_free = |i: &usize| {
+            let mut estimates = self.fitted.estimates.iter().filter(|e| e.recording.is_none());
+            estimates.any(|estimate| estimate.name == places[*i].name)
+        };
+        let free = of_kind(PlaceKind::Parameter).filter(is_free);
+        let mut explaining = self.explaining(&terms, self.together(&physical));
+        // A free parameter may be a law.
+        if explaining.is_empty() && named.is_none() {
+            explaining = self.explaining(&terms, free.map(|place| vec![place]).collect());
+        }
+        // Kinematic equations hold by definition, unless nothing else helps.
+        if explaining.is_empty() && named.is_none() && physical.len() < equations.len() {
+            explaining = self.explaining(&terms, self.together(&equations));
+        }
+        let is_hidden = self.data.noise.iter().flatten().count() < equations.len();
+        let labels: Vec<&str> = equations.iter().map(|i| &*places[*i].name).collect();
+        judged::answer(explaining, named, self.data, &labels, is_hidden)
+    }
+
+    /// Laws that leave only noise, the best first.
+    fn explaining(&self, terms: &MissingTerms, suspected: Vec<Vec<usize>>) -> Vec<Inserted> {
+        let proposed = self.proposed(terms, suspected);
+        let Laws { base, sources, model, data, .. } = *self;
+        let places = terms.places().to_vec();
+        let begun = in_parallel(self.fitted, proposed.len(), self.threads, |fitted, k| {
+            if data.is_over() {
+                return None;
+            }
+            Inserting { base, sources, model, fitted, data }.insert(&places, &proposed[k])
+        });
+        let mut begun: Vec<Inserted> = begun.into_iter().flatten().collect();
+        let left = |one: &Inserted| one.fitted.error.0 / one.fitted.error.1 as f64;
+        let least = begun.iter().map(left).fold(f64::INFINITY, f64::min);
+        begun.retain(|one| left(one) <= HOPEFUL * least.max(1.0));
+        let fits =
+            in_parallel(&begun, begun.len(), self.threads, |begun, k| begun[k].finished(data));
+        self.leaving_noise(fits)
+    }
+
+    /// Equations that may lack something together: all; with fewer outputs than equations, where states follow from where
+    /// something is missing, also each alone.
+    fn together(&self, equations: &[usize]) -> Vec<Vec<usize>> {
+        let measured = self.data.noise.iter().flatten().count();
+        let mut all = vec![equations.to_vec()];
+        if measured < equations.len() {
+            all.extend(equations.iter().map(|place| vec![*place]));
+        }
+        all
+    }
+
+    /// Sets of terms to be fitted.
+    fn proposed(&self, terms: &MissingTerms, suspected: Vec<Vec<usize>>) -> Vec<Proposed> {
+        let mut all: Vec<Proposed> = Vec::new();
+        let of_each_size =
+            if suspected.len() > 1 { OF_EACH_SIZE.map(|n| n.div_ceil(2)) } else { OF_EACH_SIZE };
+        for places in suspected {
+            if self.data.is_over() {
+                break;
+            }
+            let Some(sighting) = Sighting::new(self, terms, &places) else { continue };
+            let own = chosen(drafts(&sighting, self.threads), of_each_size);
+            let (starts, ranges) = (&sighting.starts, sighting.ranges());
+            all.extend(own.into_iter().map(|draft| Proposed {
+                draft,
+                starts: starts.clone(),
+                ranges: ranges.clone(),
+            }));
+        }
+        all.sort_by(|a, b| a.draft.cost.total_cmp(&b.draft.cost));
+        let mut seen: Vec<Draft> = Vec::new();
+        all.retain(|one| {
+            let is_same = |other: &Draft| {
+                other.is_part_of(&one.draft) && one.draft.terms.len() == other.terms.len()
+            };
+            let is_new = !seen.iter().any(is_same);
+            seen.push(one.draft.clone());
+            is_new
+        });
+        all
+    }
+}
+
+/// The drafts to be fitted: the best few of each size. A set that contains a better one is left out.
+///
+/// Sizes are not compared here. A linear model from sample to sample is off where the plant is fast, and terms that make
+/// up for that are preferred by it, but not by a simulation.
+fn chosen(drafts: Vec<Draft>, of_each_size: [usize; MOST_TERMS]) -> Vec<Draft> {
+    let mut all: Vec<Draft> = Vec::new();
+    let mut of_size = [0; MOST_TERMS];
+    for draft in drafts {
+        let size = draft.terms.len() - 1;
+        let count = &mut of_size[size];
+        let is_idle = |better: &Draft| better.is_part_of(&draft) || draft.is_twin_of(better);
+        if *count < of_each_size[size] && !all.iter().any(is_idle) {
+            *count += 1;
+            all.push(draft);
+        }
+    }
+    all
+}

@@ -1,0 +1,179 @@
+//! Recordings followed by a smoother, with the values of all names along them.
+
+use std::collections::BTreeMap;
+
+use dgd_compiler::model::{Declared, Model};
+use dgd_compiler::units::{Unit, parse_unit};
+use dgd_identify::Recording;
+use dgd_runtime::System;
+
+use super::Laws;
+use crate::guess::{Factor, Shape};
+use crate::library::Values;
+use crate::missing_input::{Joint, MissingTerms, Path, PlaceKind, Recorded};
+
+/// Largest number of states and unknown inputs of the smoother, whose time grows with the cube of it.
+const MOST_STATES: usize = 60;
+/// Largest number of readings of all recordings together …
+const READINGS: usize = 1500;
+/// … and the number of times that each recording has in any case: between them the model is linear.
+const FEWEST: usize = 100;
+
+/// The training recordings, followed with unknown inputs at some places.
+pub(super) struct Sighting {
+    pub(super) paths: Vec<Path>,
+    /// Places at which something was missing, each with the intensity of its walk …
+    pub(super) walks: Vec<(usize, f64)>,
+    /// … and those of them that stand out.
+    pub(super) places: Vec<usize>,
+    pub(super) names: Vec<Factor>,
+    /// Values of each name at the samples of each path.
+    values: Vec<Vec<Vec<f64>>>,
+    /// Start values of each recording, by name.
+    pub(super) starts: Vec<BTreeMap<String, f64>>,
+    /// Places of free parameters, each with the size of its prior error.
+    pub(super) free: Vec<(usize, f64)>,
+}
+
+/// Names that a term may read: inputs, time, unknowns.
+pub(super) fn names(model: &Model) -> Vec<Factor> {
+    let factor = |declared: &Declared| Factor {
+        name: declared.name.clone(),
+        unit: declared.unit.of_differences(),
+    };
+    let second = parse_unit("s").unwrap_or_else(|_| Unit::one());
+    let time = Factor { name: "time".to_owned(), unit: second };
+    let inputs = model.inputs.iter().map(|input| factor(&input.declared));
+    let unknowns = model.unknowns.iter().map(|unknown| factor(&unknown.declared));
+    inputs.chain([time]).chain(unknowns).collect()
+}
+
+impl Sighting {
+    /// Follows the training recordings with unknown inputs at these places; `None` if one cannot be followed.
+    pub(super) fn new(laws: &Laws<'_>, terms: &MissingTerms, places: &[usize]) -> Option<Self> {
+        let Laws { fitted, data, model, .. } = laws;
+        let system = &fitted.structure.system;
+        let unknowns = &system.signature().unknowns;
+        let states = (0..unknowns.len()).filter(|i| unknowns.is_differential(*i)).count();
+        if states + places.len() > MOST_STATES {
+            return None;
+        }
+        let outputs = data.noise.iter().flatten().count() * data.train.len();
+        let most = (READINGS / outputs.max(1)).max(FEWEST);
+        let samples: Vec<(Vec<f64>, Vec<f64>)> =
+            data.train.iter().map(|recording| sampled(recording, most)).collect();
+        let starts: Vec<_> =
+            (0..data.train.len()).map(|r| fitted.values.starts(system, r)).collect();
+        let recorded: Vec<Recorded<'_>> = (data.train.iter().zip(&samples).zip(&starts))
+            .map(|((recording, (times, measured)), start)| Recorded {
+                inputs: &recording.inputs,
+                times,
+                measured,
+                start,
+            })
+            .collect();
+        let p = if fitted.runs_away(data) {
+            Values::default().parameters(system)
+        } else {
+            fitted.p.clone()
+        };
+        let joint = Joint { terms, places, p: &p, noise: &data.noise, options: &data.options };
+        let (paths, q) = joint.paths(&recorded)?;
+        let stand_out = joint.standing_out(&paths, &q);
+        let walks = places.iter().copied().zip(q).collect();
+        let places = stand_out;
+
+        let names = names(model);
+        let n_inputs = model.inputs.len();
+        let along = |path: &Path, i: usize| -> Vec<f64> {
+            let solution = &path.trajectory;
+            let at = unknowns.iter().position(|unknown| *unknown.name == *names[i].name);
+            let value = |k: usize| match (i, at) {
+                (i, _) if i < n_inputs => path.u[k * n_inputs + i],
+                (i, _) if i == n_inputs => solution.times[k],
+                (_, Some(at)) => solution.y(k)[at],
+                (_, None) => f64::NAN,
+            };
+            (0..solution.times.len()).map(value).collect()
+        };
+        let values =
+            (paths.iter()).map(|path| (0..names.len()).map(|i| along(path, i)).collect()).collect();
+        let starts = (paths.iter())
+            .map(|path| {
+                let y = path.trajectory.y(0);
+                let states = (0..y.len()).filter(|i| unknowns.is_differential(*i));
+                states.map(|i| (unknowns.name(i).to_string(), y[i])).collect()
+            })
+            .collect();
+        let free = free(laws, terms);
+        Some(Sighting { paths, walks, places, names, values, starts, free })
+    }
+
+    /// Least and largest value of each name.
+    pub(super) fn ranges(&self) -> Vec<[f64; 2]> {
+        let range = |values: &Vec<f64>| {
+            let finite = values.iter().copied().filter(|x| x.is_finite());
+            finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)])
+        };
+        self.all_values().iter().map(range).collect()
+    }
+
+    /// All values of each name.
+    pub(super) fn all_values(&self) -> Vec<Vec<f64>> {
+        let of_name = |i: usize| -> Vec<f64> {
+            self.values.iter().flat_map(|of_path| of_path[i].iter().copied()).collect()
+        };
+        (0..self.names.len()).map(of_name).collect()
+    }
+
+    /// Values of a shape along each path.
+    pub(super) fn formed(&self, shape: &Shape) -> Vec<Vec<f64>> {
+        let of_path = |values: &Vec<Vec<f64>>| {
+            let count = values.first().map_or(0, Vec::len);
+            (0..count).map(|k| shape.value(|name| values[name][k])).collect()
+        };
+        self.values.iter().map(of_path).collect()
+    }
+
+    /// Number of readings.
+    pub(super) fn readings(&self) -> usize {
+        self.paths.iter().map(|path| path.chain.len()).sum()
+    }
+}
+
+/// A recording at about as many times as wanted: some of its samples, or times between them, at which nothing was read.
+fn sampled(recording: &Recording, most: usize) -> (Vec<f64>, Vec<f64>) {
+    let count = recording.times.len();
+    let stride = count.div_ceil(most).max(1);
+    let samples: Vec<usize> = (0..count).step_by(stride).collect();
+    let between = FEWEST.div_ceil(count);
+    let (mut times, mut readings) = (Vec::new(), Vec::new());
+    for (i, &k) in samples.iter().enumerate() {
+        let t = recording.times[k];
+        times.push(t);
+        let read = |of: &Option<Vec<f64>>| of.as_ref().map_or(f64::NAN, |all| all[k]);
+        readings.extend(recording.measured.iter().map(read));
+        let Some(&next) = samples.get(i + 1) else { break };
+        let interval = recording.times[next] - t;
+        for part in 1..between {
+            times.push(t + interval * part as f64 / between as f64);
+            readings.extend(std::iter::repeat_n(f64::NAN, recording.measured.len()));
+        }
+    }
+    (times, readings)
+}
+
+/// Places of free parameters, with their sizes.
+fn free(laws: &Laws<'_>, terms: &MissingTerms) -> Vec<(usize, f64)> {
+    let fitted = laws.fitted;
+    let parameters = &fitted.structure.system.signature().parameters;
+    let is_free =
+        |name: &str| fitted.estimates.iter().any(|e| e.recording.is_none() && e.name == name);
+    let of_place = |(i, place): (usize, &crate::missing_input::Place)| {
+        let is_own = place.kind == PlaceKind::Parameter && is_free(&place.name);
+        let at = parameters.iter().position(|p| is_own && *p.name == *place.name)?;
+        let size = fitted.p[at].abs();
+        Some((i, if size > 0.0 { size } else { parameters[at].unit.factor }))
+    };
+    terms.places().iter().enumerate().filter_map(of_place).collect()
+}

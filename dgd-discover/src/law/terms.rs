@@ -1,0 +1,156 @@
+//! Candidate terms: products of functions of the model's names.
+
+use dgd_compiler::units::Dimension;
+
+use crate::guess::{FORMS, Factor, Form, Shape};
+
+/// Number of names in products; the best by themselves if there are more.
+pub(super) const IN_PRODUCTS: usize = 6;
+
+/// Shapes of one name, and the constant.
+pub(super) fn single(names: &[Factor], values: &[Vec<f64>]) -> Vec<Shape> {
+    let mut all = vec![Shape::new(Vec::new())];
+    for name in 0..names.len() {
+        for (i, form) in FORMS.iter().enumerate() {
+            if form.inner.is_empty() {
+                all.push(Shape::new(vec![(name, i)]));
+            } else {
+                all.extend(
+                    with_inner(form, values, name)
+                        .map(|inner| Shape { inner: Some(inner), ..Shape::new(vec![(name, i)]) }),
+                );
+            }
+        }
+    }
+    all.retain(|shape| is_defined(shape, names, values));
+    all
+}
+
+/// Products of functions of some names.
+pub(super) fn products(names: &[Factor], values: &[Vec<f64>], chosen: &[usize]) -> Vec<Shape> {
+    let of = |is: fn(&Form) -> bool| -> Vec<usize> {
+        (0..FORMS.len()).filter(|form| is(&FORMS[*form])).collect()
+    };
+    let (plain, inner) = (of(|form| form.in_products), of(|form| !form.inner.is_empty()));
+    let powers = of(|form| form.in_products && !form.of_numbers && form.power.0 > 0);
+    let numbers = of(|form| form.in_products && form.of_numbers);
+    let mut all: Vec<Vec<(usize, usize)>> = Vec::new();
+    for (i, &a) in chosen.iter().enumerate() {
+        // Of one name, a power times a function of numbers, or two of these.
+        for (k, &f) in numbers.iter().enumerate() {
+            all.extend(powers.iter().map(|g| vec![(a, *g), (a, f)]));
+            all.extend(numbers[..k].iter().map(|g| vec![(a, *g), (a, f)]));
+        }
+        for (j, &b) in chosen.iter().enumerate().skip(i + 1) {
+            for &f in &plain {
+                all.extend(plain.iter().map(|g| vec![(a, f), (b, *g)]));
+            }
+            for &c in &chosen[j + 1..] {
+                for &f in &powers {
+                    for &g in &powers {
+                        let three = powers.iter().map(|h| vec![(a, f), (b, g), (c, *h)]);
+                        let complexity = |factors: &Vec<(usize, usize)>| -> u32 {
+                            factors.iter().map(|(_, form)| FORMS[*form].complexity).sum()
+                        };
+                        all.extend(three.filter(|factors| complexity(factors) <= MOST_OF_THREE));
+                    }
+                }
+            }
+        }
+    }
+    let mut shapes: Vec<Shape> = all.into_iter().map(Shape::new).collect();
+    for shape in &mut shapes {
+        // A quotient is written with its divisor last.
+        shape.factors.sort_by_key(|(_, form)| {
+            FORMS[*form].power.0 < 0 || FORMS[*form].text.starts_with('/')
+        });
+    }
+    for &a in chosen {
+        for &form in &inner {
+            for constant in with_inner(&FORMS[form], values, a) {
+                for &b in chosen {
+                    for &g in &powers {
+                        let factors = vec![(a, form), (b, g)];
+                        shapes.push(Shape { inner: Some(constant), ..Shape::new(factors) });
+                    }
+                }
+            }
+        }
+    }
+    shapes.retain(|shape| shape.complexity() <= MOST_COMPLEX && is_defined(shape, names, values));
+    shapes
+}
+
+/// Largest complexity of a product.
+const MOST_COMPLEX: u32 = 7;
+/// The same of three names.
+const MOST_OF_THREE: u32 = 4;
+
+fn with_inner<'a>(
+    form: &'a Form,
+    values: &[Vec<f64>],
+    name: usize,
+) -> impl Iterator<Item = f64> + use<'a> {
+    let size =
+        values[name].iter().filter(|x| x.is_finite()).fold(0.0, |size: f64, x| size.max(x.abs()));
+    form.inner.iter().map(move |part| part * size).filter(|inner| *inner > 0.0)
+}
+
+fn is_defined(shape: &Shape, names: &[Factor], values: &[Vec<f64>]) -> bool {
+    shape.forms().all(|(name, form)| {
+        let is_number =
+            names[name].unit.dimension == Dimension::ONE && names[name].unit.factor == 1.0;
+        (is_number || !form.of_numbers) && form.domain.holds(values[name].iter().copied())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use dgd_compiler::units::parse_unit;
+
+    use super::*;
+
+    fn names() -> Vec<Factor> {
+        let factor = |name: &str, unit: &str| Factor {
+            name: name.to_owned(),
+            unit: parse_unit(unit).expect("a unit"),
+        };
+        vec![factor("q", "lpm"), factor("a", "1"), factor("h", "m")]
+    }
+
+    fn values() -> Vec<Vec<f64>> {
+        let along = |f: fn(f64) -> f64| (0..50).map(|k| f(f64::from(k) / 10.0)).collect();
+        vec![along(|t| 1.0 + t), along(|t| (2.0 * t).sin()), along(|t| 2.0 + t.cos())]
+    }
+
+    fn texts(shapes: &[Shape]) -> Vec<String> {
+        shapes.iter().map(|shape| shape.text(&names())).collect()
+    }
+
+    #[test]
+    fn only_numbers_have_sines() {
+        let single = texts(&single(&names(), &values()));
+        assert!(single.contains(&" * sin(a)".to_owned()));
+        assert!(!single.iter().any(|text| text.contains("sin(q)") || text.contains("exp(q)")));
+        // A quantity has one of its ratio to a constant.
+        assert!(single.iter().any(|text| text.starts_with(" * exp(q/")));
+    }
+
+    #[test]
+    fn nothing_divides_by_what_passes_zero() {
+        let mut all = single(&names(), &values());
+        all.extend(products(&names(), &values(), &[0, 1, 2]));
+        let texts = texts(&all);
+        assert!(texts.contains(&" * q/h".to_owned()), "{texts:?}");
+        assert!(!texts.iter().any(|text| text.contains("/a") || text.contains("sqrt(a)")));
+    }
+
+    #[test]
+    fn products_have_up_to_three_names() {
+        let texts = texts(&products(&names(), &values(), &[0, 1, 2]));
+        for expected in [" * q*a", " * q*a*h", " * a*sin(a)", " * sin(a)*cos(a)", " * q*a^2*h"] {
+            assert!(texts.contains(&expected.to_owned()), "{expected}: {texts:?}");
+        }
+        assert!(texts.iter().any(|text| text.starts_with(" * q/(") && text.ends_with("*a")));
+    }
+}

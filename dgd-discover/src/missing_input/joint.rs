@@ -1,0 +1,570 @@
+//! Unknown inputs in several equations at once, with the states that belong to them.
+//!
+//! Each interval between samples is a run of its own, from the smoothed states and with the smoothed inputs at its
+//! start; so a model that runs away, or one that is far off, is followed as well as any other. Around that trajectory,
+//! with d the whole of the unknown inputs,
+//!
+//! ```text
+//!   δx(k+1) = Φ δx(k) + Γ d(k) + c(k),     c(k) = φ(x(k), d₀(k)) − x(k+1) − Γ d₀(k)
+//!   r(k)    = C δx(k) + D d(k) + v,        r(k) = measured − w(x(k), d₀(k)) + D d₀(k)
+//!   d(k+1)  = d(k) + N(0, q h)             for each place a q of its own
+//! ```
+//!
+//! The smoothed states and inputs are the next trajectory (Bell, SIAM J. Optim. 4 (1994) 626). Every q is estimated by
+//! maximum likelihood; those of equations that lack nothing go to zero (automatic relevance). With λ and Λ the adjoint
+//! variables of the smoother, the derivative of the log-likelihood with respect to q is ½ Σ h (λ² − Λ) (Koopman,
+//! Biometrika 80 (1993) 117), so each is multiplied by Σ h λ²/Σ h Λ until that is one.
+
+use dgd_execute::Loaded;
+use dgd_runtime::{Inputs, Options, Problem, Side, Solution, System, observe, simulate};
+use dgd_screen::noise::{SensorNoise, median};
+use nalgebra::{DMatrix, DVector};
+use std::ops::AddAssign;
+
+use super::deviations::Deviations;
+use super::filtered::Followed;
+use super::missing_terms::MissingTerms;
+use super::reconstruct::inputs_with_all;
+use super::unknown_input::SIGNIFICANT_GAIN;
+
+/// Linearisations around better and better trajectories.
+const ROUNDS: usize = 6;
+/// Updates of q around each of them.
+const UPDATES: usize = 6;
+/// Largest factor by which one update changes q.
+const MOST_CHANGE: f64 = 100.0;
+/// A recording to follow.
+pub(crate) struct Recorded<'a> {
+    /// The model's own inputs.
+    pub(crate) inputs: &'a Inputs,
+    /// Times of the samples, s.
+    pub(crate) times: &'a [f64],
+    /// Readings, n_w per sample; not finite where nothing was read.
+    pub(crate) measured: &'a [f64],
+    /// Start values, SI.
+    pub(crate) start: &'a [(usize, f64)],
+}
+
+/// The model, and the places at which something may be missing.
+pub(crate) struct Joint<'a> {
+    pub(crate) terms: &'a MissingTerms,
+    pub(crate) places: &'a [usize],
+    /// All parameters, SI.
+    pub(crate) p: &'a [f64],
+    pub(crate) noise: &'a [Option<SensorNoise>],
+    pub(crate) options: &'a Options,
+}
+
+/// A smoothed recording.
+#[derive(Debug, Clone)]
+pub(crate) struct Path {
+    /// Unknowns at the samples.
+    pub(crate) trajectory: Solution,
+    /// The model's own inputs at the samples, n_u each.
+    pub(crate) u: Vec<f64>,
+    /// Deviations from it.
+    pub(crate) chain: JointChain,
+}
+
+/// Deviations with unknown inputs at all places.
+#[derive(Debug, Clone)]
+pub(crate) struct JointChain {
+    /// Sizes of the states, SI.
+    sizes: Vec<f64>,
+    /// Length of each interval, s.
+    intervals: Vec<f64>,
+    phi: Vec<DMatrix<f64>>,
+    gamma: Vec<DMatrix<f64>>,
+    shifts: Vec<DVector<f64>>,
+    /// Readings of each sample.
+    readings: Vec<Vec<Reading>>,
+}
+
+/// One reading.
+#[derive(Debug, Clone)]
+struct Reading {
+    value: f64,
+    variance: f64,
+    states: DVector<f64>,
+    inputs: DVector<f64>,
+}
+
+/// A filter run at some q, from which other inputs are whitened.
+#[derive(Debug, Clone)]
+pub(crate) struct Whitening {
+    /// Places of the unknown inputs.
+    places: Vec<usize>,
+    /// For each sample and reading, K and S.
+    gains: Vec<Vec<(DVector<f64>, f64)>>,
+    /// The whitened residuals.
+    pub(crate) residuals: Vec<f64>,
+    /// Σ ln S.
+    pub(crate) log_determinant: f64,
+}
+
+/// z⁺ and P⁺ at each sample, with the innovations.
+struct Filtered {
+    whitening: Whitening,
+    states: Vec<(DVector<f64>, DMatrix<f64>)>,
+    innovations: Vec<Vec<f64>>,
+}
+
+/// Smoothed deviations, and Σ h λ² and Σ h Λ of each place.
+struct Smoothed {
+    z: Vec<DVector<f64>>,
+    scores: Vec<(f64, f64)>,
+}
+
+impl Whitening {
+    /// ln p of the readings, up to terms that depend on no q.
+    fn log_likelihood(&self) -> f64 {
+        -0.5 * (self.residuals.iter().map(|x| x * x).sum::<f64>() + self.log_determinant)
+    }
+}
+
+impl JointChain {
+    fn duration(&self) -> f64 {
+        self.intervals.iter().sum()
+    }
+
+    fn n(&self) -> usize {
+        self.sizes.len()
+    }
+
+    /// Number of readings.
+    pub(crate) fn len(&self) -> usize {
+        self.readings.iter().map(Vec::len).sum()
+    }
+
+    /// F of an interval: [Φ Γ; 0 1].
+    fn transition(&self, k: usize, places: &[usize]) -> DMatrix<f64> {
+        let (n, m) = (self.n(), places.len());
+        let mut f = DMatrix::identity(n + m, n + m);
+        f.view_mut((0, 0), (n, n)).copy_from(&self.phi[k]);
+        for (j, place) in places.iter().enumerate() {
+            f.view_mut((0, n + j), (n, 1)).copy_from(&self.gamma[k].column(*place));
+        }
+        f
+    }
+
+    /// H of a reading.
+    fn row(&self, reading: &Reading, places: &[usize]) -> DVector<f64> {
+        let n = self.n();
+        DVector::from_fn(n + places.len(), |i, _| {
+            if i < n { reading.states[i] } else { reading.inputs[places[i - n]] }
+        })
+    }
+
+    /// Runs the filter with these intensities of the walks.
+    fn filtered(&self, places: &[usize], q: &[f64], keeps: bool) -> Filtered {
+        let (n, m) = (self.n(), places.len());
+        let duration = self.duration();
+        let mut z = DVector::zeros(n + m);
+        let mut p = DMatrix::zeros(n + m, n + m);
+        for i in 0..n + m {
+            p[(i, i)] = if i < n { self.sizes[i].powi(2) } else { q[i - n] * duration };
+        }
+        let mut whitening = Whitening {
+            places: places.to_vec(),
+            gains: Vec::new(),
+            residuals: Vec::new(),
+            log_determinant: 0.0,
+        };
+        let (mut states, mut innovations) = (Vec::new(), Vec::new());
+        for (k, readings) in self.readings.iter().enumerate() {
+            let (mut gains, mut own) = (Vec::new(), Vec::new());
+            for reading in readings {
+                let h = self.row(reading, places);
+                let column = &p * &h;
+                let variance = h.dot(&column) + reading.variance;
+                let innovation = reading.value - h.dot(&z);
+                let gain = &column / variance;
+                z += &gain * innovation;
+                // (I − KH) P (I − KH)ᵀ + K σ² Kᵀ
+                p -= &gain * column.transpose();
+                p -= (&p * &h) * gain.transpose();
+                p += &gain * (gain.transpose() * reading.variance);
+                p = (&p + p.transpose()) * 0.5;
+                whitening.residuals.push(innovation / variance.sqrt());
+                whitening.log_determinant += variance.ln();
+                gains.push((gain, variance));
+                own.push(innovation);
+            }
+            whitening.gains.push(gains);
+            innovations.push(own);
+            if keeps {
+                states.push((z.clone(), p.clone()));
+            }
+            if let Some(h) = self.intervals.get(k) {
+                let f = self.transition(k, places);
+                z = &f * &z;
+                z.rows_mut(0, n).add_assign(&self.shifts[k]);
+                p = &f * &p * f.transpose();
+                for (j, q) in q.iter().enumerate() {
+                    p[(n + j, n + j)] += q * h;
+                }
+            }
+        }
+        Filtered { whitening, states, innovations }
+    }
+
+    /// The smoother in Bryson and Frazier's form (Bierman, Int. J. Control 18 (1973) 65).
+    fn smoothed(&self, places: &[usize], q: &[f64]) -> Smoothed {
+        let (n, m) = (self.n(), places.len());
+        let Filtered { whitening, states, innovations } = self.filtered(places, q, true);
+        let mut lambda = DVector::zeros(n + m);
+        let mut capital = DMatrix::zeros(n + m, n + m);
+        let mut z = vec![DVector::zeros(0); states.len()];
+        let mut scores = vec![(0.0, 0.0); m];
+        let mut add = |h: f64, lambda: &DVector<f64>, capital: &DMatrix<f64>| {
+            for (j, (square, expected)) in scores.iter_mut().enumerate() {
+                *square += h * lambda[n + j].powi(2);
+                *expected += h * capital[(n + j, n + j)];
+            }
+        };
+        for k in (0..states.len()).rev() {
+            if k + 1 < states.len() {
+                add(self.intervals[k], &lambda, &capital);
+                let f = self.transition(k, places);
+                lambda = f.tr_mul(&lambda);
+                capital = f.tr_mul(&capital) * &f;
+            }
+            let (own, p) = &states[k];
+            z[k] = own - p * &lambda;
+            for (i, reading) in self.readings[k].iter().enumerate().rev() {
+                let h = self.row(reading, places);
+                let (gain, variance) = &whitening.gains[k][i];
+                let along = gain.dot(&lambda) + innovations[k][i] / variance;
+                lambda -= &h * along;
+                let column = &capital * gain;
+                let both = gain.dot(&column) + 1.0 / variance;
+                capital +=
+                    &h * (h.transpose() * both) - &column * h.transpose() - &h * column.transpose();
+            }
+        }
+        add(self.duration(), &lambda, &capital);
+        Smoothed { z, scores }
+    }
+
+    /// Typical (H Γ)²/σ² of a reading for d = 1 at a place since the sample before. Where the model runs away, anything
+    /// would be seen; such samples do not count.
+    fn information(&self, place: usize) -> Option<f64> {
+        let after = self.gamma.iter().zip(&self.readings[1..]).flat_map(|(gamma, readings)| {
+            let seen = |reading: &Reading| {
+                let seen = reading.states.dot(&gamma.column(place)) + reading.inputs[place];
+                seen * seen / reading.variance
+            };
+            readings.iter().map(seen)
+        });
+        let mut all: Vec<f64> = after.filter(|x| *x > 0.0).collect();
+        median(&mut all)
+    }
+
+    /// The filter's gains and whitened residuals.
+    pub(crate) fn whitening(&self, places: &[usize], q: &[f64]) -> Whitening {
+        self.filtered(places, q, false).whitening
+    }
+
+    /// The whitened response of the readings to an input at a place: `held` is its mean over each interval, `at` its
+    /// value at each sample.
+    pub(crate) fn whitened(
+        &self,
+        with: &Whitening,
+        place: usize,
+        held: &[f64],
+        at: &[f64],
+    ) -> Vec<f64> {
+        let (n, m) = (self.n(), with.places.len());
+        let mut z: DVector<f64> = DVector::zeros(n + m);
+        let mut next: DVector<f64> = DVector::zeros(n);
+        let mut all = Vec::with_capacity(with.residuals.len());
+        for (k, readings) in self.readings.iter().enumerate() {
+            for (reading, (gain, variance)) in readings.iter().zip(&with.gains[k]) {
+                let mut seen = reading.inputs[place] * at[k];
+                for i in 0..n {
+                    seen += reading.states[i] * z[i];
+                }
+                for (j, own) in with.places.iter().enumerate() {
+                    seen += reading.inputs[*own] * z[n + j];
+                }
+                z.axpy(-seen, gain, 1.0);
+                all.push(seen / variance.sqrt());
+            }
+            if k < self.intervals.len() {
+                next.gemv(1.0, &self.phi[k], &z.rows(0, n), 0.0);
+                for (j, own) in with.places.iter().enumerate() {
+                    next.axpy(z[n + j], &self.gamma[k].column(*own), 1.0);
+                }
+                next.axpy(held[k], &self.gamma[k].column(place), 1.0);
+                z.rows_mut(0, n).copy_from(&next);
+            }
+        }
+        all
+    }
+}
+
+impl Joint<'_> {
+    fn states(&self) -> Vec<usize> {
+        let unknowns = &self.terms.system().signature().unknowns;
+        (0..unknowns.len()).filter(|i| unknowns.is_differential(*i)).collect()
+    }
+
+    /// The smoothed recordings and the intensity of the walk at each place; `None` if one cannot be followed.
+    pub(crate) fn paths(&self, recordings: &[Recorded<'_>]) -> Option<(Vec<Path>, Vec<f64>)> {
+        let mut all: Vec<(Vec<DVector<f64>>, Vec<Vec<f64>>)> =
+            recordings.iter().map(|recorded| self.first(recorded)).collect::<Option<_>>()?;
+        let mut q: Option<Vec<f64>> = None;
+        for _ in 0..ROUNDS {
+            let paths: Vec<Path> = (recordings.iter().zip(&all))
+                .map(|(recorded, (x, d))| self.path(recorded, x, d))
+                .collect::<Option<_>>()?;
+            let mut own = q.take().unwrap_or_else(|| self.begin(&paths));
+            for _ in 0..UPDATES {
+                self.update(&paths, &mut own);
+            }
+            for (path, (x, d)) in paths.iter().zip(&mut all) {
+                let Smoothed { z, .. } = path.chain.smoothed(self.places, &own);
+                let n = path.chain.n();
+                for (k, z) in z.iter().enumerate() {
+                    x[k] += z.rows(0, n);
+                    for (j, d) in d.iter_mut().enumerate() {
+                        d[k] = z[n + j];
+                    }
+                }
+            }
+            q = Some(own);
+        }
+        let paths = (recordings.iter().zip(&all))
+            .map(|(recorded, (x, d))| self.path(recorded, x, d))
+            .collect::<Option<_>>()?;
+        Some((paths, q?))
+    }
+
+    /// Places without whose walk the readings would be less likely than chance allows.
+    pub(crate) fn standing_out(&self, paths: &[Path], q: &[f64]) -> Vec<usize> {
+        let likelihood = |q: &[f64]| -> f64 {
+            let of_path = |path: &Path| path.chain.whitening(self.places, q).log_likelihood();
+            paths.iter().map(of_path).sum()
+        };
+        let whole = likelihood(q);
+        let stands_out = |i: &usize| {
+            let mut without = q.to_vec();
+            without[*i] = 0.0;
+            // NaN compares false: without it there is no likelihood.
+            !(whole - likelihood(&without) <= SIGNIFICANT_GAIN)
+        };
+        (0..q.len()).filter(stands_out).map(|i| self.places[i]).collect()
+    }
+
+    /// Walks whose steps from one sample to the next a reading just shows: wide enough to follow any readings.
+    fn begin(&self, paths: &[Path]) -> Vec<f64> {
+        let intervals = paths.iter().flat_map(|path| path.chain.intervals.iter().copied());
+        let usual = median(&mut intervals.collect::<Vec<f64>>()).unwrap_or(0.0);
+        let of_place = |place: &usize| {
+            let own = paths.iter().filter_map(|path| path.chain.information(*place));
+            let information = own.fold(0.0, f64::max);
+            let q = 1.0 / (information * usual);
+            if q.is_finite() { q } else { 0.0 }
+        };
+        self.places.iter().map(of_place).collect()
+    }
+
+    fn update(&self, paths: &[Path], q: &mut [f64]) {
+        let mut sums = vec![(0.0, 0.0); q.len()];
+        for path in paths {
+            for (sum, own) in sums.iter_mut().zip(path.chain.smoothed(self.places, q).scores) {
+                sum.0 += own.0;
+                sum.1 += own.1;
+            }
+        }
+        for (q, (square, expected)) in q.iter_mut().zip(sums) {
+            let factor = square / expected;
+            if factor.is_finite() {
+                *q *= factor.clamp(1.0 / MOST_CHANGE, MOST_CHANGE);
+            }
+        }
+    }
+
+    /// The states of a filter, and no inputs.
+    fn first(&self, recorded: &Recorded<'_>) -> Option<(Vec<DVector<f64>>, Vec<Vec<f64>>)> {
+        let Recorded { inputs, times, measured, start } = *recorded;
+        let inputs = inputs_with_all(self.terms, inputs, times, &[]).ok()?;
+        let nothing = vec![0.0; times.len()];
+        let followed = Followed {
+            terms: self.terms,
+            p: self.p,
+            inputs: &inputs,
+            place: 0,
+            d: &nothing,
+            start,
+            times,
+            measured,
+            noise: self.noise,
+            options: self.options,
+        };
+        let trajectory = followed.filtered()?.trajectory;
+        let states = self.states();
+        let x = (0..times.len()).map(|k| {
+            let y = trajectory.y(k);
+            DVector::from_iterator(states.len(), states.iter().map(|i| y[*i]))
+        });
+        Some((x.collect(), vec![nothing.clone(); self.places.len()]))
+    }
+
+    /// The linearisation around states and inputs.
+    fn path(&self, recorded: &Recorded<'_>, x: &[DVector<f64>], d: &[Vec<f64>]) -> Option<Path> {
+        let Recorded { inputs: own, times, measured, .. } = *recorded;
+        let given: Vec<(usize, &[f64])> =
+            self.places.iter().copied().zip(d.iter().map(Vec::as_slice)).collect();
+        let inputs = inputs_with_all(self.terms, own, times, &given).ok()?;
+        let states = self.states();
+        let last = times.len() - 1;
+        let mut chain = JointChain {
+            sizes: Vec::new(),
+            intervals: times.windows(2).map(|t| t[1] - t[0]).collect(),
+            phi: Vec::with_capacity(last),
+            gamma: Vec::with_capacity(last),
+            shifts: Vec::with_capacity(last),
+            readings: Vec::with_capacity(times.len()),
+        };
+        let (mut y, mut z) = (Vec::new(), Vec::new());
+        let mut whole: Option<Solution> = None;
+        for k in 0..last {
+            let start: Vec<(usize, f64)> =
+                states.iter().copied().zip(x[k].iter().copied()).collect();
+            let problem: Problem<'_, Loaded> =
+                Problem { system: self.terms.system(), p: self.p, inputs: &inputs, start: &start };
+            let piece = simulate(&problem, &times[k..k + 2], self.options).ok()?;
+            let deviations = Deviations::along(self.terms, self.p, &inputs, &piece).ok()?;
+            let simulated = observe(&problem, &piece);
+            let gamma = &deviations.responses[0];
+            let reached = piece.y(1);
+            let mut shift =
+                DVector::from_iterator(states.len(), states.iter().map(|i| reached[*i]));
+            shift -= &x[k + 1];
+            for (place, d) in &given {
+                shift.axpy(-d[k], &gamma.column(*place), 1.0);
+            }
+            let n_w = deviations.n_outputs;
+            // The end of the last interval has readings of its own.
+            let ends = if k + 1 == last { 0..2 } else { 0..1 };
+            for end in ends {
+                let sample = k + end;
+                let mut readings = Vec::new();
+                if let Some(seen) = &deviations.seen[end] {
+                    for (output, noise) in self.noise.iter().enumerate() {
+                        let read = measured[sample * n_w + output];
+                        let Some(noise) = noise.filter(|noise| noise.std > 0.0) else { continue };
+                        if !read.is_finite() {
+                            continue;
+                        }
+                        let states = seen.states.row(output).transpose();
+                        let inputs = seen.inputs.row(output).transpose();
+                        let mut value = read - simulated.w(end)[output];
+                        // The end of a run is not the state around which it is linear.
+                        if end == 1 {
+                            value += states.dot(&(&shift + deviation(gamma, &given, k)));
+                        }
+                        for (place, d) in &given {
+                            value += inputs[*place] * d[sample];
+                        }
+                        let variance = noise.total().powi(2);
+                        readings.push(Reading { value, variance, states, inputs });
+                    }
+                }
+                chain.readings.push(readings);
+                y.extend_from_slice(piece.y(end));
+                z.extend_from_slice(piece.z(end));
+            }
+            if k == 0 {
+                chain.sizes.clone_from(&deviations.sizes);
+            }
+            for (size, own) in chain.sizes.iter_mut().zip(&deviations.sizes) {
+                *size = size.max(*own);
+            }
+            chain.phi.push(deviations.transitions[0].clone());
+            chain.gamma.push(gamma.clone());
+            chain.shifts.push(shift);
+            whole.get_or_insert(piece);
+        }
+        let trajectory = Solution { times: times.to_vec(), y, z, ..whole? };
+        let mut u = vec![0.0; own.len() * times.len()];
+        if !own.is_empty() {
+            for (t, u) in times.iter().zip(u.chunks_exact_mut(own.len())) {
+                own.value(*t, Side::Right, u);
+            }
+        }
+        Some(Path { trajectory, u, chain })
+    }
+}
+
+/// Γ d₀ of an interval.
+fn deviation(gamma: &DMatrix<f64>, given: &[(usize, &[f64])], k: usize) -> DVector<f64> {
+    let mut sum = DVector::zeros(gamma.nrows());
+    for (place, d) in given {
+        sum.axpy(d[k], &gamma.column(*place), 1.0);
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use dgd_compiler::diagnostics::Diagnostics;
+    use dgd_compiler::model::{ModelOptions, resolve};
+    use dgd_compiler::pipeline::load;
+    use dgd_compiler::source::{Source, Sources};
+    use dgd_execute::Engine;
+
+    use super::*;
+    use crate::missing_input::PlaceKind;
+
+    /// A level that runs away by itself, and a second one behind it.
+    const MODEL: &str = "model two
+state x [1] = 1
+state y [1] = 0
+equation first: 1 [s]*der(x) = 3*x
+equation second: 1 [s]*der(y) = x - y
+output x noise 0.001
+output y noise 0.001
+";
+
+    #[test]
+    fn what_is_missing_is_found_in_its_equation_and_in_no_other() {
+        let (mut sources, mut diagnostics) = (Sources::default(), Diagnostics::default());
+        let source = Source { name: "two.dgd".to_owned(), text: MODEL.to_owned() };
+        let mut nothing = |path: &str| Err(format!("{path} is not read here"));
+        let asts = load(source, &mut nothing, &mut sources, &mut diagnostics).expect("a model");
+        let model = resolve(&asts, &ModelOptions::default(), &mut diagnostics).expect("a model");
+        let terms = MissingTerms::new(&model, Engine::Auto, &mut diagnostics).expect("places");
+        let is_equation = |i: &usize| terms.places()[*i].kind == PlaceKind::Equation;
+        let places: Vec<usize> = (0..terms.places().len()).filter(is_equation).collect();
+
+        // The plant has der(x) = 3 x − 4 x² − x, and settles at ½: missing is −4 x² − x.
+        let times: Vec<f64> = (0..=100).map(|k| 0.05 * f64::from(k)).collect();
+        let (mut x, mut y, mut measured) = (0.1_f64, 0.0_f64, Vec::new());
+        for k in 0..=100 {
+            let error = |of: i32| 0.001 * f64::from((k * of) % 17 - 8) / 5.0;
+            measured.extend([x + error(7), y + error(11)]);
+            for _ in 0..500 {
+                let h = 1e-4;
+                (x, y) = (x + h * (2.0 * x - 4.0 * x * x), y + h * (x - y));
+            }
+        }
+        let inputs = Inputs::none();
+        let start = [(0, 0.1), (1, 0.0)];
+        let recorded =
+            Recorded { inputs: &inputs, times: &times, measured: &measured, start: &start };
+        let noise = vec![Some(SensorNoise::known(0.001)); 2];
+        let (p, options) = (Vec::new(), Options::default());
+        let joint =
+            Joint { terms: &terms, places: &places, p: &p, noise: &noise, options: &options };
+        let (paths, q) = joint.paths(&[recorded]).expect("a path");
+        assert_eq!(joint.standing_out(&paths, &q), [places[0]]);
+        assert!(q[1] < 1e-6 * q[0], "{q:?}");
+        for (k, read) in measured.chunks_exact(2).enumerate() {
+            for (y, read) in paths[0].trajectory.y(k).iter().zip(read) {
+                assert!((y - read).abs() < 0.004, "{k}: {y} for {read}");
+            }
+        }
+    }
+}

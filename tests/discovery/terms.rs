@@ -1,0 +1,216 @@
+//! Terms that equations lack are found without a library.
+
+use dgd_discover::{Discovery, FoundLaw, Verdict};
+
+use crate::examined::{Examined, Samples, Texts};
+use crate::random::Random;
+
+/// The right sides of the whole system.
+type Rates = fn(&[f64]) -> Vec<f64>;
+
+fn examined(text: &str) -> Examined {
+    Texts { model: ("model.dgd".to_owned(), text.to_owned()), effects: Vec::new() }.read()
+}
+
+/// A system from a start to an end by Runge–Kutta steps that are far shorter than the samples, in these units of time
+/// and of the states, with noise; `seen` are the states that are read.
+struct Plant<'a> {
+    rates: Rates,
+    seen: &'a [(&'a str, usize)],
+    samples: usize,
+    until: f64,
+    noise: f64,
+    unit: f64,
+}
+
+impl Plant<'_> {
+    fn record(&self, seed: u64, start: &[f64]) -> Samples {
+        const STEPS: usize = 200;
+        let mut random = Random::new(seed, 3);
+        let (mut x, interval) = (start.to_vec(), self.until / (self.samples - 1) as f64);
+        let h = interval / STEPS as f64;
+        let mut rows = Vec::new();
+        for _ in 0..self.samples {
+            rows.push(x.clone());
+            for _ in 0..STEPS {
+                let at = |part: f64, k: &[f64]| -> Vec<f64> {
+                    x.iter().zip(k).map(|(x, k)| x + part * h * k).collect()
+                };
+                let k1 = (self.rates)(&x);
+                let k2 = (self.rates)(&at(0.5, &k1));
+                let k3 = (self.rates)(&at(0.5, &k2));
+                let k4 = (self.rates)(&at(1.0, &k3));
+                for i in 0..x.len() {
+                    x[i] += h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
+                }
+            }
+        }
+        let columns = self.seen.iter().map(|(name, i)| {
+            let mean = rows.iter().map(|row| row[*i]).sum::<f64>() / rows.len() as f64;
+            let square = rows.iter().map(|row| (row[*i] - mean).powi(2)).sum::<f64>();
+            let std = self.noise * (square / rows.len() as f64).sqrt();
+            let read = |row: &Vec<f64>| self.unit * (row[*i] + std * random.normal());
+            ((*name).to_owned(), rows.iter().map(read).collect())
+        });
+        let columns = columns.collect();
+        Samples { times: (0..self.samples).map(|k| interval * k as f64).collect(), columns }
+    }
+
+    fn found(&self, model: &str, starts: [&[f64]; 3]) -> Discovery {
+        let examined = examined(model);
+        let mut seed = 0;
+        let [first, second, valid] = starts.map(|start| {
+            seed += 1;
+            examined.recording_without_start(&self.record(seed, start))
+        });
+        examined.discover(&[first, second], &[valid], 1)
+    }
+}
+
+/// The terms of a law, each with its equation, without its coefficient, and that, SI.
+fn terms(discovery: &Discovery) -> Vec<(String, String, f64)> {
+    assert_eq!(discovery.verdict, Verdict::Law, "{}", discovery.reason);
+    let FoundLaw { terms, .. } = discovery.law.as_ref().expect("a law");
+    let mut all: Vec<(String, String, f64)> = (terms.iter())
+        .map(|term| {
+            let (_, factor) = term.formula.split_once(" * ").unwrap_or(("", ""));
+            (term.target.clone(), factor.to_owned(), term.coefficients[0].value)
+        })
+        .collect();
+    all.sort_by(|a, b| a.0.cmp(&b.0));
+    all
+}
+
+fn is_near(found: &(String, String, f64), target: &str, factor: &str, value: f64, within: f64) {
+    assert_eq!((&*found.0, &*found.1), (target, factor));
+    assert!((found.2 / value - 1.0).abs() < within, "{found:?}: {value}");
+}
+
+const HUNTERS: &str = "model hunters
+constant alpha [1/s] = 1.3
+constant delta [1/s] = 1.8
+state x [1] = 3.1
+state y [1] = 4.4
+equation prey: der(x) = alpha*x
+equation hunters: der(y) = -delta*y
+output x noise 0.02
+output y noise 0.02
+";
+
+fn hunters(x: &[f64]) -> Vec<f64> {
+    vec![1.3 * x[0] - 0.9 * x[0] * x[1], -1.8 * x[1] + 0.8 * x[0] * x[1]]
+}
+
+const BOTH: &[(&str, usize)] = &[("x", 0), ("y", 1)];
+
+#[test]
+fn two_interactions_are_found_from_few_readings() {
+    // Without them the model runs away from the first reading on.
+    let plant =
+        Plant { rates: hunters, seen: BOTH, samples: 21, until: 5.0, noise: 0.005, unit: 1.0 };
+    let found = plant.found(HUNTERS, [&[3.1, 4.4], &[1.0, 1.0], &[2.0, 3.0]]);
+    let [hunters, prey] = &terms(&found)[..] else { panic!("{:?}", found.law) };
+    is_near(hunters, "hunters", "x*y", 0.8, 0.02);
+    is_near(prey, "prey", "x*y", -0.9, 0.02);
+    assert!(found.corrected.contains("der(x) = alpha*x + law_"), "{}", found.corrected);
+}
+
+#[test]
+fn the_terms_are_the_same_in_other_units_and_names_and_in_another_order() {
+    let model = "model hunters
+state w [g] = 4400
+state p [g] = 3100
+equation b: der(w) = -1.8 [1/s]*w
+equation a: der(p) = 1.3 [1/s]*p
+output w noise 20
+output p noise 20
+";
+    let seen = &[("p", 0), ("w", 1)];
+    let plant = Plant { rates: hunters, seen, samples: 101, until: 5.0, noise: 0.01, unit: 1000.0 };
+    let found = plant.found(model, [&[3.1, 4.4], &[1.0, 1.0], &[2.0, 3.0]]);
+    let [a, b] = &terms(&found)[..] else { panic!("{:?}", found.law) };
+    is_near(a, "a", "w*p", -0.9, 0.02);
+    is_near(b, "b", "w*p", 0.8, 0.02);
+}
+
+#[test]
+fn a_level_is_missing_in_the_plant_before_its_sensor_has_an_offset() {
+    // der(x) = 0.32 - 0.6 x: x of a plant without the constant, read 0.53 too high, is the same.
+    let plant = Plant {
+        rates: |x| vec![0.32 - 0.6 * x[0]],
+        seen: &[("x", 0)],
+        samples: 100,
+        until: 10.0,
+        noise: 0.01,
+        unit: 1.0,
+    };
+    let model = "model level
+state x [1] = 0.1
+equation level: 1 [s]*der(x) = -0.6*x
+output x noise 0.002
+";
+    let found = plant.found(model, [&[0.14], &[0.55], &[0.3]]);
+    let [only] = &terms(&found)[..] else { panic!("{:?}", found.law) };
+    is_near(only, "level", "", 0.32, 0.02);
+}
+
+#[test]
+fn a_sine_is_found_as_one_and_only_of_a_number() {
+    let plant = Plant {
+        rates: |x| vec![x[1], -x[0].sin() - 0.2 * x[1]],
+        seen: BOTH,
+        samples: 120,
+        until: 12.0,
+        noise: 0.01,
+        unit: 1.0,
+    };
+    let model = "model pendulum
+state x [1] = 2.5
+state y [1/s] = 0
+equation angle: der(x) = y exact
+equation momentum: der(y) = -0.2 [1/s]*y
+output x noise 0.02
+output y noise 0.02
+";
+    let found = plant.found(model, [&[2.5, 0.0], &[-1.0, 1.5], &[1.7, -0.5]]);
+    let [only] = &terms(&found)[..] else { panic!("{:?}", found.law) };
+    is_near(only, "momentum", "sin(x)", -1.0, 0.02);
+}
+
+#[test]
+fn a_state_that_is_not_read_is_followed() {
+    let plant = Plant {
+        rates: |x| {
+            vec![
+                1.0 - 4.03 * x[0] + 3.1 * x[0] * x[0] * x[1],
+                3.03 * x[0] - 3.1 * x[0] * x[0] * x[1],
+            ]
+        },
+        seen: &[("x", 0)],
+        samples: 200,
+        until: 10.0,
+        noise: 0.01,
+        unit: 1.0,
+    };
+    let model = "model brusselator
+state x [1] = 0.7
+state y [1] = -1.4
+equation ex: 1 [s]*der(x) = 3.1*x^2*y + 1
+equation ey: 1 [s]*der(y) = 3.03*x - 3.1*x^2*y
+output x noise 0.01
+";
+    let found = plant.found(model, [&[0.7, -1.4], &[2.1, 1.3], &[1.2, 0.4]]);
+    let [only] = &terms(&found)[..] else { panic!("{:?}", found.law) };
+    is_near(only, "ex", "x", -4.03, 0.02);
+}
+
+#[test]
+fn nothing_is_added_to_a_model_that_lacks_nothing() {
+    let model = HUNTERS
+        .replace("alpha*x", "alpha*x - 0.9 [1/s]*x*y")
+        .replace("-delta*y", "-delta*y + 0.8 [1/s]*x*y");
+    let plant =
+        Plant { rates: hunters, seen: BOTH, samples: 101, until: 5.0, noise: 0.01, unit: 1.0 };
+    let found = plant.found(&model, [&[3.1, 4.4], &[1.0, 1.0], &[2.0, 3.0]]);
+    assert_eq!(found.verdict, Verdict::Sufficient, "{}", found.reason);
+}
