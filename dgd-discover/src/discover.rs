@@ -129,7 +129,7 @@ struct Searched<'a> {
     search: Search<'a>,
     outcome: Outcome,
     /// A law, if no effect explains the recordings.
-    law: Option<Law>,
+    law: Option<Box<Law>>,
     /// Evidence for each effect of the named structure.
     evidence: Vec<Evidence>,
     /// What candidates promise in the base model: those of the library, then templates if they were tried.

@@ -55,7 +55,9 @@ fn normalised(mut column: Vec<f64>, basis: &[Vec<f64>]) -> Option<Vec<f64>> {
         return None;
     }
     let size = left.sqrt();
-    column.iter_mut().for_each(|x| *x /= size);
+    for x in &mut column {
+        *x /= size;
+    }
     Some(column)
 }
 

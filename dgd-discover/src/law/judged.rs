@@ -103,7 +103,7 @@ pub(super) fn answer(
     let error = |one: &Inserted| one.fitted.error.0;
     let near = rest.iter().take(NEAR);
     let near = near.map(|other| (other.formula(), (error(other) / error(&best)).sqrt())).collect();
-    Answer::Law(Law { inserted: best, near })
+    Answer::Law(Box::new(Law { inserted: best, near }))
 }
 
 impl Inserted {

@@ -73,7 +73,7 @@ pub(crate) enum Answer {
     /// A law in other equations explains the recordings as well as the effects that were named.
     Doubt,
     /// A law.
-    Law(Law),
+    Law(Box<Law>),
 }
 
 /// A law that is an answer.

@@ -102,6 +102,9 @@ pub(crate) struct Whitening {
     pub(crate) log_determinant: f64,
 }
 
+/// States at the samples, and each place's input there.
+type Estimated = (Vec<DVector<f64>>, Vec<Vec<f64>>);
+
 /// z⁺ and P⁺ at each sample, with the innovations.
 struct Filtered {
     whitening: Whitening,
@@ -311,7 +314,7 @@ impl Joint<'_> {
 
     /// The smoothed recordings and the intensity of the walk at each place; `None` if one cannot be followed.
     pub(crate) fn paths(&self, recordings: &[Recorded<'_>]) -> Option<(Vec<Path>, Vec<f64>)> {
-        let mut all: Vec<(Vec<DVector<f64>>, Vec<Vec<f64>>)> =
+        let mut all: Vec<Estimated> =
             recordings.iter().map(|recorded| self.first(recorded)).collect::<Option<_>>()?;
         let mut q: Option<Vec<f64>> = None;
         for _ in 0..ROUNDS {
@@ -350,8 +353,9 @@ impl Joint<'_> {
         let stands_out = |i: &usize| {
             let mut without = q.to_vec();
             without[*i] = 0.0;
-            // NaN compares false: without it there is no likelihood.
-            !(whole - likelihood(&without) <= SIGNIFICANT_GAIN)
+            let gain = whole - likelihood(&without);
+            // Without it there may be no likelihood.
+            gain.is_nan() || gain > SIGNIFICANT_GAIN
         };
         (0..q.len()).filter(stands_out).map(|i| self.places[i]).collect()
     }
@@ -386,7 +390,7 @@ impl Joint<'_> {
     }
 
     /// The states of a filter, and no inputs.
-    fn first(&self, recorded: &Recorded<'_>) -> Option<(Vec<DVector<f64>>, Vec<Vec<f64>>)> {
+    fn first(&self, recorded: &Recorded<'_>) -> Option<Estimated> {
         let Recorded { inputs, times, measured, start } = *recorded;
         let inputs = inputs_with_all(self.terms, inputs, times, &[]).ok()?;
         let nothing = vec![0.0; times.len()];

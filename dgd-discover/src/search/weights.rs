@@ -28,16 +28,13 @@ impl Search<'_> {
             4 * EVALUATIONS,
         );
         count.more(1);
-        let fitted = match fitted {
-            Ok(fitted) => fitted,
+        let Ok(fitted) = fitted else {
             // Places and laws are found along the readings, whatever the model does by itself.
-            Err(_) => {
-                let mut fitted = Fitted::diverging(structure, &self.data)?;
-                self.data.counts_from = fitted.counts_from(&self.data, EVALUATIONS);
-                fitted.hold_out(&self.data, EVALUATIONS);
-                self.tried.insert(StructureId::BASE, Ok(fitted));
-                return Ok(());
-            }
+            let mut fitted = Fitted::diverging(structure, &self.data)?;
+            self.data.counts_from = fitted.counts_from(&self.data, EVALUATIONS);
+            fitted.hold_out(&self.data, EVALUATIONS);
+            self.tried.insert(StructureId::BASE, Ok(fitted));
+            return Ok(());
         };
         let changed = self.tighten_noise(&fitted);
         let mut fitted = if changed {

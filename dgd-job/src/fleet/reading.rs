@@ -187,11 +187,16 @@ impl Search {
             let name = effect["name"].as_str()?.to_owned();
             Some((name, effect["onset"].as_f64()))
         });
+        let terms = result["law"]["terms"].as_array().into_iter().flatten();
+        let terms = terms.filter_map(|term| {
+            let (formula, target) = (term["formula"].as_str()?, term["target"].as_str()?);
+            Some((format!("`{formula}` in `{target}`"), None))
+        });
         let left_over = list("unexplained").filter_map(|one| {
             Some((format!("something unknown at `{}`", one["target"].as_str()?), None))
         });
         let verdict = result["verdict"].as_str().unwrap_or_default().to_owned();
-        Search { verdict, missing: effects.chain(left_over).collect() }
+        Search { verdict, missing: effects.chain(terms).chain(left_over).collect() }
     }
 }
 
@@ -263,6 +268,7 @@ mod tests {
         let result = json!({
             "verdict": "effects",
             "effects": [{ "name": "leak", "onset": 12.0 }],
+            "law": { "terms": [{ "target": "line", "formula": "-0.3 [1/s] * q" }] },
             "unexplained": [{ "target": "riser" }],
             "base_parameters": { "c": { "value": 1.0, "unit": "m", "std": null } },
         });
@@ -278,8 +284,11 @@ mod tests {
         assert_eq!(found.failures[0], ("fit".to_owned(), "no such file".to_owned()));
         assert_eq!(found.failures.len(), 2);
         let search = found.search.expect("a search");
-        let expected =
-            [("leak".to_owned(), Some(12.0)), ("something unknown at `riser`".to_owned(), None)];
+        let expected = [
+            ("leak".to_owned(), Some(12.0)),
+            ("`-0.3 [1/s] * q` in `line`".to_owned(), None),
+            ("something unknown at `riser`".to_owned(), None),
+        ];
         assert_eq!(
             (search.verdict.as_str(), search.missing.as_slice()),
             ("effects", &expected[..])

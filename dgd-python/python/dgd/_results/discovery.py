@@ -29,7 +29,9 @@ class Effect:
 
 
 class Discovery(Findings):
-    """A search: ``verdict`` is ``"sufficient"``, ``"effects"`` or ``"unexplained"``; ``effects`` lists what was found.
+    """A search: ``verdict`` is ``"sufficient"``, ``"effects"``, ``"law"`` or ``"unexplained"``.
+
+    ``effects`` lists the effects that were found, and ``law`` the terms of a law.
 
     ``model`` is the corrected model, ``diff`` how its text differs, ``report()`` the page, ``result`` all that
     ``result.json`` of ``dgd discover`` has.
@@ -39,6 +41,8 @@ class Discovery(Findings):
         super().__init__(native)
         self.verdict: str = self.result["verdict"]
         self.effects: list[Effect] = [_effect(entry) for entry in self.result["effects"]]
+        #: Terms that equations lacked, with the verdict ``"law"``: ``target``, ``formula`` and ``coefficients``.
+        self.law: list[dict[str, Any]] = (self.result["law"] or {}).get("terms", [])
         #: What no known effect explains: ``target``, ``windows`` and a ``description`` of each.
         self.unexplained: list[dict[str, Any]] = self.result["unexplained"]
         #: For each output its ``unit``, ``noise``, and root-mean-square errors before and after.
@@ -64,7 +68,8 @@ class Discovery(Findings):
         return next(text for name, text in files.items() if name.endswith(".diff")).decode()
 
     def __repr__(self) -> str:
-        names = ", ".join(effect.name for effect in self.effects)
+        terms = [f"{term['formula']} in {term['target']}" for term in self.law]
+        names = ", ".join([effect.name for effect in self.effects] + terms)
         return f"<dgd.Discovery: {self.verdict}{': ' if names else ''}{names}>"
 
     def _repr_html_(self) -> str:
