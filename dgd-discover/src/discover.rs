@@ -19,7 +19,7 @@ use dgd_runtime::parallel::in_parallel;
 
 use crate::conditions::Circumstances;
 use crate::fit::{
-    Budget, Data, Fitted, Methods, NoFit, StartPoint, WorkJournal, methods_for_ranking, most_steps,
+    Budget, Data, Fitted, Methods, NoFit, WorkJournal, methods_for_ranking, most_steps,
     options_for_ranking, period, ranges, stepping_alike,
 };
 use crate::guess::{Followed, Guessing};
@@ -250,7 +250,7 @@ fn law(prepared: &Prepared<'_>, search: &Search<'_>, outcome: Outcome) -> Answer
         are_of_plant: effects.all(|effect| effect.kind() == "plant"),
     });
     let data = &search.data;
-    Laws { base, sources, model, fitted, data, search, threads }.search(named.as_ref())
+    Laws { base, sources, model, fitted, data, threads }.search(search, named.as_ref())
 }
 
 /// Fits the base model and the structure found to the end.
@@ -298,10 +298,7 @@ fn refine<'a>(
 
 /// Fits a structure to the end, with the requested tolerance.
 fn to_the_end(fitted: &Fitted, data: &Data<'_>) -> Result<Fitted, DiscoverError> {
-    let structure = fitted.structure.clone();
-    let points = [StartPoint::default()];
-    let fitted = Fitted::new(structure, &fitted.values, &points, data, LAST_EVALUATIONS);
-    let mut fitted = fitted.map_err(not_fitted)?;
+    let mut fitted = fitted.continued(data, LAST_EVALUATIONS).map_err(not_fitted)?;
     fitted.know_correlations(data);
     fitted.hold_out(data, LAST_EVALUATIONS);
     Ok(fitted)

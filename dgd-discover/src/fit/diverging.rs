@@ -1,4 +1,4 @@
-//! A structure that cannot be simulated over the recordings: it takes part as far as it goes.
+//! A structure whose simulations end before the recordings do.
 
 use std::sync::OnceLock;
 
@@ -9,8 +9,8 @@ use super::data::Data;
 use super::fitted::{Fitted, NoFit};
 use crate::library::{Structure, Values};
 
-/// Largest distance of an output from the readings' mean, in their spreads: beyond it a simulation that diverges says no
-/// more.
+/// Largest distance of an output from the readings' mean, in their spreads; how much further a simulation diverges does
+/// not matter.
 const FARTHEST: f64 = 1e3;
 
 impl Fitted {

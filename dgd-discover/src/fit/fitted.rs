@@ -121,6 +121,12 @@ impl Fitted {
         Ok(fitted)
     }
 
+    /// The same structure, fitted again from where this fit ended.
+    pub(crate) fn continued(&self, data: &Data<'_>, evaluations: usize) -> Result<Fitted, NoFit> {
+        let points = [StartPoint::default()];
+        Fitted::new(self.structure.clone(), &self.values, &points, data, evaluations)
+    }
+
     /// Recomputes the misfit with the current noise.
     pub(crate) fn weigh(&mut self, data: &Data<'_>) {
         self.error = whitened_square(data.train, &self.residuals(data), &data.noise);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use dgd_compiler::model::Model;
+use dgd_compiler::model::{Declared, Model};
 use dgd_compiler::units::{Dimension, Exponent, Unit, describe, parse_unit};
 
 use super::forms::{FORMS, Form};
@@ -13,6 +13,19 @@ pub(crate) struct Factor {
     pub name: String,
     /// The unit of its differences.
     pub unit: Unit,
+}
+
+/// Names that a formula may contain: inputs, time, unknowns.
+pub(crate) fn names(model: &Model) -> Vec<Factor> {
+    let factor = |declared: &Declared| Factor {
+        name: declared.name.clone(),
+        unit: declared.unit.of_differences(),
+    };
+    let second = parse_unit("s").unwrap_or_else(|_| Unit::one());
+    let time = Factor { name: "time".to_owned(), unit: second };
+    let inputs = model.inputs.iter().map(|input| factor(&input.declared));
+    let unknowns = model.unknowns.iter().map(|unknown| factor(&unknown.declared));
+    inputs.chain([time]).chain(unknowns).collect()
 }
 
 /// The factors after a coefficient: forms of at most two names, none for a constant.

@@ -3,7 +3,11 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::effects::Effect;
 use dgd_compiler::model::Model;
+use dgd_compiler::source::{Source, Sources};
+use dgd_compiler::syntax::parse;
 use dgd_compiler::units::Unit;
 
 use super::formula::{Factor, Shape, literal};
@@ -136,13 +140,38 @@ impl<'a> Constants<'a> {
 }
 
 /// A unit of differences as a unit of the runtime.
-fn plain(unit: &Unit) -> dgd_runtime::Unit {
+pub(crate) fn plain(unit: &Unit) -> dgd_runtime::Unit {
     dgd_runtime::Unit { symbol: unit.symbol.clone().into(), factor: unit.factor, offset: 0.0 }
 }
 
 /// Factor by which an inner constant may differ from its initial value: beyond the decades of its grid the form becomes
 /// a different one.
 const INNER_BOUND: f64 = 100.0;
+
+/// Bounds of an inner constant, as its declaration has them.
+pub(crate) fn bounds(value: f64, unit: &Unit) -> String {
+    let [low, high] =
+        [1.0 / INNER_BOUND, INNER_BOUND].map(|factor| literal(factor * value / unit.factor));
+    format!("  in {low} .. {high}, log")
+}
+
+/// The kind of an effect that adds a sum at a place, and its clause.
+pub(crate) fn change(kind: PlaceKind, place: &str, sum: &str) -> (&'static str, String) {
+    match kind {
+        PlaceKind::Equation => ("plant", format!("add {sum} to {place}")),
+        PlaceKind::Parameter => ("plant", format!("replace {place} by {place} + {sum}")),
+        PlaceKind::Input => ("input", format!("replace {place} by {place} + {sum}")),
+        PlaceKind::Output => ("sensor", format!("replace output {place} by {place} + {sum}")),
+    }
+}
+
+/// An effect from its text, which the sources keep.
+pub(crate) fn read_effect(file: &str, text: String, sources: &mut Sources) -> Option<Effect> {
+    let mut diagnostics = Diagnostics::default();
+    let id = sources.add(Source { name: file.to_owned(), text });
+    let ast = parse(id, sources, &mut diagnostics).ok()?;
+    Effect::read(ast, &mut diagnostics).ok()
+}
 
 /// The formula as an effect, with its coefficients as parameters.
 pub(super) fn text(model: &Model, site: &Site<'_>, constants: &Constants<'_>) -> String {
@@ -156,23 +185,15 @@ pub(super) fn text(model: &Model, site: &Site<'_>, constants: &Constants<'_>) ->
         parameters += &declared(&term.name, term.value, term.unit, "", term.std);
         let own = term.inner.as_ref().zip(term.shape.inner_unit(&site.names));
         if let Some(((name, unit), value)) = own.zip(term.shape.inner) {
-            let [low, high] = [1.0 / INNER_BOUND, INNER_BOUND]
-                .map(|factor| literal(factor * value / unit.factor));
-            let bounds = format!("  in {low} .. {high}, log");
-            parameters += &declared(name, value, unit, &bounds, term.std_of_inner);
+            parameters += &declared(name, value, unit, &bounds(value, unit), term.std_of_inner);
         }
         // Writing to a string cannot fail.
         let _ = writeln!(nulls, "null {} = 0", term.name);
         let inner = term.inner.as_deref().unwrap_or_default();
         sum.push(format!("{}{}", term.name, term.shape.text_with(&site.names, inner)));
     }
-    let (model, place, sum) = (&model.name, site.name, sum.join(" + "));
-    let (kind, change) = match site.kind {
-        PlaceKind::Equation => ("plant", format!("add {sum} to {place}")),
-        PlaceKind::Parameter => ("plant", format!("replace {place} by {place} + {sum}")),
-        PlaceKind::Input => ("input", format!("replace {place} by {place} + {sum}")),
-        PlaceKind::Output => ("sensor", format!("replace output {place} by {place} + {sum}")),
-    };
+    let (model, sum) = (&model.name, sum.join(" + "));
+    let (kind, change) = change(site.kind, site.name, &sum);
     format!("effect guess on {model}\nkind {kind}\n\n{parameters}{nulls}\n{change}\n")
 }
 

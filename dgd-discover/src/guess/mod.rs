@@ -23,11 +23,8 @@ mod together;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::effects::Effect;
 use dgd_compiler::model::Model;
-use dgd_compiler::source::{Source, Sources};
-use dgd_compiler::syntax::parse;
+use dgd_compiler::source::Sources;
 use dgd_compiler::units::{Unit, parse_unit};
 use dgd_identify::Recording;
 use dgd_runtime::parallel::in_parallel;
@@ -39,9 +36,10 @@ use crate::missing_input::{
     self, FoundPlace, MissingTerms, PlaceKind, PlaceTrace, inputs_with, place_of,
 };
 pub(crate) use forms::{FORMS, Form};
-pub(crate) use formula::{Factor, Shape, formula, literal};
+pub(crate) use formula::{Factor, Shape, formula, literal, names};
 use law::{Constants, FittedTerm, law, ranges, text};
 pub use law::{LawParameter, LawRange};
+pub(crate) use law::{bounds, change, plain, read_effect};
 use moments::Trace;
 use regression::{Ranked, ranked};
 use together::together;
@@ -277,15 +275,7 @@ impl Guessing<'_> {
                 own.declared.unit.of_differences()
             }
         };
-        let inputs = model.inputs.iter().map(|input| &input.declared);
-        let unknowns = model.unknowns.iter().map(|unknown| &unknown.declared);
-        let factor = |declared: &dgd_compiler::model::Declared| Factor {
-            name: declared.name.clone(),
-            unit: declared.unit.of_differences(),
-        };
-        let time = Factor { name: "time".to_owned(), unit: parse_unit("s").ok()? };
-        let names = inputs.map(factor).chain([time]).chain(unknowns.map(factor));
-        let names = names.take(NAMES).collect();
+        let names = names(model).into_iter().take(NAMES).collect();
         Some(Site { name: &place.name, kind: place.kind, unit, names })
     }
 
@@ -394,7 +384,8 @@ impl Guessing<'_> {
         let terms = ranked.terms.iter().zip(&units);
         let terms = terms.map(|((shape, value), unit)| (shape, *value, unit));
         let constants = Constants::named("guess", terms, is_taken);
-        let effect = self.effect(&text(model, site, &constants))?;
+        let mut sources = self.sources.clone();
+        let effect = read_effect("guess.dgd", text(model, site, &constants), &mut sources)?;
         let candidate = Candidate::new(&effect, &[], false);
         let structure =
             base.structure(std::slice::from_ref(&candidate), StructureId::one(0)).ok()?;
@@ -468,15 +459,6 @@ impl Guessing<'_> {
             left_before,
             left_after,
         })
-    }
-
-    /// An effect from its text.
-    fn effect(&self, text: &str) -> Option<Effect> {
-        let mut sources = self.sources.clone();
-        let mut diagnostics = Diagnostics::default();
-        let id = sources.add(Source { name: "guess.dgd".to_owned(), text: text.to_owned() });
-        let ast = parse(id, &sources, &mut diagnostics).ok()?;
-        Effect::read(ast, &mut diagnostics).ok()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Columns: what each term in each equation would do to the readings.
+//! The effect of each term in each equation on the readings, as one column of numbers.
 
 use std::collections::BTreeSet;
 

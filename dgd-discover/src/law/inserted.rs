@@ -3,27 +3,23 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-use dgd_compiler::diagnostics::Diagnostics;
-use dgd_compiler::effects::Effect;
-use dgd_compiler::model::Model;
-use dgd_compiler::source::{Source, Sources};
-use dgd_compiler::syntax::parse;
+use dgd_compiler::source::Sources;
 use dgd_compiler::units::{Unit, parse_unit};
 use dgd_runtime::System;
 
-use super::Proposed;
 use super::columns::Draft;
-use super::sighting::names;
+use super::{Laws, Proposed};
 use crate::fit::{Data, Fitted, StartPoint};
-use crate::guess::{Factor, LawParameter, LawRange, Shape, formula, literal};
-use crate::library::{BaseModel, Candidate, StructureId, Values};
-use crate::missing_input::{Place, PlaceKind};
+use crate::guess::{
+    Factor, LawParameter, LawRange, Shape, bounds, change, formula, literal, names, plain,
+    read_effect,
+};
+use crate::library::{Candidate, StructureId, Values};
+use crate::missing_input::Place;
 
 /// Maximum number of simulations of a fit that begins, and of one that is finished.
 const BEGINNING: usize = 15;
 pub(super) const EVALUATIONS: usize = 60;
-/// Factor by which an inner constant may differ from its initial value.
-const INNER_BOUND: f64 = 100.0;
 
 /// A term that an equation or a parameter lacked.
 #[derive(Debug, Clone)]
@@ -66,23 +62,14 @@ struct Constant {
     value: f64,
 }
 
-/// What is needed to fit a set of terms; each thread has a fitted model of its own.
-pub(super) struct Inserting<'a> {
-    pub(super) base: &'a BaseModel,
-    pub(super) sources: &'a Sources,
-    pub(super) model: &'a Model,
-    pub(super) fitted: &'a Fitted,
-    pub(super) data: &'a Data<'a>,
-}
-
-impl Inserting<'_> {
+impl Laws<'_> {
     /// The model with a set of terms, fitted from the states of the sighting; `None` if that fails.
     pub(super) fn insert(&self, places: &[Place], proposed: &Proposed) -> Option<Inserted> {
-        let Inserting { base, fitted, data, model, .. } = self;
+        let Laws { base, fitted, data, model, .. } = self;
         let names = names(model);
         let mut written = self.written(places, &names, &proposed.draft)?;
         let mut sources = self.sources.clone();
-        let effect = effect(&text(&model.name, &names, &written), &mut sources)?;
+        let effect = read_effect("law.dgd", text(&model.name, &names, &written), &mut sources)?;
         let candidate = Candidate::new(&effect, &[], false);
         let structure =
             base.structure(std::slice::from_ref(&candidate), StructureId::one(0)).ok()?;
@@ -139,10 +126,7 @@ impl Written {
 impl Inserted {
     /// The fit continued to its end.
     pub(super) fn finished(&self, data: &Data<'_>) -> Inserted {
-        let Fitted { structure, values, .. } = &self.fitted;
-        let points = [StartPoint::default()];
-        let data = data.not_kept();
-        let after = Fitted::new(structure.clone(), values, &points, &data, EVALUATIONS);
+        let after = self.fitted.continued(&data.not_kept(), EVALUATIONS);
         Inserted { fitted: after.unwrap_or_else(|_| self.fitted.clone()), ..self.clone() }
     }
 
@@ -193,11 +177,6 @@ impl Inserted {
     }
 }
 
-/// A unit of differences as a unit of the runtime.
-fn plain(unit: &Unit) -> dgd_runtime::Unit {
-    dgd_runtime::Unit { symbol: unit.symbol.clone().into(), factor: unit.factor, offset: 0.0 }
-}
-
 /// The terms as an effect.
 fn text(model: &str, names: &[Factor], written: &[Written]) -> String {
     let (mut parameters, mut nulls) = (String::new(), String::new());
@@ -211,9 +190,7 @@ fn text(model: &str, names: &[Factor], written: &[Written]) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(nulls, "null {} = 0", coefficient.name);
         if let Some(inner) = inner {
-            let [low, high] = [1.0 / INNER_BOUND, INNER_BOUND]
-                .map(|factor| literal(factor * inner.value / inner.unit.factor));
-            parameters += &declared(inner, &format!("  in {low} .. {high}, log"));
+            parameters += &declared(inner, &bounds(inner.value, &inner.unit));
         }
         let inner = inner.as_ref().map_or("", |inner| &inner.name);
         let term = format!("{}{}", coefficient.name, shape.text_with(names, inner));
@@ -223,22 +200,9 @@ fn text(model: &str, names: &[Factor], written: &[Written]) -> String {
         }
     }
     let change = |(place, sum): &(&Place, Vec<String>)| {
-        let (name, sum) = (&place.name, sum.join(" + "));
-        match place.kind {
-            PlaceKind::Equation => format!("add {sum} to {name}\n"),
-            PlaceKind::Parameter | PlaceKind::Input => {
-                format!("replace {name} by {name} + {sum}\n")
-            }
-            PlaceKind::Output => format!("replace output {name} by {name} + {sum}\n"),
-        }
+        let (_, change) = change(place.kind, &place.name, &sum.join(" + "));
+        change + "\n"
     };
     let changes: String = sums.iter().map(change).collect();
     format!("effect law on {model}\nkind plant\n\n{parameters}{nulls}\n{changes}")
-}
-
-fn effect(text: &str, sources: &mut Sources) -> Option<Effect> {
-    let mut diagnostics = Diagnostics::default();
-    let id = sources.add(Source { name: "law.dgd".to_owned(), text: text.to_owned() });
-    let ast = parse(id, sources, &mut diagnostics).ok()?;
-    Effect::read(ast, &mut diagnostics).ok()
 }

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use super::inserted::{EVALUATIONS, Inserted};
 use super::{Answer, Law, Laws};
-use crate::fit::{Data, Fitted, StartPoint, chi_square, slack};
+use crate::fit::{Data, Fitted};
+use crate::search::Search;
 
 /// Laws whose costs differ by less are rivals: "very strong" evidence (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995)
 /// 773).
@@ -31,9 +32,7 @@ pub(crate) struct Named<'a> {
 impl Named<'_> {
     /// Σ ε² + k ln N of the training recordings, after a fit as long as that of a law.
     fn cost(&self, data: &Data<'_>) -> f64 {
-        let Fitted { structure, values, .. } = self.fitted;
-        let (points, data) = ([StartPoint::default()], data.not_kept());
-        let finished = Fitted::new(structure.clone(), values, &points, &data, EVALUATIONS);
+        let finished = self.fitted.continued(&data.not_kept(), EVALUATIONS);
         let error = |fitted: &Fitted| fitted.error.0;
         let sum = finished.as_ref().map_or(f64::INFINITY, error).min(error(self.fitted));
         sum + self.fitted.free() as f64 * (self.fitted.error.1 as f64).ln()
@@ -42,26 +41,20 @@ impl Named<'_> {
 
 impl Laws<'_> {
     /// Those that leave only noise, the best first.
-    pub(super) fn leaving_noise(&self, mut all: Vec<Inserted>) -> Vec<Inserted> {
+    pub(super) fn leaving_noise(
+        &self,
+        mut all: Vec<Inserted>,
+        search: &Search<'_>,
+    ) -> Vec<Inserted> {
         all.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
-        all.retain(|one| one.is_significant() && self.fits(&one.fitted));
+        all.retain(|one| one.is_significant() && search.fits(&one.fitted));
         all.truncate(HELD_OUT);
         for one in &mut all {
             one.fitted.know_correlations(self.data);
             one.fitted.hold_out(self.data, EVALUATIONS);
         }
-        all.retain(|one| self.search.leaves_nothing(&one.fitted));
+        all.retain(|one| search.leaves_nothing(&one.fitted));
         all
-    }
-
-    /// Whether it leaves only noise of the training recordings.
-    fn fits(&self, fitted: &Fitted) -> bool {
-        let Laws { search, data, .. } = self;
-        let limit = search.thresholds.explained;
-        let squares = chi_square(&fitted.residuals(data), &data.noise);
-        let slack = slack(&squares, &data.noise, limit);
-        let mut all = squares.iter().zip(slack);
-        all.all(|((sum, n), slack)| *n == 0 || sum / *n as f64 <= limit * slack)
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   readings ─► states, and what each equation lacks, smoothed            (sighting)
-//!     ─► what each term in each equation would do to the readings         (columns, terms)
+//!     ─► the effect of each term in each equation on the readings         (columns, terms)
 //!     ─► the few terms that explain them                                  (beam)
 //!     ─► the model with each of the best sets, fitted by simulation       (inserted)
 //!     ─► the one that leaves only noise and has no rival                  (judged)
@@ -29,11 +29,10 @@ use dgd_runtime::parallel::in_parallel;
 
 use crate::fit::{Data, Fitted};
 use crate::library::BaseModel;
-use crate::missing_input::{MissingTerms, PlaceKind};
+use crate::missing_input::{MissingTerms, PlaceKind, free_places};
 use crate::search::Search;
 use columns::{Draft, MOST_TERMS, drafts};
 pub(crate) use inserted::Inserted;
-use inserted::Inserting;
 pub use inserted::LawTerm;
 pub(crate) use judged::Named;
 use sighting::Sighting;
@@ -52,8 +51,6 @@ pub(crate) struct Laws<'a> {
     pub(crate) model: &'a Model,
     pub(crate) fitted: &'a Fitted,
     pub(crate) data: &'a Data<'a>,
-    /// The search for effects, whose thresholds hold.
-    pub(crate) search: &'a Search<'a>,
     pub(crate) threads: usize,
 }
 
@@ -85,9 +82,10 @@ pub(crate) struct Law {
 }
 
 impl Laws<'_> {
-    /// Looks for a law, which has to explain the recordings better than templates that were named. Without validation
-    /// recordings there is none: four terms of thousands follow any recording.
-    pub(crate) fn search(&self, named: Option<&Named<'_>>) -> Answer {
+    /// Looks for a law, which has to explain the recordings better than templates that were named. The
+    /// thresholds are those of the search for effects. Without validation recordings there is no law: four terms of
+    /// thousands follow any recording.
+    pub(crate) fn search(&self, search: &Search<'_>, named: Option<&Named<'_>>) -> Answer {
         if self.data.valid.is_empty() {
             return Answer::Nothing;
         }
@@ -95,23 +93,20 @@ impl Laws<'_> {
         let terms = MissingTerms::new(self.model, engine, &mut Diagnostics::default());
         let Ok(terms) = terms else { return Answer::Nothing };
         let places = terms.places();
-        let of_kind = |kind: PlaceKind| (0..places.len()).filter(move |i| places[*i].kind == kind);
-        let equations: Vec<usize> = of_kind(PlaceKind::Equation).collect();
+        let equations: Vec<usize> =
+            (0..places.len()).filter(|i| places[*i].kind == PlaceKind::Equation).collect();
         let is_kinematic = |i: &usize| kinematic::is_kinematic(self.model, &places[*i].name);
         let physical: Vec<usize> = equations.iter().copied().filter(|i| !is_kinematic(i)).collect();
-        let is_free = |i: &usize| {
-            let mut estimates = self.fitted.estimates.iter().filter(|e| e.recording.is_none());
-            estimates.any(|estimate| estimate.name == places[*i].name)
-        };
-        let free = of_kind(PlaceKind::Parameter).filter(is_free);
-        let mut explaining = self.explaining(&terms, self.together(&physical));
+        let free = free_places(&terms, self.fitted);
+        let mut explaining = self.explaining(search, &terms, self.together(&physical));
         // A free parameter may be a law.
         if explaining.is_empty() && named.is_none() {
-            explaining = self.explaining(&terms, free.map(|place| vec![place]).collect());
+            explaining =
+                self.explaining(search, &terms, free.iter().map(|free| vec![free.place]).collect());
         }
         // Kinematic equations hold by definition, unless nothing else helps.
         if explaining.is_empty() && named.is_none() && physical.len() < equations.len() {
-            explaining = self.explaining(&terms, self.together(&equations));
+            explaining = self.explaining(search, &terms, self.together(&equations));
         }
         let is_hidden = self.data.noise.iter().flatten().count() < equations.len();
         let labels: Vec<&str> = equations.iter().map(|i| &*places[*i].name).collect();
@@ -119,23 +114,28 @@ impl Laws<'_> {
     }
 
     /// Laws that leave only noise, the best first.
-    fn explaining(&self, terms: &MissingTerms, suspected: Vec<Vec<usize>>) -> Vec<Inserted> {
+    fn explaining(
+        &self,
+        search: &Search<'_>,
+        terms: &MissingTerms,
+        suspected: Vec<Vec<usize>>,
+    ) -> Vec<Inserted> {
         let proposed = self.proposed(terms, suspected);
-        let Laws { base, sources, model, data, .. } = *self;
+        let Laws { base, sources, model, data, threads, .. } = *self;
         let places = terms.places().to_vec();
-        let begun = in_parallel(self.fitted, proposed.len(), self.threads, |fitted, k| {
+        let begun = in_parallel(self.fitted, proposed.len(), threads, |fitted, k| {
             if data.is_over() {
                 return None;
             }
-            Inserting { base, sources, model, fitted, data }.insert(&places, &proposed[k])
+            let laws = Laws { base, sources, model, fitted, data, threads };
+            laws.insert(&places, &proposed[k])
         });
         let mut begun: Vec<Inserted> = begun.into_iter().flatten().collect();
         let left = |one: &Inserted| one.fitted.error.0 / one.fitted.error.1 as f64;
         let least = begun.iter().map(left).fold(f64::INFINITY, f64::min);
         begun.retain(|one| left(one) <= HOPEFUL * least.max(1.0));
-        let fits =
-            in_parallel(&begun, begun.len(), self.threads, |begun, k| begun[k].finished(data));
-        self.leaving_noise(fits)
+        let fits = in_parallel(&begun, begun.len(), threads, |begun, k| begun[k].finished(data));
+        self.leaving_noise(fits, search)
     }
 
     /// Equations that may lack something together: all; with fewer outputs than equations, where states follow from where

@@ -2,15 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use dgd_compiler::model::{Declared, Model};
-use dgd_compiler::units::{Unit, parse_unit};
 use dgd_identify::Recording;
 use dgd_runtime::System;
 
 use super::Laws;
-use crate::guess::{Factor, Shape};
+use crate::guess::{Factor, Shape, names};
 use crate::library::Values;
-use crate::missing_input::{Joint, MissingTerms, Path, PlaceKind, Recorded};
+use crate::missing_input::{Joint, MissingTerms, Path, Recorded, free_places};
 
 /// Largest number of states and unknown inputs of the smoother, whose time grows with the cube of it.
 const MOST_STATES: usize = 60;
@@ -33,19 +31,6 @@ pub(super) struct Sighting {
     pub(super) starts: Vec<BTreeMap<String, f64>>,
     /// Places of free parameters, each with the size of its prior error.
     pub(super) free: Vec<(usize, f64)>,
-}
-
-/// Names that a term may read: inputs, time, unknowns.
-pub(super) fn names(model: &Model) -> Vec<Factor> {
-    let factor = |declared: &Declared| Factor {
-        name: declared.name.clone(),
-        unit: declared.unit.of_differences(),
-    };
-    let second = parse_unit("s").unwrap_or_else(|_| Unit::one());
-    let time = Factor { name: "time".to_owned(), unit: second };
-    let inputs = model.inputs.iter().map(|input| factor(&input.declared));
-    let unknowns = model.unknowns.iter().map(|unknown| factor(&unknown.declared));
-    inputs.chain([time]).chain(unknowns).collect()
 }
 
 impl Sighting {
@@ -105,7 +90,8 @@ impl Sighting {
                 states.map(|i| (unknowns.name(i).to_string(), y[i])).collect()
             })
             .collect();
-        let free = free(laws, terms);
+        let free = free_places(terms, fitted);
+        let free = free.into_iter().map(|free| (free.place, free.size)).collect();
         Some(Sighting { paths, walks, places, names, values, starts, free })
     }
 
@@ -161,19 +147,4 @@ fn sampled(recording: &Recording, most: usize) -> (Vec<f64>, Vec<f64>) {
         }
     }
     (times, readings)
-}
-
-/// Places of free parameters, with their sizes.
-fn free(laws: &Laws<'_>, terms: &MissingTerms) -> Vec<(usize, f64)> {
-    let fitted = laws.fitted;
-    let parameters = &fitted.structure.system.signature().parameters;
-    let is_free =
-        |name: &str| fitted.estimates.iter().any(|e| e.recording.is_none() && e.name == name);
-    let of_place = |(i, place): (usize, &crate::missing_input::Place)| {
-        let is_own = place.kind == PlaceKind::Parameter && is_free(&place.name);
-        let at = parameters.iter().position(|p| is_own && *p.name == *place.name)?;
-        let size = fitted.p[at].abs();
-        Some((i, if size > 0.0 { size } else { parameters[at].unit.factor }))
-    };
-    terms.places().iter().enumerate().filter_map(of_place).collect()
 }

@@ -19,7 +19,6 @@ use dgd_execute::Loaded;
 use dgd_runtime::{Inputs, Options, Problem, Side, Solution, System, observe, simulate};
 use dgd_screen::noise::{SensorNoise, median};
 use nalgebra::{DMatrix, DVector};
-use std::ops::AddAssign;
 
 use super::deviations::Deviations;
 use super::filtered::Followed;
@@ -33,6 +32,7 @@ const ROUNDS: usize = 6;
 const UPDATES: usize = 6;
 /// Largest factor by which one update changes q.
 const MOST_CHANGE: f64 = 100.0;
+
 /// A recording to follow.
 pub(crate) struct Recorded<'a> {
     /// The model's own inputs.
@@ -201,7 +201,8 @@ impl JointChain {
             if let Some(h) = self.intervals.get(k) {
                 let f = self.transition(k, places);
                 z = &f * &z;
-                z.rows_mut(0, n).add_assign(&self.shifts[k]);
+                let mut x = z.rows_mut(0, n);
+                x += &self.shifts[k];
                 p = &f * &p * f.transpose();
                 for (j, q) in q.iter().enumerate() {
                     p[(n + j, n + j)] += q * h;

@@ -158,6 +158,30 @@ impl Missing {
     }
 }
 
+/// The place of a free parameter.
+pub(crate) struct FreePlace {
+    pub(crate) place: usize,
+    /// The size of its prior error, SI.
+    pub(crate) size: f64,
+    /// Its position among the parameters.
+    pub(crate) parameter: usize,
+}
+
+/// The places of a structure's free parameters.
+pub(crate) fn free_places(terms: &MissingTerms, fitted: &Fitted) -> Vec<FreePlace> {
+    let parameters = &fitted.structure.system.signature().parameters;
+    let is_free =
+        |name: &str| fitted.estimates.iter().any(|e| e.recording.is_none() && e.name == name);
+    let free = terms.places().iter().enumerate().filter_map(|(place, own)| {
+        let parameter = parameters.iter().position(|p| p.name == own.name)?;
+        let size = fitted.p[parameter].abs();
+        let size = if size > 0.0 { size } else { parameters[parameter].unit.factor };
+        let is_free = own.kind == PlaceKind::Parameter && is_free(&own.name);
+        is_free.then_some(FreePlace { place, size, parameter })
+    });
+    free.collect()
+}
+
 impl<'a> Places<'a> {
     fn new(terms: &'a MissingTerms, fitted: &'a Fitted, data: &'a Data<'a>) -> Self {
         let system = &fitted.structure.system;
@@ -178,16 +202,8 @@ impl<'a> Places<'a> {
                 Thinned::new(recording, most, start, from)
             })
             .collect();
-        let signature = system.signature();
-        let is_free =
-            |name: &str| fitted.estimates.iter().any(|e| e.recording.is_none() && e.name == name);
-        let free = terms.places().iter().enumerate().filter_map(|(i, place)| {
-            let position = signature.parameters.iter().position(|p| p.name == place.name)?;
-            let size = fitted.p[position].abs();
-            let size = if size > 0.0 { size } else { signature.parameters[position].unit.factor };
-            (place.kind == PlaceKind::Parameter && is_free(&place.name))
-                .then_some((i, size, position))
-        });
+        let free = free_places(terms, fitted).into_iter();
+        let free = free.map(|FreePlace { place, size, parameter }| (place, size, parameter));
         let free = free.collect();
         let own = Values::default().parameters(system);
         let (p, runs_away, follows) = (fitted.p.clone(), fitted.runs_away(data), false);

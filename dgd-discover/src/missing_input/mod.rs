@@ -21,7 +21,7 @@ pub use deviations::{Deviations, LinearizeError};
 pub(crate) use joint::{Joint, Path, Recorded};
 pub use missing::MissingInput;
 pub(crate) use missing::{
-    FoundPlace, Missing, PlaceTrace, TIE, alone, missing_inputs, place_of, windows,
+    FoundPlace, Missing, PlaceTrace, TIE, alone, free_places, missing_inputs, place_of, windows,
 };
 pub use missing_terms::{ClosedPlace, MissingTerms, NoSuchTerm, Place, PlaceKind};
 pub use reconstruct::{ReconstructError, Recording, inputs_with, reconstruct};

@@ -163,6 +163,12 @@ impl Search<'_> {
         self.misfit(fitted).is_at_most(training, held_out)
     }
 
+    /// Whether a fit leaves only noise of the training recordings.
+    pub(crate) fn fits(&self, fitted: &Fitted) -> bool {
+        let misfit = self.misfit_of(&fitted.residuals(&self.data), None);
+        misfit.is_at_most_in_training(self.thresholds.explained)
+    }
+
     /// Whether so much of the discrepancy is explained that the rest may be one more effect.
     pub(crate) fn is_promising(&self, structure: StructureId) -> bool {
         let excess = |of: StructureId| self.training_error(of).map(|(sum, n)| sum - n as f64);

@@ -98,22 +98,28 @@ pub(crate) enum HeldOutMisfit {
 impl Misfit {
     /// Whether the mean square of each output's errors is within these limits, in training and in validation data.
     pub(crate) fn is_at_most(&self, training: f64, held_out: f64) -> bool {
-        let all_within = |by_output: &[(f64, usize)], more: &[f64], limit: f64| {
-            let or_one = |slack: &[f64], i: usize| slack.get(i).copied().unwrap_or(1.0);
-            let mut all = by_output.iter().enumerate();
-            all.all(|(i, (sum, n))| {
-                let slack = or_one(&self.slack, i) * or_one(more, i);
-                *n == 0 || *sum <= slack * limit * *n as f64
-            })
-        };
-        all_within(&self.trained, &[], training)
+        self.is_at_most_in_training(training)
             && match &self.held_out {
                 HeldOutMisfit::NoRecording => true,
                 HeldOutMisfit::NoSimulation => false,
                 HeldOutMisfit::Left { by_output, slack, .. } => {
-                    all_within(by_output, slack, held_out)
+                    self.all_within(by_output, slack, held_out)
                 }
             }
+    }
+
+    /// The same in training data.
+    pub(crate) fn is_at_most_in_training(&self, limit: f64) -> bool {
+        self.all_within(&self.trained, &[], limit)
+    }
+
+    fn all_within(&self, by_output: &[(f64, usize)], more: &[f64], limit: f64) -> bool {
+        let or_one = |slack: &[f64], i: usize| slack.get(i).copied().unwrap_or(1.0);
+        let mut all = by_output.iter().enumerate();
+        all.all(|(i, (sum, n))| {
+            let slack = or_one(&self.slack, i) * or_one(more, i);
+            *n == 0 || *sum <= slack * limit * *n as f64
+        })
     }
 
     /// Mean square of the errors in the training recordings.
