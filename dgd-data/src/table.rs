@@ -83,6 +83,17 @@ pub struct Column {
     pub not_numbers: Option<Cells>,
 }
 
+/// Share of rows that repeat the one before from which on a column is held.
+const HELD: f64 = 0.5;
+
+impl Column {
+    /// Whether values are held from row to row, as those of a command are and those of a measurement are not.
+    pub fn is_held(&self) -> bool {
+        let same = self.values.windows(2).filter(|pair| pair[0] == pair[1]).count();
+        same as f64 >= HELD * (self.values.len() as f64 - 1.0).max(1.0)
+    }
+}
+
 /// The first of some cells, and their number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cells {

@@ -244,7 +244,9 @@ fn law(prepared: &Prepared<'_>, search: &Search<'_>, outcome: Outcome) -> Answer
     if outcome == Outcome::Sufficient || !is_generic || search.data.is_over() {
         return Answer::Nothing;
     }
-    let named = search.fitted(named).filter(|_| !named.is_base()).map(|fitted| Named {
+    // A name with more than noise behind it is none that a law has to be better than.
+    let explains = |fitted: &&Fitted| !named.is_base() && search.leaves_nothing(fitted);
+    let named = search.fitted(named).filter(explains).map(|fitted| Named {
         fitted,
         targets: effects.clone().map(Candidate::target).collect(),
         are_of_plant: effects.all(|effect| effect.kind() == "plant"),

@@ -151,6 +151,72 @@ fn what_is_hidden_in_texts_is_named() {
     assert!(check(&CheckRequest::new("rig/corrected.dgd"), session).is_ok());
 }
 
+const ROOM: &str = "\
+model room
+input P [W] hold
+
+parameter C [kJ/K] = 150  in 10 .. 5000, log
+parameter R [K/kW] = 25   in 1 .. 500, log
+state T [K] = 8    # above the outdoors
+equation air: C*der(T) = P - T/R
+output T [K] noise 20 [mK]
+";
+
+/// What acts in a room of which the model reads the heating only: the sun, and not the wind.
+fn day(room: &str, seed: u64) -> Vec<u8> {
+    let rows = (0..400).map(|k: u64| {
+        let heating = [0, 800, 1500, 300][((k / 23 + seed) % 4) as usize];
+        let sun = 400.0 * (0.017 * k as f64 + seed as f64).sin().max(0.0);
+        let wind = 5.0 + (0.3 * k as f64).sin() + (0.11 * k as f64 * seed as f64).cos();
+        format!("{},{heating},{sun:.1},{wind:.2},7\n", 60 * k)
+    });
+    let header = "time [s],P [W],sun [W/m^2],wind [m/s],spare\n".to_owned();
+    let table = rows.fold(header, |all, row| all + &row);
+    let truth = room
+        .replace("hold\n", "hold\ninput sun [W/m^2] linear\ninput wind [m/s]\ninput spare\n")
+        .replace("P - T", "P + 1.7 [m^2]*sun - T");
+    let files = InMemory::default().with("room.dgd", truth).with("inputs.csv", table);
+    let mut run = RunRequest::new("room.dgd");
+    run.data = Some("inputs.csv".into());
+    run.choices.set = vec!["C=220".to_owned(), "R=18".to_owned()];
+    let mut request = SimulateRequest::new(run);
+    request.noise_seed = Some(seed);
+    let simulated = simulate(&request, Session::new(&Silent).with_files(&files));
+    let mut csv = Vec::new();
+    let table = simulated.unwrap_or_else(|error| panic!("{error}")).table;
+    table.write_csv(&mut csv).expect("memory can be written to");
+    csv
+}
+
+#[test]
+fn a_column_that_the_model_lacks_is_found_where_it_acts() {
+    let files = InMemory::default()
+        .with("room.dgd", ROOM)
+        .with("monday.csv", day(ROOM, 1))
+        .with("tuesday.csv", day(ROOM, 2));
+    let session = Session::new(&Silent).with_files(&files);
+    let mut request = DiscoverRequest::new("room.dgd", vec!["monday.csv".into()]);
+    request.valid = vec!["tuesday.csv".into()];
+    let found = discover(&request, session).unwrap_or_else(|error| panic!("{error}"));
+    let law = found.discovery.law.as_ref().expect("a law");
+    let [term] = &law.terms[..] else { panic!("{:?}", law.terms) };
+    assert_eq!(term.target, "air");
+    assert!(term.formula.ends_with("[m^2] * sun"), "{}", term.formula);
+    let [area] = &term.coefficients[..] else { panic!("{term:?}") };
+    assert!((area.value - 1.7).abs() < 4.0 * area.std.expect("a standard deviation"), "{area:?}");
+    // Its declaration comes with it, and those of others do not.
+    assert_eq!(found.base, ROOM);
+    let corrected = &found.discovery.corrected;
+    assert!(
+        corrected.contains("input P   [W]     hold\ninput sun [W/m^2] linear\n"),
+        "{corrected}"
+    );
+    assert!(!corrected.contains("wind") && !corrected.contains("spare"), "{corrected}");
+    let corrected = files.clone().with("corrected.dgd", corrected.as_bytes());
+    let session = session.with_files(&corrected);
+    assert!(check(&CheckRequest::new("corrected.dgd"), session).is_ok());
+}
+
 /// A cell whose charge at the start is known. Its voltmeter shows a little too much, for which the
 /// other parameters can make up, but not if the first readings decide where the charge begins.
 const CELL: &str = "\

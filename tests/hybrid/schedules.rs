@@ -446,12 +446,58 @@ fn modes_that_time_changes_are_entered() {
 }
 
 #[test]
-fn a_touch_below_rounding_is_no_crossing_or_ends_derivatives() {
-    let system = system(&ripple("1 [s]", 1.0));
+fn a_touch_below_rounding_ends_derivatives_whether_it_is_a_crossing_or_not() {
+    for (period, seconds) in [("1 [s]", 1.0), ("3 [s]", 3.0), ("7.3 [h]", 26280.0)] {
+        let system = system(&ripple(period, 1.0));
+        let solution = run(&system, &[0.0, 0.2 * seconds, 0.3 * seconds, 20.0 * seconds]);
+        assert_near(period, value(&system, &solution, "E", 3) / seconds, 0.0, 1e-6);
+        let [undefined] = &solution.undefined[..] else { panic!("{:?}", solution.undefined) };
+        assert_eq!(undefined.cause, UndefinedCause::Grazing);
+        assert_near(period, undefined.from / seconds, 0.25, 1e-7);
+        assert!(solution.s(1).iter().all(|s| s.is_finite()), "{period}");
+        assert!(solution.s(2).iter().all(|s| s.is_nan()), "{period}");
+    }
+}
+
+#[test]
+fn a_threshold_that_is_nearly_touched_keeps_derivatives() {
+    for above in [1e-12, 1e-9, 1e-3] {
+        let system = system(&ripple("1 [s]", 1.0 + above));
+        let solution = run(&system, &[0.0, 20.0]);
+        assert!(solution.undefined.is_empty(), "{above}: {:?}", solution.undefined);
+        assert_eq!(value(&system, &solution, "n", 1), 0.0);
+    }
+}
+
+#[test]
+fn a_touch_that_no_parameter_moves_keeps_derivatives() {
+    let text = ripple("1 [s]", 1.0).replace("s > lev", "s > 1").replace("above lev", "above 1");
+    let system = system(&text.replace("then 1", "then lev"));
     let solution = run(&system, &[0.0, 20.0]);
-    assert_near("E", value(&system, &solution, "E", 1), 0.0, 1e-6);
-    if value(&system, &solution, "n", 1) > 0.0 {
-        assert!(solution.undefined.iter().any(|u| u.cause == UndefinedCause::Grazing));
+    assert!(solution.undefined.is_empty(), "{:?}", solution.undefined);
+}
+
+#[test]
+fn a_peak_of_an_input_at_a_threshold_ends_derivatives() {
+    let system = system(
+        "model peak
+         input u linear
+         parameter lev = 5
+         held n = 0
+         state x = 0
+         equation x: der(x) = lev/1 [s]
+         when u rises above lev { reset n = n + 1 }",
+    );
+    let p = parameters(&system);
+    for (peak, touches) in [(5.0, true), (4.999, false)] {
+        let values = [0.0, 1.0, peak, 1.0];
+        let column = Column { name: "u", interpolation: Interpolation::Linear, values: &values };
+        let inputs = Inputs::recorded(&[0.0, 1.0, 2.0, 3.0], &[column]).expect("inputs");
+        let problem = Problem { system: &system, p: &p, inputs: &inputs, start: &[] };
+        let solution = simulate_with_sensitivities(&problem, &[0.0, 1.5, 3.0], &options())
+            .expect("a solution");
+        assert_eq!(!solution.undefined.is_empty(), touches, "{:?}", solution.undefined);
+        assert!(solution.s(1).iter().all(|s| s.is_finite()));
     }
 }
 

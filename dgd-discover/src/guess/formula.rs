@@ -51,6 +51,17 @@ impl Shape {
         self.forms().map(|(_, form)| form.complexity).sum()
     }
 
+    /// The shape without one of several factors.
+    pub(crate) fn without(&self, factor: usize) -> Option<Self> {
+        if self.factors.len() < 2 {
+            return None;
+        }
+        let mut factors = self.factors.clone();
+        let (_, form) = factors.remove(factor);
+        let is_plain = FORMS[form].inner.is_empty();
+        Some(Self { factors, inner: self.inner.filter(|_| is_plain) })
+    }
+
     /// Its value for given values of all names.
     pub(crate) fn value(&self, at: impl Fn(usize) -> f64) -> f64 {
         let inner = self.inner.unwrap_or(f64::NAN);
@@ -106,7 +117,15 @@ impl Shape {
             return Some(Unit::one());
         }
         let of_parameter = model.parameters.iter().map(|p| p.declared.unit.of_differences());
-        let composed = || parse_unit(&self.composed(names, whole)).ok();
+        // A short unit of SI says more than a quotient of quotients, `m^2` more than `W/(W/m^2)`.
+        let composed = || {
+            let composed = parse_unit(&self.composed(names, whole)).ok()?;
+            let plain = parse_unit(&describe(dimension)).ok();
+            let shorter = |plain: &Unit| {
+                plain.factor == composed.factor && plain.symbol.len() < composed.symbol.len()
+            };
+            Some(plain.filter(shorter).unwrap_or(composed))
+        };
         let all = of_parameter.chain(std::iter::once_with(composed).flatten());
         let mut fitting = all.filter(|unit| unit.dimension == dimension && unit.offset == 0.0);
         fitting.next().or_else(|| parse_unit(&describe(dimension)).ok())

@@ -52,6 +52,33 @@ impl Draft {
     }
 }
 
+impl Draft {
+    /// The drafts that lack one of its terms, or a factor of one: its coefficient then makes up for the factor's mean.
+    pub(super) fn simpler(&self, sighting: &Sighting) -> Vec<Draft> {
+        let mut all = Vec::new();
+        for (i, (_, shape, coefficient)) in self.terms.iter().enumerate() {
+            if self.terms.len() > 1 {
+                let mut less = self.clone();
+                less.terms.remove(i);
+                all.push(less);
+            }
+            let whole = sighting.formed(shape).concat();
+            for k in 0..shape.factors.len() {
+                let Some(simpler) = shape.without(k) else { continue };
+                let part = sighting.formed(&simpler).concat();
+                let both = whole.iter().zip(&part).map(|(a, b)| a * b).sum::<f64>();
+                let share = both / part.iter().map(|b| b * b).sum::<f64>();
+                if share != 0.0 && share.is_finite() {
+                    let mut less = self.clone();
+                    (less.terms[i].1, less.terms[i].2) = (simpler, share * coefficient);
+                    all.push(less);
+                }
+            }
+        }
+        all
+    }
+}
+
 /// A term in an equation.
 struct Column {
     place: usize,
@@ -180,13 +207,10 @@ fn level(
     let (places, q): (Vec<usize>, Vec<f64>) =
         walks.iter().map(|(place, q)| (*place, q * share)).unzip();
     let whitenings: Vec<_> = paths.iter().map(|path| path.chain.whitening(&places, &q)).collect();
-    let along = |place: usize, formed: &[Vec<f64>]| -> Vec<f64> {
-        let each = paths.iter().zip(&whitenings).zip(formed);
-        each.flat_map(|((path, with), at)| {
-            let held: Vec<f64> = at.windows(2).map(|x| f64::midpoint(x[0], x[1])).collect();
-            path.chain.whitened(with, place, &held, at)
-        })
-        .collect()
+    let along = |place: usize, at: &[Vec<f64>], between: &[Vec<f64>]| -> Vec<f64> {
+        let each = paths.iter().zip(&whitenings).zip(at.iter().zip(between));
+        each.flat_map(|((path, with), (at, between))| path.chain.whitened(with, place, between, at))
+            .collect()
     };
     // Each parameter's prior is one more reading, of zero.
     let with_priors = |mut column: Vec<f64>, own: Option<usize>| {
@@ -201,14 +225,17 @@ fn level(
     let constant = |size: f64| -> Vec<Vec<f64>> {
         paths.iter().map(|path| vec![size; path.trajectory.times.len()]).collect()
     };
-    let always = free
-        .iter()
-        .enumerate()
-        .map(|(i, (place, size))| with_priors(along(*place, &constant(*size)), Some(i)));
-    let always = always.collect();
+    let of_free = |(place, size): &(usize, f64)| {
+        let (at, between) = (constant(*size), constant(*size));
+        along(*place, &at, &between)
+    };
+    let always =
+        free.iter().enumerate().map(|(i, free)| with_priors(of_free(free), Some(i))).collect();
     let all = in_parallel_stateless(chosen.len(), threads, |k| {
         let column = &columns[chosen[k]];
-        with_priors(along(column.place, &sighting.formed(&column.shape)), None)
+        let shape = &column.shape;
+        let (at, between) = (sighting.formed(shape), sighting.formed_between(shape));
+        with_priors(along(column.place, &at, &between), None)
     });
     Level {
         residuals: with_priors(residuals, None),

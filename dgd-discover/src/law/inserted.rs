@@ -82,13 +82,14 @@ impl Laws<'_> {
             }
             point.set(std::iter::once((constant.name.clone(), constant.value)));
         }
-        let from = Values { starts: proposed.starts.clone(), ..fitted.values.clone() };
+        let from = Values { starts: proposed.sighting.starts.clone(), ..fitted.values.clone() };
         let after = Fitted::new(structure, &from, &[point], &data.not_kept(), BEGINNING).ok()?;
         let reads =
             |i: &usize| written.iter().any(|own| own.shape.forms().any(|(name, _)| name == *i));
+        let recorded = proposed.sighting.ranges();
         let ranges = (0..names.len()).filter(reads).map(|i| {
             let Factor { name, unit } = &names[i];
-            let [low, high] = proposed.ranges[i];
+            let [low, high] = recorded[i];
             LawRange { name: name.clone(), unit: plain(unit), low, high }
         });
         let ranges = ranges.collect();
@@ -130,11 +131,30 @@ impl Inserted {
         Inserted { fitted: after.unwrap_or_else(|_| self.fitted.clone()), ..self.clone() }
     }
 
+    /// The draft that it was made from, with the constants of the fit.
+    pub(super) fn draft(&self, from: &Draft) -> Draft {
+        let mut draft = from.clone();
+        for ((_, shape, coefficient), term) in draft.terms.iter_mut().zip(self.terms(&self.fitted))
+        {
+            *coefficient = term.coefficients[0].value;
+            shape.inner = term.coefficients.get(1).map(|inner| inner.value);
+        }
+        draft
+    }
+
     /// Σ ε² + k ln N of the training recordings, plus twice the complexity of the terms.
     pub(super) fn cost(&self) -> f64 {
         let (sum, n) = self.fitted.error;
         let complexity: u32 = self.written.iter().map(|own| own.shape.complexity()).sum();
         sum + self.fitted.free() as f64 * (n as f64).ln() + 2.0 * f64::from(complexity)
+    }
+
+    /// Whether it is another one, but for its constants.
+    pub(super) fn has_terms_of(&self, other: &Self) -> bool {
+        let is_same =
+            |a: &Written, b: &Written| a.place == b.place && a.shape.factors == b.shape.factors;
+        let has = |own: &Written| other.written.iter().any(|of| is_same(own, of));
+        self.written.len() == other.written.len() && self.written.iter().all(has)
     }
 
     /// The terms with the constants of a fit.

@@ -48,6 +48,12 @@ impl Laws<'_> {
     ) -> Vec<Inserted> {
         all.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         all.retain(|one| one.is_significant() && search.fits(&one.fitted));
+        let mut seen: Vec<Inserted> = Vec::new();
+        all.retain(|one| {
+            let is_new = !seen.iter().any(|other| one.has_terms_of(other));
+            seen.push(one.clone());
+            is_new
+        });
         all.truncate(HELD_OUT);
         for one in &mut all {
             one.fitted.know_correlations(self.data);

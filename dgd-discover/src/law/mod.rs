@@ -20,7 +20,7 @@ mod kinematic;
 mod sighting;
 mod terms;
 
-use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::model::Model;
@@ -29,7 +29,7 @@ use dgd_runtime::parallel::in_parallel;
 
 use crate::fit::{Data, Fitted};
 use crate::library::BaseModel;
-use crate::missing_input::{MissingTerms, PlaceKind, free_places};
+use crate::missing_input::{MissingTerms, Place, PlaceKind, free_places};
 use crate::search::Search;
 use columns::{Draft, MOST_TERMS, drafts};
 pub(crate) use inserted::Inserted;
@@ -39,6 +39,9 @@ use sighting::Sighting;
 
 /// Number of sets of each size that are fitted by simulation; half as many each if places are looked at alone, too.
 const OF_EACH_SIZE: [usize; MOST_TERMS] = [8, 4, 4, 4];
+
+/// Number of the best fitted laws of which simpler forms are tried.
+const SIMPLIFIED: usize = 2;
 
 /// Fits that leave this many times as much as the best one, or as noise, after a few simulations are not finished.
 const HOPEFUL: f64 = 10.0;
@@ -54,12 +57,11 @@ pub(crate) struct Laws<'a> {
     pub(crate) threads: usize,
 }
 
-/// A set of terms to be fitted, with the states along the recordings.
+/// A set of terms to be fitted, with the recordings that it was seen in.
+#[derive(Clone)]
 struct Proposed {
     draft: Draft,
-    starts: Vec<BTreeMap<String, f64>>,
-    /// Least and largest value of each name.
-    ranges: Vec<[f64; 2]>,
+    sighting: Arc<Sighting>,
 }
 
 /// The result of the search for a law.
@@ -128,14 +130,59 @@ impl Laws<'_> {
                 return None;
             }
             let laws = Laws { base, sources, model, fitted, data, threads };
-            laws.insert(&places, &proposed[k])
+            Some((&proposed[k], laws.insert(&places, &proposed[k])?))
         });
-        let mut begun: Vec<Inserted> = begun.into_iter().flatten().collect();
+        let mut begun: Vec<(&Proposed, Inserted)> = begun.into_iter().flatten().collect();
         let left = |one: &Inserted| one.fitted.error.0 / one.fitted.error.1 as f64;
-        let least = begun.iter().map(left).fold(f64::INFINITY, f64::min);
-        begun.retain(|one| left(one) <= HOPEFUL * least.max(1.0));
-        let fits = in_parallel(&begun, begun.len(), threads, |begun, k| begun[k].finished(data));
+        let least = begun.iter().map(|(_, one)| left(one)).fold(f64::INFINITY, f64::min);
+        begun.retain(|(_, one)| left(one) <= HOPEFUL * least.max(1.0));
+        let mut fits =
+            in_parallel(&begun, begun.len(), threads, |begun, k| begun[k].1.finished(data));
+        let mut order: Vec<usize> = (0..fits.len()).collect();
+        order.sort_by(|a, b| fits[*a].cost().total_cmp(&fits[*b].cost()));
+        for k in order.into_iter().take(SIMPLIFIED) {
+            if search.fits(&fits[k].fitted) {
+                let simpler = self.simplified(&places, begun[k].0, &fits[k]);
+                fits.extend(simpler);
+            }
+        }
         self.leaving_noise(fits, search)
+    }
+
+    /// A fitted law without what does not pay: factors of its terms, and terms. `None` if all of it does.
+    ///
+    /// Terms are ranked along one smoothed course of the states, where a factor may make up for what a simulation does not
+    /// need.
+    fn simplified(
+        &self,
+        places: &[Place],
+        proposed: &Proposed,
+        fit: &Inserted,
+    ) -> Option<Inserted> {
+        let Laws { base, sources, model, data, threads, .. } = *self;
+        let sighting = &proposed.sighting;
+        let mut draft = fit.draft(&proposed.draft);
+        let (mut best, mut cost) = (None, fit.cost());
+        while !data.is_over() {
+            let simpler = draft.simpler(sighting);
+            let fits = in_parallel(self.fitted, simpler.len(), threads, |fitted, k| {
+                let laws = Laws { base, sources, model, fitted, data, threads };
+                let proposed = Proposed { draft: simpler[k].clone(), sighting: sighting.clone() };
+                Some((k, laws.insert(places, &proposed)?.finished(data)))
+            });
+            let fits = fits.into_iter().flatten();
+            let Some((k, next)) = fits.min_by(|(_, a), (_, b)| a.cost().total_cmp(&b.cost()))
+            else {
+                break;
+            };
+            if next.cost() >= cost {
+                break;
+            }
+            cost = next.cost();
+            draft = next.draft(&simpler[k]);
+            best = Some(next);
+        }
+        best
     }
 
     /// Equations that may lack something together: all; with fewer outputs than equations, where states follow from where
@@ -160,12 +207,8 @@ impl Laws<'_> {
             }
             let Some(sighting) = Sighting::new(self, terms, &places) else { continue };
             let own = chosen(drafts(&sighting, self.threads), of_each_size);
-            let (starts, ranges) = (&sighting.starts, sighting.ranges());
-            all.extend(own.into_iter().map(|draft| Proposed {
-                draft,
-                starts: starts.clone(),
-                ranges: ranges.clone(),
-            }));
+            let sighting = Arc::new(sighting);
+            all.extend(own.into_iter().map(|draft| Proposed { draft, sighting: sighting.clone() }));
         }
         all.sort_by(|a, b| a.draft.cost.total_cmp(&b.draft.cost));
         let mut seen: Vec<Draft> = Vec::new();

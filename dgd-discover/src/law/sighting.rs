@@ -121,6 +121,22 @@ impl Sighting {
         self.values.iter().map(of_path).collect()
     }
 
+    /// Values of a shape between the samples of each path: means of those at both ends, with the mean of each input.
+    pub(super) fn formed_between(&self, shape: &Shape) -> Vec<Vec<f64>> {
+        let of_path = |(path, values): (&Path, &Vec<Vec<f64>>)| {
+            let count = path.trajectory.times.len();
+            let n_inputs = path.u.len() / count.max(1);
+            let end = |k: usize, at: usize| {
+                shape.value(|name| match name {
+                    _ if name < n_inputs => path.u_between[k * n_inputs + name],
+                    _ => values[name][at],
+                })
+            };
+            (0..count.saturating_sub(1)).map(|k| f64::midpoint(end(k, k), end(k, k + 1))).collect()
+        };
+        self.paths.iter().zip(&self.values).map(of_path).collect()
+    }
+
     /// Number of readings.
     pub(super) fn readings(&self) -> usize {
         self.paths.iter().map(|path| path.chain.len()).sum()

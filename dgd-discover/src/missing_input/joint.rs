@@ -55,13 +55,18 @@ pub(crate) struct Joint<'a> {
     pub(crate) options: &'a Options,
 }
 
+/// Number of points between two samples at which inputs are averaged.
+const BETWEEN: usize = 8;
+
 /// A smoothed recording.
 #[derive(Debug, Clone)]
 pub(crate) struct Path {
     /// Unknowns at the samples.
     pub(crate) trajectory: Solution,
-    /// The model's own inputs at the samples, n_u each.
+    /// The model's own inputs at the samples, n_u each …
     pub(crate) u: Vec<f64>,
+    /// … and their means between them.
+    pub(crate) u_between: Vec<f64>,
     /// Deviations from it.
     pub(crate) chain: JointChain,
 }
@@ -493,13 +498,20 @@ impl Joint<'_> {
             whole.get_or_insert(piece);
         }
         let trajectory = Solution { times: times.to_vec(), y, z, ..whole? };
-        let mut u = vec![0.0; own.len() * times.len()];
-        if !own.is_empty() {
-            for (t, u) in times.iter().zip(u.chunks_exact_mut(own.len())) {
-                own.value(*t, Side::Right, u);
-            }
-        }
-        Some(Path { trajectory, u, chain })
+        let n = own.len();
+        let value = |t: f64| {
+            let mut u = vec![0.0; n];
+            own.value(t, Side::Right, &mut u);
+            u
+        };
+        let mean = |[a, b]: [f64; 2]| {
+            let part = |k: usize| a + (b - a) * (k as f64 + 0.5) / BETWEEN as f64;
+            let all: Vec<Vec<f64>> = (0..BETWEEN).map(|k| value(part(k))).collect();
+            (0..n).map(move |i| all.iter().map(|u| u[i]).sum::<f64>() / BETWEEN as f64)
+        };
+        let u = times.iter().flat_map(|t| value(*t)).collect();
+        let u_between = times.windows(2).flat_map(|ends| mean([ends[0], ends[1]])).collect();
+        Some(Path { trajectory, u, u_between, chain })
     }
 }
 

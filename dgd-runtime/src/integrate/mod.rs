@@ -44,6 +44,9 @@ pub use request::{
 };
 use simulation::Simulation;
 
+/// The part of an initial step that leads off a corner: an error of ∂f/∂y there is small as the square of it.
+const OFF_CORNER: f64 = 1e-3;
+
 impl<S: Solved> Simulation<'_, S> {
     fn integrate(
         &mut self,
@@ -63,6 +66,7 @@ impl<S: Solved> Simulation<'_, S> {
         let first = self.stop().min(until) - self.t;
         let h = match self.natural_step.or(self.initial_step) {
             Some(h) => h,
+            None if self.is_at_corner() => OFF_CORNER * self.initial_step(first, solution),
             None => self.initial_step(first, solution),
         };
         let kind = self.method.kind;

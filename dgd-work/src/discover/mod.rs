@@ -2,6 +2,7 @@
 
 mod adopt;
 pub mod invert;
+mod offered;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -11,11 +12,10 @@ use dgd_compiler::effects::Effect;
 use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions};
 use dgd_compiler::source::Source;
-use dgd_compiler::syntax::ast::{Item, ItemKind};
-use dgd_compiler::syntax::table_files;
+use dgd_compiler::syntax::{layout, table_files};
 use dgd_data::files::Files;
 use dgd_data::files::journal::RunJournal;
-use dgd_data::{FileSystem, InMemory, Reading};
+use dgd_data::{FileSystem, InMemory};
 use dgd_discover::{BaseModel, DiscoverError, Discovery, Gap, Request, templates};
 use dgd_identify::journal::{Forgetful, Journal};
 use dgd_identify::{Recording, Unwatched};
@@ -36,6 +36,7 @@ use crate::run::recording;
 use crate::run::{densities, executable, keeping, options, reservations, verify_memory_of_fit};
 use crate::session::Session;
 pub use adopt::{Adopted, adopt};
+use offered::{Declaration, with, without_unread};
 use report::Subject;
 pub use report::file_names;
 
@@ -72,11 +73,11 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
     keeping::verify(&request.keep)?;
     let integration = options(&request.solve)?;
     let mut compilation = Compilation::new(session.files);
-    let options_of_model = ModelOptions {
-        columns: columns(request, session.files),
-        ..compilation.options(&request.choices)?
-    };
-    let compiled = base_model(request, &options_of_model, &mut compilation)?;
+    let offered = offered::offered(request, session.files);
+    let options_of_model =
+        ModelOptions { columns: offered.columns, ..compilation.options(&request.choices)? };
+    let inputs = offered.inputs;
+    let compiled = base_model(request, &options_of_model, &mut compilation, &inputs)?;
     let of_model = provenance::of_model(&compilation.sources);
     let library = library(request, &mut compilation, session)?;
     let Compilation { sources, diagnostics, .. } = &mut compilation;
@@ -127,7 +128,12 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
     let mut diagnostics = Diagnostics::default();
     let found = dgd_discover::discover(&search, &mut diagnostics);
     session.listener.ends();
-    let found = found.map_err(|error| failed(&error, &diagnostics, &compilation))?;
+    let mut found = found.map_err(|error| failed(&error, &diagnostics, &compilation))?;
+    let main = compiled.asts[0].source;
+    // Lines that are gone may have been the longest of their columns.
+    let stripped =
+        |text: &str| layout::like(main, &compilation.sources, without_unread(text, &inputs));
+    found.corrected = stripped(&found.corrected);
     let left_out = found.left_out.iter();
     reservations
         .extend(left_out.map(|(name, why)| format!("the effect `{name}` {why}: it is left out")));
@@ -171,13 +177,13 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
     let of_tables = of_tables.into_iter().map(|id| compilation.sources.get(id));
     let texts = compilation.sources.iter().filter(is_model).chain(of_tables);
     let texts = texts.fold(InMemory::default(), |files, source| {
-        files.with(&source.name, source.text.as_bytes())
+        files.with(&source.name, without_unread(&source.text, &inputs).as_bytes())
     });
     Ok(Discovered {
         discovery: found,
         reservations,
         model: request.model.clone(),
-        base: compilation.sources.get(compiled.asts[0].source).text.clone(),
+        base: stripped(&compilation.sources.get(main).text),
         training: request.data.clone(),
         held_out: held_out.paths,
         provenance,
@@ -346,47 +352,35 @@ fn reserved(
     Ok(reservations)
 }
 
-/// The columns that all recordings have, if the model declares inputs that it does not read: effects may, where
-/// there are such columns. Faults of a file are reported when it is read next.
-fn columns(request: &DiscoverRequest, files: &dyn FileSystem) -> Option<Vec<String>> {
-    let mut probe = Compilation::new(files);
-    let options =
-        ModelOptions { columns: Some(Vec::new()), ..probe.options(&request.choices).ok()? };
-    let compiled = base_model(request, &options, &mut probe).ok()?;
-    let is_read = |name: &str| compiled.dae.inputs.iter().any(|i| i.declared.name == name);
-    let is_unread = |item: &Item| match &item.kind {
-        ItemKind::Input { name, .. } => !is_read(&name.text),
-        _ => false,
-    };
-    if !compiled.asts[0].items.iter().any(is_unread) {
-        return None;
-    }
-    let mut common: Option<Vec<String>> = None;
-    for path in request.data.iter().chain(&request.valid) {
-        let Compilation { sources, diagnostics, .. } = &mut probe;
-        let reading = Reading::default().renamed(&request.solve.rename);
-        let table = reading.read(files, path, sources, diagnostics).ok()?;
-        let has = |name: &String| table.column(name).is_some();
-        match &mut common {
-            Some(common) => common.retain(has),
-            None => common = Some(table.columns.iter().map(|c| c.name.clone()).collect()),
-        }
-    }
-    common
-}
-
-/// The model to be examined, with the effects of `--apply` written into its text.
+/// The model to be examined, with the effects of `--apply` and further inputs written into its text.
 fn base_model(
     request: &DiscoverRequest,
     options: &ModelOptions,
     compilation: &mut Compilation<'_>,
+    inputs: &[Declaration],
 ) -> Result<Compiled, WorkError> {
     let (free, fixed) = compilation.sought(&request.sought);
     let directions = Directions::Estimated { free, fixed };
-    match compilation.compile_text(&request.model, &request.choices.apply, options, &directions)? {
-        Ok(compiled) => Ok(compiled),
-        Err(_) => Err(WorkError::diagnosed(&compilation.diagnostics, compilation.sources.clone())),
-    }
+    let path = &request.model;
+    let compiled =
+        match compilation.compile_text(path, &request.choices.apply, options, &directions)? {
+            Ok(compiled) if !inputs.is_empty() => {
+                let ast = &compiled.asts[0];
+                let text = with(ast, &compilation.sources.get(ast.source).text, inputs);
+                let text = layout::like(ast.source, &compilation.sources, text);
+                compilation.compile_source(path, text, options, &directions)
+            }
+            compiled => compiled,
+        };
+    compiled
+        .map_err(|_| WorkError::diagnosed(&compilation.diagnostics, compilation.sources.clone()))
+}
+
+/// The folders of effects that there are: beside the model, and those of `--effects`.
+fn folders(request: &DiscoverRequest, files: &dyn FileSystem) -> Vec<PathBuf> {
+    let beside = effects::folder_of(&request.model);
+    let all = std::iter::once(beside).chain(request.effects.iter().cloned());
+    all.filter(|folder| files.is_folder(folder)).collect()
 }
 
 /// The effects beside the model, and those of `--effects`. Without any, all that can be told is
@@ -396,18 +390,11 @@ fn library(
     compilation: &mut Compilation<'_>,
     session: Session<'_>,
 ) -> Result<Vec<Effect>, WorkError> {
-    let beside = effects::folder_of(&request.model);
-    let mut folders: Vec<PathBuf> = Vec::new();
-    if compilation.files.is_folder(&beside) {
-        folders.push(beside);
+    if let Some(missing) = request.effects.iter().find(|own| !compilation.files.is_folder(own)) {
+        let message = format!("`--effects {}`: there is no such folder", missing.display());
+        return Err(WorkError::Usage(message));
     }
-    for folder in &request.effects {
-        if !compilation.files.is_folder(folder) {
-            let message = format!("`--effects {}`: there is no such folder", folder.display());
-            return Err(WorkError::Usage(message));
-        }
-        folders.push(folder.clone());
-    }
+    let folders = folders(request, compilation.files);
     let Compilation { files, sources, diagnostics } = compilation;
     let mut library = Vec::new();
     for folder in &folders {

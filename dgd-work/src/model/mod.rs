@@ -182,17 +182,27 @@ impl<'a> Compilation<'a> {
             Ok(read) => read,
             Err(reported) => return Ok(Err(reported)),
         };
-        let asts = match changed {
-            None => Ok(asts),
+        Ok(match changed {
+            None => compile_asts(asts, options, directions, &mut self.diagnostics),
             Some(changed) => {
-                let main =
-                    Source { name: path.display().to_string(), text: changed.text(&self.sources) };
-                let files = self.files;
-                let mut read = |path: &str| read_import(files, Path::new(path));
-                pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)
+                self.compile_source(path, changed.text(&self.sources), options, directions)
             }
-        };
-        Ok(asts.and_then(|asts| compile_asts(asts, options, directions, &mut self.diagnostics)))
+        })
+    }
+
+    /// Compiles the text of a model as that of a file.
+    pub(crate) fn compile_source(
+        &mut self,
+        path: &Path,
+        text: String,
+        options: &ModelOptions,
+        directions: &Directions,
+    ) -> Result<Compiled, Reported> {
+        let main = Source { name: path.display().to_string(), text };
+        let files = self.files;
+        let mut read = |path: &str| read_import(files, Path::new(path));
+        let asts = pipeline::load(main, &mut read, &mut self.sources, &mut self.diagnostics)?;
+        compile_asts(asts, options, directions, &mut self.diagnostics)
     }
 
     /// Compiles a model file, with effects where some are asked for.

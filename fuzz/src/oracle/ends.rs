@@ -100,6 +100,12 @@ pub(super) fn judge(_: &Case, prepared: &Prepared, findings: &mut Vec<Finding>) 
                 kept.map(|(_, z)| *z).collect()
             };
             if whole.events(k) != other.events(at) || z(&whole, k) != z(&other, at) {
+                // Counts step without an event.
+                let around = [times[0], t - BESIDE * span, t + BESIDE * span];
+                let steps = |rows: &Rows| z(rows, 1) != z(rows, 2);
+                if run(&around, TOLERANCE).is_ok_and(|rows| steps(&rows)) {
+                    continue;
+                }
                 let detail =
                     format!("at {t}: {:?} and {:?}", whole.solution.z(k), other.solution.z(at));
                 findings.push(Finding::new("ends", format!("{what}: other events"), detail));

@@ -27,9 +27,6 @@ pub(super) struct Skeleton {
     pub(super) remarks: Vec<String>,
 }
 
-/// Rows that repeat the one before, as a share, from which on a column is held: a command, and not a measurement.
-const HELD: f64 = 0.5;
-
 /// How a Parquet file begins.
 const PARQUET: &[u8] = b"PAR1";
 
@@ -142,7 +139,7 @@ fn quantities<'a>(table: &'a Table, outputs: &[String]) -> Result<Vec<Quantity<'
             name,
             unit: column.unit.clone().unwrap_or_else(Unit::one),
             is_plain: column.unit.is_none(),
-            is_held: is_held(&column.values),
+            is_held: column.is_held(),
             is_output: outputs.contains(&column.name),
         })
         .collect();
@@ -164,11 +161,6 @@ fn quantities<'a>(table: &'a Table, outputs: &[String]) -> Result<Vec<Quantity<'
         return Err(CommandError::Found("the file has no column of numbers".to_owned()));
     }
     Ok(all)
-}
-
-fn is_held(values: &[f64]) -> bool {
-    let same = values.windows(2).filter(|pair| pair[0] == pair[1]).count();
-    same as f64 >= HELD * (values.len() as f64 - 1.0).max(1.0)
 }
 
 /// What was taken for what.

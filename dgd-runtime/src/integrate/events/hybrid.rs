@@ -34,6 +34,9 @@ pub(in crate::integrate) struct Hybrid {
     /// stopped sliding along the threshold, or as rounding takes it when the solution starts on the threshold or has
     /// just passed it. Infinite until that is known.
     pub(in crate::integrate) slack: Vec<f64>,
+    /// The rounding of event functions of time that have just passed their thresholds, and until when it counts.
+    pub(super) rounding: Vec<f64>,
+    pub(super) calm_until: f64,
     /// The transition at which the last step was cut.
     pub(in crate::integrate) located: Option<usize>,
     /// The size of the last step along which event functions were sampled.
@@ -57,6 +60,12 @@ pub(in crate::integrate) struct Hybrid {
     /// The transition that became due only by a turn within the step, and how far beyond its threshold the event
     /// function turns.
     pub(in crate::integrate) turned: Option<(usize, f64)>,
+    /// For each transition, whether slopes jump, so that a touch is of consequence.
+    pub(super) jumps: Vec<bool>,
+    /// For each transition, the fraction of the step at which its event function came to its threshold.
+    pub(super) reached: Vec<Option<f64>>,
+    /// The transition whose threshold is touched where the step is cut.
+    pub(super) touched: Option<usize>,
     /// Transitions at one time: that time, and their number.
     pub(in crate::integrate) crowd: (f64, usize),
     /// The times at which each transition was made.
@@ -96,6 +105,8 @@ impl Hybrid {
             counting: discrete.automata.iter().map(|a| a.kind.counts()).collect(),
             back: ways_back(discrete),
             slack: vec![0.0; n_e],
+            rounding: vec![0.0; n_e],
+            calm_until: f64::INFINITY,
             located: None,
             sampled: 0.0,
             uncut: f64::INFINITY,
@@ -110,6 +121,12 @@ impl Hybrid {
             watches_algebraic: false,
             around: std::array::from_fn(|_| vec![0.0; n_e]),
             turned: None,
+            jumps: discrete
+                .transitions()
+                .map(|(of, _)| !discrete.automata[of].kind.keeps_slopes())
+                .collect(),
+            reached: vec![None; n_e],
+            touched: None,
             crowd: (from, 0),
             occurrences: vec![Occurrences::NONE; n_e],
             simultaneous: Simultaneous::new(signature, n_s),
@@ -164,7 +181,7 @@ impl Hybrid {
 
     /// Whether this value of its event function makes the k-th transition due.
     pub(in crate::integrate) fn is_past(&self, k: usize, crossing: Crossing, e: f64) -> bool {
-        crossing.is_past(e) && e.abs() > self.slack[k]
+        crossing.is_past(e) && e.abs() > self.slack[k].max(self.rounding[k])
     }
 
     /// Whether a corner has been passed less than `calm` ago.

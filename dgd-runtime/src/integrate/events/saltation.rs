@@ -123,6 +123,18 @@ impl Saltation {
         }
     }
 
+    /// Evaluates derivatives of event functions. Returns ∂e/∂t + ∂e/∂u u̇.
+    pub(super) fn take_event_derivatives(
+        &mut self,
+        system: &impl Solved,
+        at: Point<'_>,
+        udot: &[f64],
+    ) -> &[f64] {
+        let Derivatives { unknowns, directions, time } = &mut self.of_events;
+        system.event_derivatives(at, udot, directions, unknowns, time);
+        time
+    }
+
     /// ẏ of all unknowns.
     pub(in crate::integrate) fn ydot(&self) -> &[f64] {
         &self.ydot
@@ -178,12 +190,35 @@ impl<S: Solved> Simulation<'_, S> {
             let depth = turned.min(self.depth(k, rate));
             let touches = depth <= self.tolerances.atol * size;
             if touches || rate == 0.0 || !rate.is_finite() {
-                self.end_sensitivities_at_threshold(k, solution);
+                self.touch(k, solution);
             } else {
                 self.set_time_of(k, rate);
             }
         }
         self.begin_instant(solution);
+    }
+
+    /// Ends sensitivities at a threshold that is touched, if a transition's is.
+    pub(super) fn end_at_touch(&mut self, k: Option<usize>, solution: &mut Solution) {
+        if let Some(k) = k
+            && self.directions.is_some()
+            && self.take_event_slopes(solution)
+        {
+            self.touch(k, solution);
+        }
+    }
+
+    /// Ends sensitivities if the event function of the k-th transition, whose slopes have been taken, depends on the
+    /// parameters: with others it would pass its threshold, or stay away from it.
+    fn touch(&mut self, k: usize, solution: &mut Solution) {
+        let mut tau = std::mem::take(&mut self.discrete.saltation.tau);
+        self.event_along_directions(k, &mut tau);
+        let depends = tau.iter().any(|tau| *tau != 0.0);
+        tau.fill(0.0);
+        self.discrete.saltation.tau = tau;
+        if depends {
+            self.end_sensitivities_at_threshold(k, solution);
+        }
     }
 
     /// τ of the event function of the k-th transition, whose slopes have been taken.
@@ -227,8 +262,7 @@ impl<S: Solved> Simulation<'_, S> {
         let Problem { system, p, .. } = *self.problem;
         let (u, udot) = self.drive.with_slope(self.t, self.y.as_ref());
         let at = Point { t: self.t, y: self.y.as_ref(), u, p, z: &self.discrete.schedule.z };
-        let Derivatives { unknowns, directions, time } = &mut self.discrete.saltation.of_events;
-        system.event_derivatives(at, udot, directions, unknowns, time);
+        self.discrete.saltation.take_event_derivatives(system, at, udot);
         true
     }
 

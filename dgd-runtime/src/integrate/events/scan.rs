@@ -4,8 +4,9 @@
 //! all event functions that may pass their thresholds in it are monotone. Parts are taken in their order, so that no
 //! crossing comes before the one that is found.
 //!
-//! An excess over a threshold that is below the rounding of the event function is no crossing. Where a part is as short
-//! as the rounding of time, its ends decide.
+//! An excess over a threshold that is below the rounding of the event function is no crossing, but a touch: what follows
+//! from it is undefined in derivatives, whichever way rounding goes. Where a part is as short as the rounding of time,
+//! its ends decide.
 
 use crate::integrate::enclosure::{Along, Interval, Tube};
 use crate::integrate::events::watch::CALM;
@@ -93,8 +94,12 @@ struct Part {
 }
 
 impl<S: Solved> Simulation<'_, S> {
-    /// Scans the last tried step, of size h.
+    /// Scans the last tried step, of size h. A touch ends it, too, with the transition in `touched`.
     pub(super) fn scan(&mut self, h: f64) -> Scanned {
+        self.discrete.touched = None;
+        for reached in &mut self.discrete.reached {
+            *reached = reached.map(|_| 0.0);
+        }
         let mut found = if self.begin_scan() { self.scan_from(0.0, h) } else { Scanned::Nothing };
         while let Scanned::Stuck { part, to, k } = found
             && self.rides(k, h, Part::new(part, to))
@@ -128,6 +133,10 @@ impl<S: Solved> Simulation<'_, S> {
             }
             if let Some(Due { k, at }) = self.first_due(h, part) {
                 self.take_turn(k, h, part);
+                return Scanned::Until(at);
+            }
+            if let Some(Due { k, at }) = self.first_touch(part) {
+                self.discrete.touched = Some(k);
                 return Scanned::Until(at);
             }
             let Some(last) = halvings.checked_sub(1) else { return Scanned::Nothing };
@@ -251,8 +260,54 @@ impl<S: Solved> Simulation<'_, S> {
         let transitions = self.problem.system.signature().discrete.transitions().enumerate();
         let mut crossings = transitions.map(|(k, (_, transition))| (k, transition.crossing));
         crossings
-            .find(|(k, crossing)| self.found(*k, *crossing, part) == Found::Unclear)
+            .find(|(k, crossing)| {
+                self.found(*k, *crossing, part) == Found::Unclear
+                    || self.short_of(*k, *crossing).is_some_and(Short::may_touch_within)
+            })
             .map(|(k, _)| k)
+    }
+
+    /// The first event function that has come to its threshold within its rounding and leaves it in a part of the step
+    /// without having passed it, and where it was there.
+    fn first_touch(&mut self, part: Part) -> Option<Due> {
+        self.directions.as_ref()?;
+        let mut first: Option<Due> = None;
+        let discrete = &self.problem.system.signature().discrete;
+        for (k, (_, transition)) in discrete.transitions().enumerate() {
+            let e = self.short_of(k, transition.crossing);
+            let reached = &mut self.discrete.reached[k];
+            let Some(e) = e else {
+                *reached = None;
+                continue;
+            };
+            let (left, right) = (e.is_at_left(), e.is_at_right());
+            if !left {
+                *reached = right.then_some(part.to);
+            }
+            if let Some(at) = reached.filter(|_| !right)
+                && first.is_none_or(|first| at < first.at)
+            {
+                first = Some(Due { k, at });
+            }
+        }
+        if let Some(Due { k, .. }) = first {
+            self.discrete.reached[k] = None;
+        }
+        first
+    }
+
+    /// An event function below the threshold that it may touch, where that would be of consequence.
+    fn short_of(&self, k: usize, crossing: Crossing) -> Option<Short> {
+        let watching = self.discrete.watching[k];
+        if self.directions.is_none() || !watching.is_within() || !self.discrete.jumps[k] {
+            return None;
+        }
+        let e = beyond(self.discrete.enclosures.value_of(k), crossing);
+        let slack = self.discrete.slack[k].max(0.0);
+        Some(match watching {
+            Watching::ToArm => Short { e: e.negated(), threshold: -slack },
+            _ => Short { e, threshold: slack },
+        })
     }
 
     /// The transition that is due first in a part; if there is none, arms what is armed there.
@@ -353,6 +408,35 @@ impl<S: Solved> Simulation<'_, S> {
     }
 }
 
+/// An event function that stays below a threshold.
+#[derive(Debug, Clone, Copy)]
+struct Short {
+    e: Tube,
+    threshold: f64,
+}
+
+impl Short {
+    /// Whether it is at the threshold, within its rounding, at the beginning of the part.
+    fn is_at_left(self) -> bool {
+        self.is_at(self.e.left, self.e.left.width())
+    }
+
+    fn is_at_right(self) -> bool {
+        self.is_at(self.e.right, self.e.right.width())
+    }
+
+    /// Whether it may be there between the ends, and not at both of them.
+    fn may_touch_within(self) -> bool {
+        let is_monotone = self.e.change.lo >= 0.0 || self.e.change.hi <= 0.0;
+        let may_touch = self.is_at(self.e.range, rounding(self.e));
+        may_touch && !is_monotone && !(self.is_at_left() && self.is_at_right())
+    }
+
+    fn is_at(self, e: Interval, rounding: f64) -> bool {
+        e.hi >= self.threshold - NO_TOUCH * rounding
+    }
+}
+
 /// An event function that is due above zero.
 fn beyond(e: Tube, crossing: Crossing) -> Tube {
     match crossing {
@@ -391,16 +475,14 @@ fn found_due(e: Tube, slack: f64, is_last: bool) -> Found {
     }
 }
 
-/// What a transition does that is armed where its event function is not above `slack`.
+/// What a transition does that is armed where its event function is certainly not above `slack`: one that has just been
+/// made is above it by less than rounding.
 fn found_to_arm(e: Tube, slack: f64, is_last: bool) -> Found {
     let is_monotone = e.change.lo >= 0.0 || e.change.hi <= 0.0;
-    let right = e.right.lo > slack;
-    if !may_be_beyond(e, slack) {
-        Found::Arms
-    } else if e.range.lo > slack {
+    if e.range.lo > slack {
         Found::Clear
-    } else if is_monotone || is_last {
-        if right { Found::Clear } else { Found::Arms }
+    } else if is_monotone || is_last || !may_be_beyond(e, slack) {
+        if e.right.hi <= slack { Found::Arms } else { Found::Clear }
     } else {
         Found::Unclear
     }

@@ -44,7 +44,7 @@ impl<S: Solved> Simulation<'_, S> {
                 continue;
             }
             let Some(due) = self.due() else {
-                self.arm();
+                self.arm(At::Start, self.t);
                 return Ok(());
             };
             self.follow_threshold(due, solution);
@@ -59,6 +59,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.take_slack_of(OF_TOLERANCE, self.tolerances.rtol, self.tolerances.atol);
         let rounding = ROUNDINGS * f64::EPSILON;
         self.take_slack_of(OF_ROUNDING, rounding, rounding);
+        self.take_roundings(At::Start, self.t);
     }
 
     /// Computes the marked slacks, for unknowns with these tolerances.
@@ -75,6 +76,32 @@ impl<S: Solved> Simulation<'_, S> {
                 *slack = error.max(own);
             }
         }
+    }
+
+    /// Computes the marked roundings, at an end of the last tried step: how much event functions change by rounding of
+    /// time.
+    fn take_roundings(&mut self, end: At, t: f64) {
+        if !self.discrete.rounding.contains(&OF_ROUNDING) {
+            return;
+        }
+        let Problem { system, p, .. } = *self.problem;
+        let y = match end {
+            At::Start => self.y.as_ref(),
+            At::End => self.stepper.y_new.as_ref(),
+        };
+        let (u, udot) = self.drive.with_slope(t, y);
+        let Hybrid { schedule, rounding, calm_until, saltation, .. } = &mut self.discrete;
+        let at = Point { t, y, u, p, z: &schedule.z };
+        let slopes = saltation.take_event_derivatives(system, at, udot);
+        let of_time = ROUNDINGS * f64::EPSILON * t.abs();
+        for (own, slope) in rounding.iter_mut().zip(slopes) {
+            if *own == OF_ROUNDING {
+                let change = (slope * of_time).abs();
+                // Where a function has no slope nothing follows from it.
+                *own = if change.is_finite() { change } else { 0.0 };
+            }
+        }
+        *calm_until = t + of_time;
     }
 
     /// Writes to `high` how much event functions change by errors of all unknowns within these tolerances.
@@ -161,6 +188,17 @@ impl<S: Solved> Simulation<'_, S> {
         system.event_functions(at, &mut self.discrete.e);
     }
 
+    /// Whether (t, y) is at a corner, so that ∂f/∂y may be that of the side which the solution leaves.
+    pub(in crate::integrate) fn is_at_corner(&mut self) -> bool {
+        if !S::FEATURES.events || !self.discrete.has_transitions() {
+            return false;
+        }
+        self.evaluate_events();
+        let discrete = &self.problem.system.signature().discrete;
+        let mut transitions = discrete.transitions().zip(&self.discrete.e);
+        transitions.any(|((of, _), e)| *e == 0.0 && discrete.automata[of].kind.keeps_slopes())
+    }
+
     /// The first transition that is due according to the event functions in `e`.
     pub(in crate::integrate) fn due(&self) -> Option<usize> {
         let hybrid = &self.discrete;
@@ -201,8 +239,10 @@ impl<S: Solved> Simulation<'_, S> {
         }
     }
 
-    /// Arms the transitions whose condition is false according to the event functions in `e`.
-    pub(in crate::integrate) fn arm(&mut self) {
+    /// Arms the transitions whose condition is false according to the event functions in `e`, at an end of the last tried
+    /// step. A function of time that has just passed its threshold may come back by rounding: for a few roundings of time
+    /// it is due beyond its own rounding only.
+    pub(in crate::integrate) fn arm(&mut self, end: At, t: f64) {
         self.count_knots();
         let hybrid = &mut self.discrete;
         let transitions = self.problem.system.signature().discrete.transitions();
@@ -217,8 +257,20 @@ impl<S: Solved> Simulation<'_, S> {
                 hybrid.slack[k] = 0.0;
             }
             if matches!(transition.trigger, Trigger::Edge | Trigger::Level) {
+                if !hybrid.armed[k] && hybrid.enclosures.reads(k).time {
+                    hybrid.rounding[k] = OF_ROUNDING;
+                }
                 hybrid.armed[k] = true;
             }
+        }
+        self.take_roundings(end, t);
+    }
+
+    /// Forgets roundings of thresholds that were passed a while ago.
+    pub(super) fn end_calm(&mut self) {
+        if self.t > self.discrete.calm_until {
+            self.discrete.rounding.fill(0.0);
+            self.discrete.calm_until = f64::INFINITY;
         }
     }
 
@@ -314,6 +366,10 @@ impl<S: Solved> Simulation<'_, S> {
             if of == position {
                 self.discrete.armed[other] = next.trigger == Trigger::Level;
                 self.discrete.slack[other] = slack;
+                self.discrete.reached[other] = None;
+                if self.discrete.enclosures.reads(other).time {
+                    self.discrete.rounding[other] = OF_ROUNDING;
+                }
             }
         }
         self.take_over(automaton.kind.is_declared().then_some(k), solution)?;

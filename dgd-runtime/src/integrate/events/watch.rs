@@ -8,6 +8,7 @@ use crate::error::IntegrateError;
 use crate::integrate::controller::Controller;
 use crate::integrate::events::hybrid::Hybrid;
 use crate::integrate::events::scan::Scanned;
+use crate::integrate::methods::stepper::At;
 use crate::integrate::simulation::{Simulation, Stop, Variables};
 use crate::problem::Problem;
 use crate::solution::Solution;
@@ -50,12 +51,13 @@ impl<S: Solved> Simulation<'_, S> {
             z: &self.discrete.schedule.z,
         };
         system.event_functions(at, &mut self.discrete.e);
+        self.end_calm();
         self.discrete.uncut = f64::INFINITY;
         self.discrete.sampled = h;
         self.discrete.turned = None;
         match self.scan(h) {
             Scanned::Nothing => {
-                self.arm();
+                self.arm(At::End, t_new);
                 Ok(None)
             }
             Scanned::Until(part) => {
@@ -166,8 +168,14 @@ impl<S: Solved> Simulation<'_, S> {
         times: &[f64],
         solution: &mut Solution,
     ) -> Result<(), IntegrateError> {
+        let touched = self.discrete.touched.take();
         if part >= 1.0 {
             return self.step_to_event(controller, h, t_new, times, solution);
+        }
+        if part == 0.0 {
+            // The step before ended at a threshold, which this one leaves.
+            self.end_at_touch(touched, solution);
+            return Ok(());
         }
         let (h, t_new) = (part * h, self.t + part * h);
         let made = self.step_to(h, Variables::All, solution);
@@ -181,8 +189,9 @@ impl<S: Solved> Simulation<'_, S> {
         if self.due().is_some() {
             return self.step_to_event(controller, h, t_new, times, solution);
         }
-        self.arm();
+        self.arm(At::End, t_new);
         self.accept(t_new, Stop::None, times, solution);
+        self.end_at_touch(touched, solution);
         Ok(())
     }
 }

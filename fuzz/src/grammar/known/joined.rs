@@ -84,8 +84,13 @@ pub(super) fn write(draft: &mut Draft) {
     let falls = leaves / c1 - leaves / (c1 * c1) / give;
     let both = [after[0] - falls * together, (after[0] - falls * together) / ratio];
     let alone = (until - joins - together).max(0.0);
+    let end = both[0] - leaves * alone / c1;
+    // Parted above the level, the first falls below it once more.
+    if by_level && both[0] > before && end < before {
+        return restart(draft);
+    }
     let size = start1.abs().max(start2.abs());
-    draft.at(first, until, both[0] - leaves * alone / c1, size);
+    draft.at(first, until, end, size);
     draft.at(second, until, both[1], size);
     let conserved = ratio * c1 * start1 + c2 * start2;
     draft.always(sum, conserved, (ratio * c1 * start1).abs() + (c2 * start2).abs());

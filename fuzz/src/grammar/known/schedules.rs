@@ -10,6 +10,8 @@ use super::quadrature::root;
 const SAMPLES: usize = 800;
 /// Least distance of an extremum from the level, so that no rounding decides whether there is a crossing.
 const CLEAR: f64 = 1e-3;
+/// Samples nearer to the level than this are at it.
+const AT_LEVEL: f64 = 1e-9;
 
 /// A periodic function of time around a level.
 struct Wave {
@@ -125,7 +127,8 @@ fn crossings(wave: &Wave, periods: usize) -> Option<Vec<(f64, bool)>> {
             return None;
         }
     }
-    if values[0].abs() < CLEAR {
+    // A sample at the level may be on either side of it in another period.
+    if values[0].abs() < CLEAR || values.iter().any(|value| value.abs() < AT_LEVEL) {
         return None;
     }
     let mut all = Vec::new();

@@ -1,0 +1,182 @@
+//! Columns of the recordings that the model lacks: what is recorded may act where nothing reads it.
+//!
+//! They are declared as inputs for the search. Those that nothing reads in the end leave the text again.
+
+use std::collections::BTreeSet;
+
+use dgd_compiler::model::ModelOptions;
+use dgd_compiler::source::Span;
+use dgd_compiler::syntax::ast::{Ast, ItemKind};
+use dgd_compiler::syntax::visit;
+use dgd_data::{Column, FileSystem, Reading, Table};
+
+use super::{base_model, folders};
+use crate::model::Compilation;
+use crate::model::effects::load_folder;
+use crate::request::DiscoverRequest;
+
+/// What the columns of all recordings offer a search.
+#[derive(Debug, Default)]
+pub(super) struct Offered {
+    /// The names of the columns that all recordings have, where something declared or offered depends on them.
+    pub(super) columns: Option<Vec<String>>,
+    /// Declarations of columns that the model lacks.
+    pub(super) inputs: Vec<Declaration>,
+}
+
+/// An input that the model lacks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Declaration {
+    pub(super) name: String,
+    /// Its line in a model.
+    line: String,
+}
+
+/// Looks through the recordings of a request. Faults of a model or a file are reported when it is read next, and so is a
+/// file that can be read only once.
+pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> Offered {
+    let paths: Vec<_> = request.data.iter().chain(&request.valid).collect();
+    if !paths.iter().all(|path| files.is_file(path)) {
+        return Offered::default();
+    }
+    let mut probe = Compilation::new(files);
+    let Ok(options) = probe.options(&request.choices) else { return Offered::default() };
+    let options = ModelOptions { columns: Some(Vec::new()), ..options };
+    let Ok(compiled) = base_model(request, &options, &mut probe, &[]) else {
+        return Offered::default();
+    };
+    let is_read = |name: &str| compiled.dae.inputs.iter().any(|i| i.declared.name == name);
+    let has_unread = compiled.asts[0]
+        .items
+        .iter()
+        .any(|item| matches!(&item.kind, ItemKind::Input { name, .. } if !is_read(&name.text)));
+    let mut tables: Vec<Table> = Vec::new();
+    for path in paths {
+        let Compilation { sources, diagnostics, .. } = &mut probe;
+        let reading = Reading::default().renamed(&request.solve.rename);
+        match reading.read(files, path, sources, diagnostics) {
+            Ok(table) => tables.push(table),
+            Err(_) => return Offered::default(),
+        }
+    }
+    let Some((first, others)) = tables.split_first() else { return Offered::default() };
+    let common: Vec<&Column> = (first.columns.iter())
+        .filter(|column| others.iter().all(|table| table.column(&column.name).is_some()))
+        .collect();
+    let text = &probe.sources.get(compiled.asts[0].source).text;
+    let mut known = words(text);
+    let of_effects = declared_by_effects(request, files);
+    known.extend(of_effects.iter().map(String::as_str));
+    let mut inputs = Vec::new();
+    for column in &common {
+        let of_all: Vec<&Column> =
+            tables.iter().filter_map(|table| table.column(&column.name)).collect();
+        if known.contains(column.name.as_str()) || !is_signal(&of_all, request.data.len()) {
+            continue;
+        }
+        let declaration = Declaration::of(column);
+        let mut trial = Compilation::new(files);
+        let Ok(options) = trial.options(&request.choices) else { continue };
+        if base_model(request, &options, &mut trial, std::slice::from_ref(&declaration)).is_ok() {
+            inputs.push(declaration);
+        }
+    }
+    let columns = common.iter().map(|column| column.name.clone()).collect();
+    Offered { columns: (has_unread || !inputs.is_empty()).then_some(columns), inputs }
+}
+
+/// The names that effects of the library declare, which a model with them must not have.
+fn declared_by_effects(request: &DiscoverRequest, files: &dyn FileSystem) -> BTreeSet<String> {
+    let mut probe = Compilation::new(files);
+    let mut all = BTreeSet::new();
+    for folder in folders(request, files) {
+        let Compilation { sources, diagnostics, .. } = &mut probe;
+        for effect in load_folder(files, &folder, sources, diagnostics).into_iter().flatten() {
+            visit::items(&effect.ast.items, &mut |item| {
+                all.extend(item.kind.value_name().map(|name| name.text.clone()));
+            });
+        }
+    }
+    all
+}
+
+/// Whether a column has a value everywhere, and not the same one throughout the training recordings.
+fn is_signal(of_all: &[&Column], training: usize) -> bool {
+    let is_whole = |column: &&Column| {
+        column.fault.is_none() && column.values.iter().all(|value| value.is_finite())
+    };
+    let moves = |column: &&Column| column.values.windows(2).any(|pair| pair[0] != pair[1]);
+    of_all.iter().all(is_whole) && of_all[..training.min(of_all.len())].iter().any(moves)
+}
+
+impl Declaration {
+    fn of(column: &Column) -> Self {
+        let unit = column.unit.as_ref().map_or("1", |unit| &unit.symbol);
+        let kind = if column.is_held() { "hold" } else { "linear" };
+        Self { name: column.name.clone(), line: format!("input {} [{unit}] {kind}", column.name) }
+    }
+}
+
+/// The text of a model with declarations behind its inputs, or behind its first line.
+pub(super) fn with(ast: &Ast, text: &str, declarations: &[Declaration]) -> String {
+    let mut after = ast.model.as_ref().map_or(0, |header| header.name.span.end);
+    visit::items(&ast.items, &mut |item| {
+        let Span { source, end, .. } = item.span;
+        if matches!(item.kind, ItemKind::Input { .. }) && source == ast.source {
+            after = after.max(end);
+        }
+    });
+    let after = after as usize;
+    let line_end = text[after..].find('\n').map_or(text.len(), |at| after + at);
+    let lines: String = declarations.iter().map(|own| format!("\n{}", own.line)).collect();
+    format!("{}{lines}{}", &text[..line_end], &text[line_end..])
+}
+
+/// The text of a model without the declarations that nothing in it reads, whatever its layout.
+pub(super) fn without_unread(text: &str, declarations: &[Declaration]) -> String {
+    let is_of = |line: &str, own: &Declaration| {
+        let mut words = line.split_whitespace();
+        words.next() == Some("input") && words.next() == Some(own.name.as_str())
+    };
+    let unread = |own: &&Declaration| {
+        let others: String =
+            text.lines().filter(|line| !is_of(line, own)).flat_map(|line| [line, "\n"]).collect();
+        !words(&others).contains(own.name.as_str())
+    };
+    let unread: Vec<&Declaration> = declarations.iter().filter(unread).collect();
+    let kept = |line: &&str| !unread.iter().any(|own| is_of(line, own));
+    text.split_inclusive('\n').filter(kept).collect()
+}
+
+/// The names in a text, comments left out.
+fn words(text: &str) -> BTreeSet<&str> {
+    let is_part = |c: char| c.is_alphanumeric() || c == '_';
+    let code = text.lines().map(|line| {
+        let end = ["//", "#"].iter().filter_map(|mark| line.find(mark)).min();
+        &line[..end.unwrap_or(line.len())]
+    });
+    code.flat_map(|line| line.split(move |c| !is_part(c))).filter(|word| !word.is_empty()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn declaration(name: &str) -> Declaration {
+        Declaration { name: name.to_owned(), line: format!("input {name} [1] hold") }
+    }
+
+    #[test]
+    fn words_of_comments_are_none() {
+        let words = words("input P [W] hold # not G\n/// the sun S\nlet a_1 = 2*b\n");
+        assert!(["input", "P", "W", "a_1", "b"].iter().all(|word| words.contains(word)));
+        assert!(!words.contains("G") && !words.contains("S"));
+    }
+
+    #[test]
+    fn what_nothing_reads_leaves_the_text() {
+        let text = "model m\ninput u [1]\ninput  v  [1] hold\ninput w [1] hold\n\nequation a: der(x) = u + w\n";
+        let found = without_unread(text, &[declaration("v"), declaration("w")]);
+        assert_eq!(found, text.replace("input  v  [1] hold\n", ""));
+    }
+}
