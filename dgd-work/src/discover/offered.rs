@@ -128,8 +128,8 @@ pub(super) fn with(ast: &Ast, text: &str, declarations: &[Declaration]) -> Strin
     });
     let after = after as usize;
     let line_end = text[after..].find('\n').map_or(text.len(), |at| after + at);
-    let lines: String = declarations.iter().map(|own| format!("\n{}", own.line)).collect();
-    format!("{}{lines}{}", &text[..line_end], &text[line_end..])
+    let lines: Vec<&str> = declarations.iter().map(|own| own.line.as_str()).collect();
+    format!("{}\n{}{}", &text[..line_end], lines.join("\n"), &text[line_end..])
 }
 
 /// The text of a model without the declarations that nothing in it reads, whatever its layout.
