@@ -244,7 +244,7 @@ fn law(prepared: &Prepared<'_>, search: &Search<'_>, outcome: Outcome) -> Answer
     if outcome == Outcome::Sufficient || !is_generic || search.data.is_over() {
         return Answer::Nothing;
     }
-    // A name with more than noise behind it is none that a law has to be better than.
+    // A law has to be better than templates only if they leave no more than noise.
     let explains = |fitted: &&Fitted| !named.is_base() && search.leaves_nothing(fitted);
     let named = search.fitted(named).filter(explains).map(|fitted| Named {
         fitted,

@@ -50,9 +50,7 @@ impl Draft {
             |draft: &Draft| -> Vec<usize> { draft.terms.iter().map(|term| term.0).collect() };
         (self.left - other.left).abs() < TWINS && places(self) == places(other)
     }
-}
 
-impl Draft {
     /// The drafts that lack one of its terms, or a factor of one: its coefficient then makes up for the factor's mean.
     pub(super) fn simpler(&self, sighting: &Sighting) -> Vec<Draft> {
         let mut all = Vec::new();

@@ -149,7 +149,7 @@ impl Inserted {
         sum + self.fitted.free() as f64 * (n as f64).ln() + 2.0 * f64::from(complexity)
     }
 
-    /// Whether it is another one, but for its constants.
+    /// Whether it has the same terms as another law, with any constants.
     pub(super) fn has_terms_of(&self, other: &Self) -> bool {
         let is_same =
             |a: &Written, b: &Written| a.place == b.place && a.shape.factors == b.shape.factors;

@@ -48,19 +48,19 @@ impl Laws<'_> {
     ) -> Vec<Inserted> {
         all.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         all.retain(|one| one.is_significant() && search.fits(&one.fitted));
-        let mut seen: Vec<Inserted> = Vec::new();
-        all.retain(|one| {
-            let is_new = !seen.iter().any(|other| one.has_terms_of(other));
-            seen.push(one.clone());
-            is_new
-        });
-        all.truncate(HELD_OUT);
-        for one in &mut all {
+        let mut distinct: Vec<Inserted> = Vec::new();
+        for one in all {
+            if !distinct.iter().any(|better| one.has_terms_of(better)) {
+                distinct.push(one);
+            }
+        }
+        distinct.truncate(HELD_OUT);
+        for one in &mut distinct {
             one.fitted.know_correlations(self.data);
             one.fitted.hold_out(self.data, EVALUATIONS);
         }
-        all.retain(|one| search.leaves_nothing(&one.fitted));
-        all
+        distinct.retain(|one| search.leaves_nothing(&one.fitted));
+        distinct
     }
 }
 

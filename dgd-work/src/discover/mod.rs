@@ -36,7 +36,7 @@ use crate::run::recording;
 use crate::run::{densities, executable, keeping, options, reservations, verify_memory_of_fit};
 use crate::session::Session;
 pub use adopt::{Adopted, adopt};
-use offered::{Declaration, with, without_unread};
+use offered::{with_inputs, without_unread};
 use report::Subject;
 pub use report::file_names;
 
@@ -77,8 +77,10 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
     let options_of_model =
         ModelOptions { columns: offered.columns, ..compilation.options(&request.choices)? };
     let inputs = offered.inputs;
-    let compiled = base_model(request, &options_of_model, &mut compilation, &inputs)?;
+    let compiled = base_model(request, &options_of_model, &mut compilation)?;
+    // Of the user's texts, which other commands have, too.
     let of_model = provenance::of_model(&compilation.sources);
+    let compiled = with_inputs(compiled, &inputs, request, &options_of_model, &mut compilation)?;
     let library = library(request, &mut compilation, session)?;
     let Compilation { sources, diagnostics, .. } = &mut compilation;
     let Ok(templates) = templates(sources, diagnostics) else {
@@ -352,28 +354,22 @@ fn reserved(
     Ok(reservations)
 }
 
-/// The model to be examined, with the effects of `--apply` and further inputs written into its text.
+/// The model to be examined, with the effects of `--apply` written into its text.
 fn base_model(
     request: &DiscoverRequest,
     options: &ModelOptions,
     compilation: &mut Compilation<'_>,
-    inputs: &[Declaration],
 ) -> Result<Compiled, WorkError> {
-    let (free, fixed) = compilation.sought(&request.sought);
-    let directions = Directions::Estimated { free, fixed };
-    let path = &request.model;
-    let compiled =
-        match compilation.compile_text(path, &request.choices.apply, options, &directions)? {
-            Ok(compiled) if !inputs.is_empty() => {
-                let ast = &compiled.asts[0];
-                let text = with(ast, &compilation.sources.get(ast.source).text, inputs);
-                let text = layout::like(ast.source, &compilation.sources, text);
-                compilation.compile_source(path, text, options, &directions)
-            }
-            compiled => compiled,
-        };
+    let directions = directions(request, compilation);
+    let (path, apply) = (&request.model, &request.choices.apply);
+    let compiled = compilation.compile_text(path, apply, options, &directions)?;
     compiled
         .map_err(|_| WorkError::diagnosed(&compilation.diagnostics, compilation.sources.clone()))
+}
+
+fn directions(request: &DiscoverRequest, compilation: &mut Compilation<'_>) -> Directions {
+    let (free, fixed) = compilation.sought(&request.sought);
+    Directions::Estimated { free, fixed }
 }
 
 /// The folders of effects that there are: beside the model, and those of `--effects`.

@@ -1,30 +1,31 @@
-//! Columns of the recordings that the model lacks: what is recorded may act where nothing reads it.
+//! Recorded columns that the model does not read: each may act in an equation.
 //!
-//! They are declared as inputs for the search. Those that nothing reads in the end leave the text again.
+//! During a search they are declared as inputs. The declarations that no term reads are removed afterwards.
 
 use std::collections::BTreeSet;
 
 use dgd_compiler::model::ModelOptions;
-use dgd_compiler::source::Span;
+use dgd_compiler::pipeline::Compiled;
 use dgd_compiler::syntax::ast::{Ast, ItemKind};
-use dgd_compiler::syntax::visit;
+use dgd_compiler::syntax::{layout, visit};
 use dgd_data::{Column, FileSystem, Reading, Table};
 
-use super::{base_model, folders};
+use super::{base_model, directions, folders};
+use crate::error::WorkError;
 use crate::model::Compilation;
 use crate::model::effects::load_folder;
 use crate::request::DiscoverRequest;
 
-/// What the columns of all recordings offer a search.
+/// The recorded columns that a search can use.
 #[derive(Debug, Default)]
 pub(super) struct Offered {
-    /// The names of the columns that all recordings have, where something declared or offered depends on them.
+    /// The names of the columns that all recordings have; none if no effect can use one that the model does not read.
     pub(super) columns: Option<Vec<String>>,
-    /// Declarations of columns that the model lacks.
+    /// Declarations of those that the model does not declare.
     pub(super) inputs: Vec<Declaration>,
 }
 
-/// An input that the model lacks.
+/// An input that the model does not declare.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Declaration {
     pub(super) name: String,
@@ -42,7 +43,7 @@ pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> Offe
     let mut probe = Compilation::new(files);
     let Ok(options) = probe.options(&request.choices) else { return Offered::default() };
     let options = ModelOptions { columns: Some(Vec::new()), ..options };
-    let Ok(compiled) = base_model(request, &options, &mut probe, &[]) else {
+    let Ok(compiled) = base_model(request, &options, &mut probe) else {
         return Offered::default();
     };
     let is_read = |name: &str| compiled.dae.inputs.iter().any(|i| i.declared.name == name);
@@ -67,19 +68,24 @@ pub(super) fn offered(request: &DiscoverRequest, files: &dyn FileSystem) -> Offe
     let mut known = words(text);
     let of_effects = declared_by_effects(request, files);
     known.extend(of_effects.iter().map(String::as_str));
-    let mut inputs = Vec::new();
-    for column in &common {
+    let is_offered = |column: &&&Column| {
         let of_all: Vec<&Column> =
             tables.iter().filter_map(|table| table.column(&column.name)).collect();
-        if known.contains(column.name.as_str()) || !is_signal(&of_all, request.data.len()) {
-            continue;
-        }
-        let declaration = Declaration::of(column);
+        !known.contains(column.name.as_str()) && is_signal(&of_all, request.data.len())
+    };
+    let mut inputs: Vec<Declaration> =
+        common.iter().filter(is_offered).map(|column| Declaration::of(column)).collect();
+    let compiles = |inputs: &[Declaration]| {
         let mut trial = Compilation::new(files);
-        let Ok(options) = trial.options(&request.choices) else { continue };
-        if base_model(request, &options, &mut trial, std::slice::from_ref(&declaration)).is_ok() {
-            inputs.push(declaration);
-        }
+        let Ok(options) = trial.options(&request.choices) else { return false };
+        let compiled = base_model(request, &options, &mut trial);
+        compiled
+            .and_then(|compiled| with_inputs(compiled, inputs, request, &options, &mut trial))
+            .is_ok()
+    };
+    // A header may be no name, or one that the language has.
+    if !compiles(&inputs) {
+        inputs.retain(|own| compiles(std::slice::from_ref(own)));
     }
     let columns = common.iter().map(|column| column.name.clone()).collect();
     Offered { columns: (has_unread || !inputs.is_empty()).then_some(columns), inputs }
@@ -117,16 +123,32 @@ impl Declaration {
     }
 }
 
+/// A model with further inputs in its text.
+pub(super) fn with_inputs(
+    compiled: Compiled,
+    inputs: &[Declaration],
+    request: &DiscoverRequest,
+    options: &ModelOptions,
+    compilation: &mut Compilation<'_>,
+) -> Result<Compiled, WorkError> {
+    if inputs.is_empty() {
+        return Ok(compiled);
+    }
+    let ast = &compiled.asts[0];
+    let text = with(ast, &compilation.sources.get(ast.source).text, inputs);
+    let text = layout::like(ast.source, &compilation.sources, text);
+    let directions = directions(request, compilation);
+    let compiled = compilation.compile_source(&request.model, text, options, &directions);
+    compiled
+        .map_err(|_| WorkError::diagnosed(&compilation.diagnostics, compilation.sources.clone()))
+}
+
 /// The text of a model with declarations behind its inputs, or behind its first line.
-pub(super) fn with(ast: &Ast, text: &str, declarations: &[Declaration]) -> String {
-    let mut after = ast.model.as_ref().map_or(0, |header| header.name.span.end);
-    visit::items(&ast.items, &mut |item| {
-        let Span { source, end, .. } = item.span;
-        if matches!(item.kind, ItemKind::Input { .. }) && source == ast.source {
-            after = after.max(end);
-        }
-    });
-    let after = after as usize;
+fn with(ast: &Ast, text: &str, declarations: &[Declaration]) -> String {
+    let header = ast.model.as_ref().map_or(0, |header| header.name.span.end);
+    // Those in a variant are of one choice only.
+    let inputs = ast.items.iter().filter(|item| matches!(item.kind, ItemKind::Input { .. }));
+    let after = inputs.map(|item| item.span.end).fold(header, u32::max) as usize;
     let line_end = text[after..].find('\n').map_or(text.len(), |at| after + at);
     let lines: Vec<&str> = declarations.iter().map(|own| own.line.as_str()).collect();
     format!("{}\n{}{}", &text[..line_end], lines.join("\n"), &text[line_end..])

@@ -55,6 +55,11 @@ impl Tube {
         Self { left, right, range, change }
     }
 
+    /// Whether it only rises, or only falls.
+    pub(crate) fn is_monotone(self) -> bool {
+        self.change.lo >= 0.0 || self.change.hi <= 0.0
+    }
+
     #[inline]
     pub(crate) fn negated(self) -> Self {
         let Self { left, right, range, change } = self;

@@ -198,7 +198,7 @@ impl<S: Solved> Simulation<'_, S> {
         self.begin_instant(solution);
     }
 
-    /// Ends sensitivities at a threshold that is touched, if a transition's is.
+    /// Ends sensitivities where a transition's threshold has been touched, if it has.
     pub(super) fn end_at_touch(&mut self, k: Option<usize>, solution: &mut Solution) {
         if let Some(k) = k
             && self.directions.is_some()

@@ -4,8 +4,8 @@
 //! all event functions that may pass their thresholds in it are monotone. Parts are taken in their order, so that no
 //! crossing comes before the one that is found.
 //!
-//! An excess over a threshold that is below the rounding of the event function is no crossing, but a touch: what follows
-//! from it is undefined in derivatives, whichever way rounding goes. Where a part is as short as the rounding of time,
+//! An excess over a threshold that is below the rounding of the event function is no crossing, but a touch, from which on
+//! derivatives are undefined. Where a part is as short as the rounding of time,
 //! its ends decide.
 
 use crate::integrate::enclosure::{Along, Interval, Tube};
@@ -427,9 +427,8 @@ impl Short {
 
     /// Whether it may be there between the ends, and not at both of them.
     fn may_touch_within(self) -> bool {
-        let is_monotone = self.e.change.lo >= 0.0 || self.e.change.hi <= 0.0;
         let may_touch = self.is_at(self.e.range, rounding(self.e));
-        may_touch && !is_monotone && !(self.is_at_left() && self.is_at_right())
+        may_touch && !self.e.is_monotone() && !(self.is_at_left() && self.is_at_right())
     }
 
     fn is_at(self, e: Interval, rounding: f64) -> bool {
@@ -478,10 +477,9 @@ fn found_due(e: Tube, slack: f64, is_last: bool) -> Found {
 /// What a transition does that is armed where its event function is certainly not above `slack`: one that has just been
 /// made is above it by less than rounding.
 fn found_to_arm(e: Tube, slack: f64, is_last: bool) -> Found {
-    let is_monotone = e.change.lo >= 0.0 || e.change.hi <= 0.0;
     if e.range.lo > slack {
         Found::Clear
-    } else if is_monotone || is_last || !may_be_beyond(e, slack) {
+    } else if e.is_monotone() || is_last || !may_be_beyond(e, slack) {
         if e.right.hi <= slack { Found::Arms } else { Found::Clear }
     } else {
         Found::Unclear
