@@ -220,7 +220,7 @@ fn a_column_that_the_model_lacks_is_found_where_it_acts() {
     request.valid = vec!["tuesday.csv".into()];
     let fit = fit(&request, session).unwrap_or_else(|error| panic!("{error}"));
     let digest = |of: &Value| of.pointer("/provenance/model").cloned().expect("a digest");
-    assert_eq!(digest(&found.to_json()), digest(&fit.to_json()));
+    assert_eq!(digest(&found.to_json()), digest(fit.to_json()));
 }
 
 /// A cell whose charge at the start is known. Its voltmeter shows a little too much, for which the
