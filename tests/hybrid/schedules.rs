@@ -478,6 +478,25 @@ fn a_touch_that_no_parameter_moves_keeps_derivatives() {
 }
 
 #[test]
+fn a_square_that_touches_for_all_parameters_keeps_derivatives() {
+    let text = "model square
+         parameter a = 2
+         state x = 1
+         state y = 0
+         equation x: der(x) = -a/1 [s]
+         equation y: der(y) = a*sign(x^2)/1 [s]";
+    for moved in ["x^2", "(x - 0.1*sin(x))^2", "(x*a)^2"] {
+        let system = system(&text.replace("x^2", moved));
+        let solution = run(&system, &[0.0, 0.2, 1.0]);
+        assert!(solution.undefined.is_empty(), "{moved}: {:?}", solution.undefined);
+        assert_near(moved, value(&system, &solution, "y", 2), 2.0, 1e-6);
+    }
+    let system = system(&text.replace("x^2", "(x^2 + a - 2)"));
+    let solution = run(&system, &[0.0, 0.2, 1.0]);
+    assert_eq!(solution.undefined.len(), 1, "{:?}", solution.undefined);
+}
+
+#[test]
 fn a_peak_of_an_input_at_a_threshold_ends_derivatives() {
     let system = system(
         "model peak

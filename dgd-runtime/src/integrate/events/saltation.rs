@@ -213,12 +213,46 @@ impl<S: Solved> Simulation<'_, S> {
     fn touch(&mut self, k: usize, solution: &mut Solution) {
         let mut tau = std::mem::take(&mut self.discrete.saltation.tau);
         self.event_along_directions(k, &mut tau);
-        let depends = tau.iter().any(|tau| *tau != 0.0);
+        let depends = tau.iter().any(|tau| *tau != 0.0) && !self.touches_always(k, &tau);
         tau.fill(0.0);
         self.discrete.saltation.tau = tau;
         if depends {
             self.end_sensitivities_at_threshold(k, solution);
         }
+    }
+
+    /// Whether the event function of the k-th transition, with these derivatives d at the touch, touches its threshold
+    /// for other parameters as well, as a square does: d vanishes where the rate ė does.
+    ///
+    /// ```text
+    ///   d − ė Δd/Δė ≪ Δd,   Δ: from here to a point further along ẏ
+    /// ```
+    fn touches_always(&mut self, k: usize, d: &[f64]) -> bool {
+        const FURTHER: f64 = 1e-3;
+        const VANISHES: f64 = 1e-3;
+        let (rate, _) = self.event_rate(k);
+        let step = FURTHER * self.discrete.sampled;
+        let t = self.t + step;
+        let Problem { system, p, .. } = *self.problem;
+        for (moved, (y, ydot)) in self
+            .row
+            .as_mut()
+            .iter_mut()
+            .zip(self.y.as_ref().iter().zip(self.discrete.saltation.ydot()))
+        {
+            *moved = y + step * ydot;
+        }
+        let (u, udot) = self.drive.with_slope(t, self.row.as_ref());
+        let at = Point { t, y: self.row.as_ref(), u, p, z: &self.discrete.schedule.z };
+        self.discrete.saltation.take_event_derivatives(system, at, udot);
+        let (moved_rate, _) = self.event_rate(k);
+        let mut moved = vec![0.0; d.len()];
+        self.event_along_directions(k, &mut moved);
+        let part = rate / (moved_rate - rate);
+        d.iter().zip(&moved).all(|(d, moved)| {
+            let change = moved - d;
+            (d - part * change).abs() <= VANISHES * change.abs()
+        })
     }
 
     /// τ of the event function of the k-th transition, whose slopes have been taken.
