@@ -249,6 +249,7 @@ fn law(prepared: &Prepared<'_>, search: &Search<'_>, outcome: Outcome) -> Answer
     let named = search.fitted(named).filter(explains).map(|fitted| Named {
         fitted,
         targets: effects.clone().map(Candidate::target).collect(),
+        effects: effects.clone().count(),
         are_of_plant: effects.all(|effect| effect.kind() == "plant"),
     });
     let data = &search.data;

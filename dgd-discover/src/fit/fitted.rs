@@ -6,7 +6,7 @@ use dgd_identify::journal::{Kept, kept};
 use dgd_identify::keep_by_fields;
 use dgd_identify::{
     Estimate, EstimateError, Evaluation, Fit, Noise, NoiseCorrelation, OutputErrorProblem,
-    Recording, Starts, StoppingRule, counts_from, evaluate, fit, fit_starts,
+    Recording, Starts, StoppingRule, counts_from, evaluate, fit,
 };
 use dgd_runtime::signature::Parameter;
 use dgd_runtime::{Observations, Signature, System};
@@ -135,7 +135,7 @@ impl Fitted {
 
     /// Simulates the validation recordings.
     pub(crate) fn hold_out(&mut self, data: &Data<'_>, evaluations: usize) {
-        self.valid = held_out(&self.structure, &self.p, data, evaluations);
+        self.valid = self.held_out(data, evaluations);
     }
 
     /// Times from which the validation recordings count.
@@ -360,35 +360,7 @@ fn correlation(noise: &SensorNoise) -> NoiseCorrelation {
     })
 }
 
-/// Outputs of the validation recordings, with start values from their beginnings; `None` if one cannot be simulated.
-fn held_out(
-    structure: &Structure,
-    p: &[f64],
-    data: &Data<'_>,
-    evaluations: usize,
-) -> Option<Vec<Observations>> {
-    let starts = held_out_starts(structure, p, data, evaluations)?;
-    let problem = problem(structure, p, data.valid, data, evaluations);
-    Some(evaluate(&problem, p, &starts).ok()?.observations)
-}
-
-/// Start values of the validation recordings from their beginnings; `None` if one cannot be simulated.
-pub(crate) fn held_out_starts(
-    structure: &Structure,
-    p: &[f64],
-    data: &Data<'_>,
-    evaluations: usize,
-) -> Option<Vec<Starts>> {
-    let problem = problem(structure, p, data.valid, data, evaluations);
-    let key = data.keeping.key(&("held out", &structure.id), |digest| {
-        let options = data.options_for(&structure.system);
-        let with = digest.of(&p).of(&data.noise).of(&options).of(&evaluations);
-        with.of(&data.counts_from)
-    });
-    kept(data.keeping.journal, key, || fit_starts(&problem, &data.counts_from).ok())
-}
-
-fn problem<'a>(
+pub(super) fn problem<'a>(
     structure: &'a Structure,
     p: &'a [f64],
     recordings: &'a [Recording],

@@ -26,7 +26,7 @@ use nalgebra::DMatrix;
 
 use super::correlated::{inverse, with_covariance};
 use super::data::Data;
-use super::fitted::{Fitted, held_out_starts};
+use super::fitted::Fitted;
 use super::residuals::chi_square;
 
 /// Expected mean square of one output relative to the noise.
@@ -104,7 +104,7 @@ impl Fitted {
             correlated: DMatrix::zeros(n_p, n_p),
         };
         let mut sums = vec![nothing; data.noise.len()];
-        let found = held_out_starts(&self.structure, &self.p, data, evaluations)?;
+        let found = self.held_out_starts(data, evaluations)?;
         for ((recording, from), start) in data.valid.iter().zip(&data.counts_from).zip(&found) {
             let seen = outputs_with_sensitivities(
                 system.as_model(),

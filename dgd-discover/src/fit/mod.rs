@@ -9,6 +9,7 @@ mod data;
 mod diverging;
 mod fitted;
 mod foreseen;
+mod held_out;
 mod keeping;
 mod moments;
 mod patience;
@@ -19,7 +20,7 @@ mod start_point;
 
 pub(crate) use budget::Budget;
 pub(crate) use data::Data;
-pub(crate) use fitted::{Fitted, NoFit, held_out_starts, with_starts};
+pub(crate) use fitted::{Fitted, NoFit, with_starts};
 pub(crate) use keeping::WorkJournal;
 pub(crate) use patience::{most_steps, too_many_steps};
 pub(crate) use ranges::{period, ranges};

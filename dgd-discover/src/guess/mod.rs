@@ -30,7 +30,7 @@ use dgd_identify::Recording;
 use dgd_runtime::parallel::in_parallel;
 use dgd_runtime::{Point, Problem, Solution, System, simulate};
 
-use crate::fit::{Data, Fitted, StartPoint, as_far_as_readings, held_out_starts, whitened_square};
+use crate::fit::{Data, Fitted, StartPoint, as_far_as_readings, whitened_square};
 use crate::library::{BaseModel, Candidate, StructureId, Values};
 use crate::missing_input::{
     self, FoundPlace, MissingTerms, PlaceKind, PlaceTrace, inputs_with, place_of,
@@ -250,7 +250,7 @@ impl Guessing<'_> {
         let train: Option<Vec<PlaceTrace>> = (data.train.iter().enumerate())
             .map(|(r, recording)| of(recording, &fitted.values.starts(system, r)))
             .collect();
-        let starts = held_out_starts(&fitted.structure, &fitted.p, data, EVALUATIONS);
+        let starts = fitted.held_out_starts(data, EVALUATIONS);
         let valid: Option<Vec<PlaceTrace>> = (data.valid.iter().zip(starts.iter().flatten()))
             .map(|(recording, start)| of(recording, start))
             .collect();

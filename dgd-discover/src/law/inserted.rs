@@ -5,19 +5,21 @@ use std::fmt::Write;
 
 use dgd_compiler::source::Sources;
 use dgd_compiler::units::{Unit, parse_unit};
+use dgd_identify::Recording;
 use dgd_runtime::System;
 
 use super::columns::Draft;
-use super::{Laws, Proposed};
+use super::{Begin, HOPEFUL, Laws, Proposed};
 use crate::fit::{Data, Fitted, StartPoint};
 use crate::guess::{
     Factor, LawParameter, LawRange, Shape, bounds, change, formula, literal, names, plain,
     read_effect,
 };
-use crate::library::{Candidate, StructureId, Values};
+use crate::library::{Candidate, Structure, StructureId, Values};
 use crate::missing_input::Place;
 
-/// Maximum number of simulations of a fit that begins, and of one that is finished.
+/// Maximum number of simulations of a fit that begins, and of one that is finished. Where states are not read, a fit
+/// turns along valleys, and how far it comes at first says nothing of where it ends.
 const BEGINNING: usize = 15;
 pub(super) const EVALUATIONS: usize = 60;
 
@@ -82,8 +84,17 @@ impl Laws<'_> {
             }
             point.set(std::iter::once((constant.name.clone(), constant.value)));
         }
-        let from = Values { starts: proposed.sighting.starts.clone(), ..fitted.values.clone() };
-        let after = Fitted::new(structure, &from, &[point], &data.not_kept(), BEGINNING).ok()?;
+        let data = data.not_kept();
+        let starts = &proposed.sighting.starts;
+        let after = match proposed.begin {
+            Begin::Alone(r) => self.from_one(structure, starts, point, r)?,
+            Begin::All => {
+                let from = Values { starts: starts.clone(), ..fitted.values.clone() };
+                let is_hidden = fitted.has_hidden_states(&data);
+                let evaluations = if is_hidden { EVALUATIONS } else { BEGINNING };
+                Fitted::new(structure, &from, &[point], &data, evaluations).ok()?
+            }
+        };
         let reads =
             |i: &usize| written.iter().any(|own| own.shape.forms().any(|(name, _)| name == *i));
         let recorded = proposed.sighting.ranges();
@@ -94,6 +105,41 @@ impl Laws<'_> {
         });
         let ranges = ranges.collect();
         Some(Inserted { written, names, fitted: after, sources, ranges })
+    }
+
+    /// A structure fitted to one recording, which gives the coefficients with which start values of the others are found,
+    /// and then to all.
+    fn from_one(
+        &self,
+        structure: Structure,
+        starts: &[BTreeMap<String, f64>],
+        point: StartPoint,
+        r: usize,
+    ) -> Option<Fitted> {
+        let Laws { fitted, data, .. } = self;
+        let data = data.not_kept();
+        let others: Vec<Recording> = (data.train.iter().enumerate())
+            .filter(|(other, _)| *other != r)
+            .map(|(_, recording)| recording.clone())
+            .collect();
+        let mut own = Data {
+            train: &data.train[r..=r],
+            valid: &others,
+            counts_from: Vec::new(),
+            ..data.clone()
+        };
+        let from = Values { starts: starts.to_vec(), ..fitted.values.clone() };
+        let alone = Fitted::new(structure, &from, &[point], &own, EVALUATIONS).ok()?;
+        if alone.error.0 > HOPEFUL * alone.error.1 as f64 {
+            return None;
+        }
+        own.counts_from = alone.counts_from(&own, EVALUATIONS);
+        let mut found = alone.held_out_starts(&own, EVALUATIONS)?;
+        let system = &alone.structure.system;
+        found.insert(r, alone.values.starts(system, 0));
+        let from = Values::of(system, &alone.p, &found);
+        let points = [StartPoint::default()];
+        Fitted::new(alone.structure.clone(), &from, &points, &data, EVALUATIONS).ok()
     }
 
     fn written(&self, places: &[Place], names: &[Factor], draft: &Draft) -> Option<Vec<Written>> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::inserted::{EVALUATIONS, Inserted};
-use super::{Answer, Law, Laws};
+use super::{Answer, Explaining, Law, Laws};
 use crate::fit::{Data, Fitted};
 use crate::search::Search;
 
@@ -15,6 +15,8 @@ const RIVAL: f64 = 10.0;
 const BETTER: f64 = 30.0;
 /// Least size of a coefficient, in standard deviations.
 const SIGNIFICANT: f64 = 4.0;
+/// Largest number of terms of a plain law.
+const PLAIN: usize = 2;
 /// Number of laws that are simulated in the validation recordings.
 const HELD_OUT: usize = 8;
 /// Number of near forms that are reported.
@@ -25,6 +27,8 @@ pub(crate) struct Named<'a> {
     pub(crate) fitted: &'a Fitted,
     /// What they change.
     pub(crate) targets: BTreeSet<String>,
+    /// Their number.
+    pub(crate) effects: usize,
     /// Whether all are missing physics.
     pub(crate) are_of_plant: bool,
 }
@@ -41,11 +45,7 @@ impl Named<'_> {
 
 impl Laws<'_> {
     /// Those that leave only noise, the best first.
-    pub(super) fn leaving_noise(
-        &self,
-        mut all: Vec<Inserted>,
-        search: &Search<'_>,
-    ) -> Vec<Inserted> {
+    pub(super) fn leaving_noise(&self, mut all: Vec<Inserted>, search: &Search<'_>) -> Explaining {
         all.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         all.retain(|one| one.is_significant() && search.fits(&one.fitted));
         let mut distinct: Vec<Inserted> = Vec::new();
@@ -59,8 +59,18 @@ impl Laws<'_> {
             one.fitted.know_correlations(self.data);
             one.fitted.hold_out(self.data, EVALUATIONS);
         }
-        distinct.retain(|one| search.leaves_nothing(&one.fitted));
-        distinct
+        let (mut kept, lost): (Vec<Inserted>, Vec<Inserted>) =
+            distinct.into_iter().partition(|one| search.validates(&one.fitted));
+        // What no law of validation recordings explains is no proof of a worse law.
+        let held_out = |one: &Inserted| one.fitted.held_out_error(self.data);
+        kept.retain(|one| {
+            let is_better = |other: &Inserted| {
+                other.cost() + RIVAL < one.cost() && held_out(other) < held_out(one)
+            };
+            !lost.iter().any(is_better)
+        });
+        let is_unconfirmed = lost.iter().any(Inserted::is_plain);
+        Explaining { laws: kept, is_unconfirmed }
     }
 }
 
@@ -81,7 +91,16 @@ pub(super) fn answer(
     let named = named.map(|named| (named, named.cost(data)));
     let beats = |(named, cost): &(&Named<'_>, f64)| {
         let is_tied = !named.are_of_plant && !is_hidden;
-        best.cost() < cost + if is_tied { RIVAL } else { -BETTER }
+        let is_plainer = best.targets().len() < named.effects;
+        best.cost()
+            < cost
+                + if is_tied {
+                    RIVAL
+                } else if is_plainer {
+                    0.0
+                } else {
+                    -BETTER
+                }
     };
     if let Some((named, cost)) = named.filter(|named| !beats(named)) {
         let is_elsewhere = |law: &Inserted| {
@@ -97,7 +116,7 @@ pub(super) fn answer(
         other.cost() - best.cost() < RIVAL && !best.targets().is_subset(&other.targets())
     };
     if rest.iter().any(is_rival) {
-        return if named.is_some() { Answer::Doubt } else { Answer::Nothing };
+        return Answer::Doubt;
     }
     let error = |one: &Inserted| one.fitted.error.0;
     let near = rest.iter().take(NEAR);
@@ -106,6 +125,11 @@ pub(super) fn answer(
 }
 
 impl Inserted {
+    /// Whether it is not one of the many sums that follow any recording.
+    fn is_plain(&self) -> bool {
+        self.terms(&self.fitted).len() <= PLAIN
+    }
+
     /// Whether the recordings determine all coefficients.
     fn is_significant(&self) -> bool {
         self.terms(&self.fitted).iter().all(|term| {

@@ -20,6 +20,7 @@ mod kinematic;
 mod sighting;
 mod terms;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use dgd_compiler::diagnostics::Diagnostics;
@@ -39,6 +40,9 @@ use sighting::Sighting;
 
 /// Number of sets of each size that are fitted by simulation; half as many each if places are looked at alone, too.
 const OF_EACH_SIZE: [usize; MOST_TERMS] = [8, 4, 4, 4];
+
+/// Number of training recordings that are looked at alone.
+const ALONE: usize = 2;
 
 /// Number of the best fitted laws of which simpler forms are tried.
 const SIMPLIFIED: usize = 2;
@@ -62,6 +66,16 @@ pub(crate) struct Laws<'a> {
 struct Proposed {
     draft: Draft,
     sighting: Arc<Sighting>,
+    begin: Begin,
+}
+
+/// Where the fit of a proposed set begins.
+#[derive(Debug, Clone, Copy)]
+enum Begin {
+    /// At the states that were seen in all recordings.
+    All,
+    /// At those of one recording; the others follow.
+    Alone(usize),
 }
 
 /// The result of the search for a law.
@@ -73,6 +87,14 @@ pub(crate) enum Answer {
     Doubt,
     /// A law.
     Law(Box<Law>),
+}
+
+/// Laws that leave only noise.
+struct Explaining {
+    /// Those that the validation recordings confirm, the best first.
+    laws: Vec<Inserted>,
+    /// Whether there is a plain one that they do not confirm.
+    is_unconfirmed: bool,
 }
 
 /// A law that is an answer.
@@ -100,37 +122,55 @@ impl Laws<'_> {
         let is_kinematic = |i: &usize| kinematic::is_kinematic(self.model, &places[*i].name);
         let physical: Vec<usize> = equations.iter().copied().filter(|i| !is_kinematic(i)).collect();
         let free = free_places(&terms, self.fitted);
-        let mut explaining = self.explaining(search, &terms, self.together(&physical));
+        let is_hidden = self.data.noise.iter().flatten().count() < equations.len();
+        let all = 0..self.data.train.len();
+        let mut is_unconfirmed = false;
+        let mut seen = |suspected: Vec<Vec<usize>>, recordings: Range<usize>| {
+            let proposed = self.proposed(&terms, suspected, recordings);
+            let Explaining { laws, is_unconfirmed: own } =
+                self.explaining(search, places, &proposed);
+            is_unconfirmed |= own;
+            laws
+        };
+        let mut laws = seen(self.together(&physical), all.clone());
+        // Between recordings, states that are not read may differ by anything; within one, they go on.
+        if is_hidden && all.len() > 1 {
+            for r in all.clone().take(ALONE) {
+                if laws.is_empty() {
+                    laws = seen(self.together(&physical), r..r + 1);
+                }
+            }
+        }
         // A free parameter may be a law.
-        if explaining.is_empty() && named.is_none() {
-            explaining =
-                self.explaining(search, &terms, free.iter().map(|free| vec![free.place]).collect());
+        if laws.is_empty() && named.is_none() {
+            laws = seen(free.iter().map(|free| vec![free.place]).collect(), all.clone());
         }
         // Kinematic equations hold by definition, unless nothing else helps.
-        if explaining.is_empty() && named.is_none() && physical.len() < equations.len() {
-            explaining = self.explaining(search, &terms, self.together(&equations));
+        if laws.is_empty() && named.is_none() && physical.len() < equations.len() {
+            laws = seen(self.together(&equations), all);
         }
-        let is_hidden = self.data.noise.iter().flatten().count() < equations.len();
+        // Effects that leave more than a law does are not named, even if recordings do not confirm the law.
+        if laws.is_empty() && named.is_none() && is_hidden && is_unconfirmed {
+            return Answer::Doubt;
+        }
         let labels: Vec<&str> = equations.iter().map(|i| &*places[*i].name).collect();
-        judged::answer(explaining, named, self.data, &labels, is_hidden)
+        judged::answer(laws, named, self.data, &labels, is_hidden)
     }
 
-    /// Laws that leave only noise, the best first.
+    /// Laws that leave only noise.
     fn explaining(
         &self,
         search: &Search<'_>,
-        terms: &MissingTerms,
-        suspected: Vec<Vec<usize>>,
-    ) -> Vec<Inserted> {
-        let proposed = self.proposed(terms, suspected);
+        places: &[Place],
+        proposed: &[Proposed],
+    ) -> Explaining {
         let Laws { base, sources, model, data, threads, .. } = *self;
-        let places = terms.places().to_vec();
         let begun = in_parallel(self.fitted, proposed.len(), threads, |fitted, k| {
             if data.is_over() {
                 return None;
             }
             let laws = Laws { base, sources, model, fitted, data, threads };
-            Some((&proposed[k], laws.insert(&places, &proposed[k])?))
+            Some((&proposed[k], laws.insert(places, &proposed[k])?))
         });
         let mut begun: Vec<(&Proposed, Inserted)> = begun.into_iter().flatten().collect();
         let left = |one: &Inserted| one.fitted.error.0 / one.fitted.error.1 as f64;
@@ -142,7 +182,7 @@ impl Laws<'_> {
         order.sort_by(|a, b| fits[*a].cost().total_cmp(&fits[*b].cost()));
         for k in order.into_iter().take(SIMPLIFIED) {
             if search.fits(&fits[k].fitted) {
-                let simpler = self.simplified(&places, begun[k].0, &fits[k]);
+                let simpler = self.simplified(places, begun[k].0, &fits[k]);
                 fits.extend(simpler);
             }
         }
@@ -167,7 +207,7 @@ impl Laws<'_> {
             let simpler = draft.simpler(sighting);
             let fits = in_parallel(self.fitted, simpler.len(), threads, |fitted, k| {
                 let laws = Laws { base, sources, model, fitted, data, threads };
-                let proposed = Proposed { draft: simpler[k].clone(), sighting: sighting.clone() };
+                let proposed = Proposed { draft: simpler[k].clone(), ..proposed.clone() };
                 Some((k, laws.insert(places, &proposed)?.finished(data)))
             });
             let fits = fits.into_iter().flatten();
@@ -197,18 +237,32 @@ impl Laws<'_> {
     }
 
     /// Sets of terms to be fitted.
-    fn proposed(&self, terms: &MissingTerms, suspected: Vec<Vec<usize>>) -> Vec<Proposed> {
+    fn proposed(
+        &self,
+        terms: &MissingTerms,
+        suspected: Vec<Vec<usize>>,
+        recordings: Range<usize>,
+    ) -> Vec<Proposed> {
         let mut all: Vec<Proposed> = Vec::new();
+        let is_alone = recordings.len() < self.data.train.len();
+        let begin = if is_alone { Begin::Alone(recordings.start) } else { Begin::All };
         let of_each_size =
             if suspected.len() > 1 { OF_EACH_SIZE.map(|n| n.div_ceil(2)) } else { OF_EACH_SIZE };
         for places in suspected {
             if self.data.is_over() {
                 break;
             }
-            let Some(sighting) = Sighting::new(self, terms, &places) else { continue };
+            let Some(sighting) = Sighting::new(self, terms, &places, recordings.clone()) else {
+                continue;
+            };
+
             let own = chosen(drafts(&sighting, self.threads), of_each_size);
             let sighting = Arc::new(sighting);
-            all.extend(own.into_iter().map(|draft| Proposed { draft, sighting: sighting.clone() }));
+            all.extend(own.into_iter().map(|draft| Proposed {
+                draft,
+                sighting: sighting.clone(),
+                begin,
+            }));
         }
         all.sort_by(|a, b| a.draft.cost.total_cmp(&b.draft.cost));
         let mut seen: Vec<Draft> = Vec::new();

@@ -1,9 +1,10 @@
 //! Recordings followed by a smoother, with the values of all names along them.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use dgd_identify::Recording;
-use dgd_runtime::System;
+use dgd_runtime::{Direction, System};
 
 use super::Laws;
 use crate::guess::{Factor, Shape, names};
@@ -27,15 +28,20 @@ pub(super) struct Sighting {
     pub(super) names: Vec<Factor>,
     /// Values of each name at the samples of each path.
     values: Vec<Vec<Vec<f64>>>,
-    /// Start values of each recording, by name.
+    /// Start values of each of its recordings, by name.
     pub(super) starts: Vec<BTreeMap<String, f64>>,
     /// Places of free parameters, each with the size of its prior error.
     pub(super) free: Vec<(usize, f64)>,
 }
 
 impl Sighting {
-    /// Follows the training recordings with unknown inputs at these places; `None` if one cannot be followed.
-    pub(super) fn new(laws: &Laws<'_>, terms: &MissingTerms, places: &[usize]) -> Option<Self> {
+    /// Follows training recordings with unknown inputs at these places; `None` if one cannot be followed.
+    pub(super) fn new(
+        laws: &Laws<'_>,
+        terms: &MissingTerms,
+        places: &[usize],
+        recordings: Range<usize>,
+    ) -> Option<Self> {
         let Laws { fitted, data, model, .. } = laws;
         let system = &fitted.structure.system;
         let unknowns = &system.signature().unknowns;
@@ -43,13 +49,13 @@ impl Sighting {
         if states + places.len() > MOST_STATES {
             return None;
         }
-        let outputs = data.noise.iter().flatten().count() * data.train.len();
+        let train = &data.train[recordings.clone()];
+        let outputs = data.noise.iter().flatten().count() * train.len();
         let most = (READINGS / outputs.max(1)).max(FEWEST);
         let samples: Vec<(Vec<f64>, Vec<f64>)> =
-            data.train.iter().map(|recording| sampled(recording, most)).collect();
-        let starts: Vec<_> =
-            (0..data.train.len()).map(|r| fitted.values.starts(system, r)).collect();
-        let recorded: Vec<Recorded<'_>> = (data.train.iter().zip(&samples).zip(&starts))
+            train.iter().map(|recording| sampled(recording, most)).collect();
+        let starts: Vec<_> = recordings.map(|r| fitted.values.starts(system, r)).collect();
+        let recorded: Vec<Recorded<'_>> = (train.iter().zip(&samples).zip(&starts))
             .map(|((recording, (times, measured)), start)| Recorded {
                 inputs: &recording.inputs,
                 times,
@@ -62,7 +68,16 @@ impl Sighting {
         } else {
             fitted.p.clone()
         };
-        let joint = Joint { terms, places, p: &p, noise: &data.noise, options: &data.options };
+        let directions = system.signature().directions.iter();
+        let free_starts: Vec<usize> = directions
+            .filter_map(|direction| match direction {
+                Direction::Start(unknown) => Some(*unknown),
+                Direction::Parameter(_) => None,
+            })
+            .collect();
+        let free_starts = &free_starts;
+        let (noise, options) = (&data.noise, &data.options);
+        let joint = Joint { terms, places, free_starts, p: &p, noise, options };
         let (paths, q) = joint.paths(&recorded)?;
         let stand_out = joint.standing_out(&paths, &q);
         let walks = places.iter().copied().zip(q).collect();

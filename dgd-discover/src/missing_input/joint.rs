@@ -30,6 +30,8 @@ use super::unknown_input::SIGNIFICANT_GAIN;
 const ROUNDS: usize = 6;
 /// Updates of q around each of them.
 const UPDATES: usize = 6;
+/// Parts of the way to the smoothed states that are tried one after the other.
+const PARTS: [f64; 4] = [1.0, 0.5, 0.1, 0.01];
 /// Largest factor by which one update changes q.
 const MOST_CHANGE: f64 = 100.0;
 
@@ -49,6 +51,8 @@ pub(crate) struct Recorded<'a> {
 pub(crate) struct Joint<'a> {
     pub(crate) terms: &'a MissingTerms,
     pub(crate) places: &'a [usize],
+    /// Unknowns whose start values are free; the others begin as recordings or the model have them.
+    pub(crate) free_starts: &'a [usize],
     /// All parameters, SI.
     pub(crate) p: &'a [f64],
     pub(crate) noise: &'a [Option<SensorNoise>],
@@ -76,6 +80,8 @@ pub(crate) struct Path {
 pub(crate) struct JointChain {
     /// Sizes of the states, SI.
     sizes: Vec<f64>,
+    /// Whether their start values are free.
+    is_free: Vec<bool>,
     /// Length of each interval, s.
     intervals: Vec<f64>,
     phi: Vec<DMatrix<f64>>,
@@ -170,7 +176,11 @@ impl JointChain {
         let mut z = DVector::zeros(n + m);
         let mut p = DMatrix::zeros(n + m, n + m);
         for i in 0..n + m {
-            p[(i, i)] = if i < n { self.sizes[i].powi(2) } else { q[i - n] * duration };
+            p[(i, i)] = match self.is_free.get(i) {
+                Some(true) => self.sizes[i].powi(2),
+                Some(false) => 0.0,
+                None => q[i - n] * duration,
+            };
         }
         let mut whitening = Whitening {
             places: places.to_vec(),
@@ -320,33 +330,59 @@ impl Joint<'_> {
 
     /// The smoothed recordings and the intensity of the walk at each place; `None` if one cannot be followed.
     pub(crate) fn paths(&self, recordings: &[Recorded<'_>]) -> Option<(Vec<Path>, Vec<f64>)> {
-        let mut all: Vec<Estimated> =
-            recordings.iter().map(|recorded| self.first(recorded)).collect::<Option<_>>()?;
-        let mut q: Option<Vec<f64>> = None;
-        for _ in 0..ROUNDS {
-            let paths: Vec<Path> = (recordings.iter().zip(&all))
-                .map(|(recorded, (x, d))| self.path(recorded, x, d))
-                .collect::<Option<_>>()?;
-            let mut own = q.take().unwrap_or_else(|| self.begin(&paths));
-            for _ in 0..UPDATES {
-                self.update(&paths, &mut own);
-            }
-            for (path, (x, d)) in paths.iter().zip(&mut all) {
-                let Smoothed { z, .. } = path.chain.smoothed(self.places, &own);
-                let n = path.chain.n();
-                for (k, z) in z.iter().enumerate() {
-                    x[k] += z.rows(0, n);
-                    for (j, d) in d.iter_mut().enumerate() {
-                        d[k] = z[n + j];
+        let first = |recorded: &Recorded<'_>| -> Option<(Estimated, Path)> {
+            let resting = self.resting(recorded)?;
+            let followed = self.first(recorded).map(|mut own| {
+                for (i, state) in self.states().iter().enumerate() {
+                    if !self.free_starts.contains(state) {
+                        own.0[0][i] = resting.0[0][i];
                     }
                 }
+                own
+            });
+            let mut begun = followed.into_iter().chain([resting]);
+            begun.find_map(|own| self.path(recorded, &own).map(|path| (own, path)))
+        };
+        let (mut all, mut paths): (Vec<Estimated>, Vec<Path>) =
+            recordings.iter().map(first).collect::<Option<Vec<_>>>()?.into_iter().unzip();
+        let mut q = self.begin(&paths);
+        for _ in 0..ROUNDS {
+            for _ in 0..UPDATES {
+                self.update(&paths, &mut q);
             }
-            q = Some(own);
+            let own = recordings.iter().zip(&all).zip(&paths);
+            let next = own.map(|((recorded, from), path)| self.smoothed(recorded, from, path, &q));
+            // Where the model cannot go on, the last trajectory stays.
+            let Some(next) = next.collect::<Option<Vec<_>>>() else { break };
+            (all, paths) = next.into_iter().unzip();
         }
-        let paths = (recordings.iter().zip(&all))
-            .map(|(recorded, (x, d))| self.path(recorded, x, d))
-            .collect::<Option<_>>()?;
-        Some((paths, q?))
+        Some((paths, q))
+    }
+
+    /// The smoothed states and inputs of a recording, with the path along them; where the model does not run there,
+    /// part of the way to them.
+    fn smoothed(
+        &self,
+        recorded: &Recorded<'_>,
+        from: &Estimated,
+        path: &Path,
+        q: &[f64],
+    ) -> Option<(Estimated, Path)> {
+        let Smoothed { z, .. } = path.chain.smoothed(self.places, q);
+        let n = path.chain.n();
+        let (x, d) = from;
+        let moved = |part: f64| -> Estimated {
+            let x = x.iter().zip(&z).map(|(x, z)| x + z.rows(0, n) * part).collect();
+            let of_place = |(j, d): (usize, &Vec<f64>)| {
+                d.iter().zip(&z).map(|(d, z)| d + part * (z[n + j] - d)).collect()
+            };
+            (x, d.iter().enumerate().map(of_place).collect())
+        };
+        PARTS.iter().find_map(|part| {
+            let next = moved(*part);
+            let path = self.path(recorded, &next)?;
+            Some((next, path))
+        })
     }
 
     /// Places without whose walk the readings would be less likely than chance allows.
@@ -421,8 +457,19 @@ impl Joint<'_> {
         Some((x.collect(), vec![nothing.clone(); self.places.len()]))
     }
 
+    /// States that stay where they begin, and no inputs: where a filter loses itself.
+    fn resting(&self, recorded: &Recorded<'_>) -> Option<Estimated> {
+        let Recorded { inputs, times, start, .. } = *recorded;
+        let inputs = inputs_with_all(self.terms, inputs, times, &[]).ok()?;
+        let problem = Problem { system: self.terms.system(), p: self.p, inputs: &inputs, start };
+        let begun = simulate(&problem, times.get(..1)?, self.options).ok()?;
+        let states = self.states();
+        let x = DVector::from_iterator(states.len(), states.iter().map(|i| begun.y(0)[*i]));
+        Some((vec![x; times.len()], vec![vec![0.0; times.len()]; self.places.len()]))
+    }
+
     /// The linearisation around states and inputs.
-    fn path(&self, recorded: &Recorded<'_>, x: &[DVector<f64>], d: &[Vec<f64>]) -> Option<Path> {
+    fn path(&self, recorded: &Recorded<'_>, (x, d): &Estimated) -> Option<Path> {
         let Recorded { inputs: own, times, measured, .. } = *recorded;
         let given: Vec<(usize, &[f64])> =
             self.places.iter().copied().zip(d.iter().map(Vec::as_slice)).collect();
@@ -431,6 +478,7 @@ impl Joint<'_> {
         let last = times.len() - 1;
         let mut chain = JointChain {
             sizes: Vec::new(),
+            is_free: states.iter().map(|i| self.free_starts.contains(i)).collect(),
             intervals: times.windows(2).map(|t| t[1] - t[0]).collect(),
             phi: Vec::with_capacity(last),
             gamma: Vec::with_capacity(last),

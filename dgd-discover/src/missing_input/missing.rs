@@ -25,7 +25,7 @@ use super::place_fit::{Columns, Likelihood, PlaceFit, Sight, Sights};
 use super::reconstruct::{inputs_with, reconstruct};
 use super::thinned::Thinned;
 use super::unknown_input::{standing_out, unknown_input};
-use crate::fit::{Data, Fitted, held_out_starts};
+use crate::fit::{Data, Fitted};
 use crate::library::Values;
 use crate::noise::Window;
 use dgd_screen::noise::median;
@@ -185,7 +185,7 @@ pub(crate) fn free_places(terms: &MissingTerms, fitted: &Fitted) -> Vec<FreePlac
 impl<'a> Places<'a> {
     fn new(terms: &'a MissingTerms, fitted: &'a Fitted, data: &'a Data<'a>) -> Self {
         let system = &fitted.structure.system;
-        let starts = held_out_starts(&fitted.structure, &fitted.p, data, EVALUATIONS);
+        let starts = fitted.held_out_starts(data, EVALUATIONS);
         let held_out = data.valid.iter().zip(starts.into_iter().flatten()).enumerate();
         let all = data.train.len() + data.valid.len();
         let most = (SAMPLES / all.max(1)).max(FEWEST);

@@ -163,6 +163,15 @@ impl Search<'_> {
         self.misfit(fitted).is_at_most(training, held_out)
     }
 
+    /// Whether a fit leaves nothing, and validation recordings confirm that: what its own uncertainty allows there does
+    /// not.
+    pub(crate) fn validates(&self, fitted: &Fitted) -> bool {
+        let square = fitted.held_out_residuals(&self.data);
+        let square = square.and_then(|left| mean(&chi_square(&left, &self.data.noise)));
+        square.is_some_and(|square| square <= self.thresholds.nearly_explained_held_out)
+            && self.leaves_nothing(fitted)
+    }
+
     /// Whether a fit leaves only noise of the training recordings.
     pub(crate) fn fits(&self, fitted: &Fitted) -> bool {
         let misfit = self.misfit_of(&fitted.residuals(&self.data), None);

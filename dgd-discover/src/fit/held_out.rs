@@ -1,0 +1,165 @@
+//! Validation recordings: start values from their beginnings, then a simulation.
+//!
+//! Where fewer outputs than states are read, the first readings do not say where the others begin, and a fit of start
+//! values may end in the wrong minimum. It also begins where training recordings were when their outputs went on alike.
+
+use dgd_identify::journal::kept;
+use dgd_identify::{OutputErrorProblem, Recording, Starts, evaluate, fit_starts};
+use dgd_runtime::{Observations, Problem, Solution, System, simulate};
+
+use super::data::Data;
+use super::fitted::{Fitted, problem};
+use super::residuals::whitened_square;
+
+/// Number of readings that are compared between the beginning of a recording and the course of another.
+const COMPARED: usize = 8;
+/// Number of samples of each training recording from which start values are tried.
+const ALIKE: usize = 3;
+/// Start values whose Σ ε² over the beginning differ by less are equally good there; the whole recording decides
+/// between them. "Very strong" evidence (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
+const EVEN: f64 = 10.0;
+
+impl Fitted {
+    /// Outputs of the validation recordings; `None` if one cannot be simulated.
+    pub(super) fn held_out(
+        &self,
+        data: &Data<'_>,
+        evaluations: usize,
+    ) -> Option<Vec<Observations>> {
+        let starts = self.held_out_starts(data, evaluations)?;
+        let problem = problem(&self.structure, &self.p, data.valid, data, evaluations);
+        Some(evaluate(&problem, &self.p, &starts).ok()?.observations)
+    }
+
+    /// Start values of the validation recordings from their beginnings; `None` if one cannot be simulated.
+    pub(crate) fn held_out_starts(
+        &self,
+        data: &Data<'_>,
+        evaluations: usize,
+    ) -> Option<Vec<Starts>> {
+        let Fitted { structure, p, values, .. } = self;
+        let key = data.keeping.key(&("held out", &structure.id), |digest| {
+            let options = data.options_for(&structure.system);
+            let with = digest.of(p).of(values).of(&data.noise).of(&options).of(&evaluations);
+            with.of(&data.counts_from)
+        });
+        kept(data.keeping.journal, key, || {
+            let problem = problem(structure, p, data.valid, data, evaluations);
+            let plain = fit_starts(&problem, &data.counts_from).ok();
+            if self.has_hidden_states(data) { self.likeliest(&problem, plain, data) } else { plain }
+        })
+    }
+
+    /// Σ ε² of the validation recordings; infinite if they cannot be simulated.
+    pub(crate) fn held_out_error(&self, data: &Data<'_>) -> f64 {
+        let residuals = self.held_out_residuals(data);
+        residuals.map_or(f64::INFINITY, |all| whitened_square(data.valid, &all, &data.noise).0)
+    }
+
+    /// Whether fewer outputs are read than there are states.
+    pub(crate) fn has_hidden_states(&self, data: &Data<'_>) -> bool {
+        let unknowns = &self.structure.system.signature().unknowns;
+        let states = (0..unknowns.len()).filter(|i| unknowns.is_differential(*i)).count();
+        data.noise.iter().flatten().count() < states
+    }
+
+    /// For each recording, the start values among `plain` and those found from the courses of the training recordings
+    /// that follow its beginning best.
+    fn likeliest(
+        &self,
+        problem: &OutputErrorProblem<'_>,
+        plain: Option<Vec<Starts>>,
+        data: &Data<'_>,
+    ) -> Option<Vec<Starts>> {
+        let courses = self.courses(data);
+        let mut all = Vec::with_capacity(data.valid.len());
+        for (r, (recording, before)) in data.valid.iter().zip(&data.counts_from).enumerate() {
+            let head = [recording.head(*before)];
+            let whole = std::slice::from_ref(recording);
+            let left = |starts: &Starts, recordings: &[Recording]| {
+                let own = OutputErrorProblem { recordings, ..problem.clone() };
+                let starts = std::slice::from_ref(starts);
+                evaluate(&own, &self.p, starts).map_or(f64::INFINITY, |one| one.cost)
+            };
+            let alike = courses.iter().flat_map(|(train, course, outputs)| {
+                let samples = most_alike(&head[0], train, outputs, data);
+                samples.into_iter().map(|k| state(self, course, k)).collect::<Vec<_>>()
+            });
+            let fitted = alike.filter_map(|start| {
+                let begun = [Recording { start, ..recording.clone() }];
+                let own = OutputErrorProblem { recordings: &begun, ..problem.clone() };
+                fit_starts(&own, std::slice::from_ref(before)).ok()?.pop()
+            });
+            let plain = plain.as_ref().map(|plain| plain[r].clone());
+            let starts: Vec<(f64, Starts)> = (plain.into_iter().chain(fitted))
+                .map(|starts| (left(&starts, &head), starts))
+                .collect();
+            let least = starts.iter().map(|(left, _)| *left).fold(f64::INFINITY, f64::min);
+            let as_good = starts.into_iter().filter(|(left, _)| *left <= least + EVEN);
+            let best = as_good
+                .map(|(_, starts)| (left(&starts, whole), starts))
+                .min_by(|(a, _), (b, _)| a.total_cmp(b));
+            all.push(best?.1);
+        }
+        Some(all)
+    }
+
+    /// Training recordings with their unknowns and outputs; without those that cannot be simulated.
+    fn courses<'a>(&'a self, data: &Data<'a>) -> Vec<(&'a Recording, Solution, &'a Observations)> {
+        let system = &self.structure.system;
+        let options = data.options_for(system);
+        let all = data.train.iter().zip(&self.train).enumerate();
+        all.filter_map(|(r, (recording, outputs))| {
+            let start = self.values.starts(system, r);
+            let Recording { inputs, times, .. } = recording;
+            let problem = Problem { system, p: &self.p, inputs, start: &start };
+            Some((recording, simulate(&problem, times, &options).ok()?, outputs))
+        })
+        .collect()
+    }
+}
+
+/// The differential unknowns at a sample.
+fn state(fitted: &Fitted, course: &Solution, k: usize) -> Starts {
+    let unknowns = &fitted.structure.system.signature().unknowns;
+    let states = (0..unknowns.len()).filter(|i| unknowns.is_differential(*i));
+    states.map(|i| (i, course.y(k)[i])).collect()
+}
+
+/// The samples of a training recording from which its outputs go on most like the beginning of another one, the best
+/// first; between them they do so less.
+fn most_alike(
+    head: &Recording,
+    train: &Recording,
+    outputs: &Observations,
+    data: &Data<'_>,
+) -> Vec<usize> {
+    let n = head.times.len();
+    let Some(begin) = head.times.first() else { return Vec::new() };
+    let compared: Vec<usize> = (0..COMPARED.min(n)).map(|j| j * n / COMPARED.min(n)).collect();
+    let apart = |k: usize| -> f64 {
+        let mut sum = 0.0;
+        for &j in &compared {
+            let t = train.times[k] + head.times[j] - begin;
+            let at = train.times.partition_point(|own| *own < t);
+            if at >= train.times.len() {
+                return f64::INFINITY;
+            }
+            for (i, noise) in data.noise.iter().enumerate() {
+                let (Some(noise), Some(read)) = (noise, &head.measured[i]) else { continue };
+                let error = (read[j] - outputs.w(at)[i]) / noise.total();
+                sum += if error.is_finite() { error * error } else { 0.0 };
+            }
+        }
+        sum
+    };
+    let all: Vec<f64> = (0..train.times.len()).map(apart).collect();
+    let before = |k: usize| k.checked_sub(1).map_or(f64::INFINITY, |k| all[k]);
+    let after = |k: usize| all.get(k + 1).copied().unwrap_or(f64::INFINITY);
+    let mut least: Vec<usize> = (0..all.len())
+        .filter(|k| all[*k].is_finite() && all[*k] < before(*k) && all[*k] <= after(*k))
+        .collect();
+    least.sort_by(|a, b| all[*a].total_cmp(&all[*b]));
+    least.truncate(ALIKE);
+    least
+}
