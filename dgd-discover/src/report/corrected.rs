@@ -36,6 +36,7 @@ pub(crate) fn corrected(
     let mut declared: Vec<(String, Span)> = Vec::new();
     visit::items(&ast.items, &mut |item| {
         if let ItemKind::Parameter { name, .. }
+        | ItemKind::Constant { name, .. }
         | ItemKind::Array { declared: ArrayKind::Parameter, name, .. } = &item.kind
         {
             declared.push((name.text.clone(), name.span));

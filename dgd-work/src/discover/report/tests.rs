@@ -9,8 +9,8 @@ use dgd_data::files::write_folder;
 use dgd_discover::{
     Alternative, Condition, ConditionKind, Course, Discovery, Evidence, FoundEffect, FoundLaw, Gap,
     Guess, GuessedTerm, LawParameter, LawRange, LawTerm, MissingInput, NearForm, OutputTrace,
-    ParameterValue, Place, PlaceKind, Ranked, RecordingTrace, Screened, Together, Unexplained,
-    Verdict, Window,
+    ParameterValue, Place, PlaceKind, PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace,
+    Screened, Together, Unexplained, Verdict, Window,
 };
 use dgd_runtime::{Signature, System, Unit};
 
@@ -241,6 +241,7 @@ fn discovery() -> Discovery {
             },
         }],
         law: None,
+        plain: None,
         described: Vec::new(),
         unexplained: Vec::new(),
         closed: Vec::new(),
@@ -372,14 +373,46 @@ fn with_a_law() -> Discovery {
     }
 }
 
+/// The same with a constant that is off, in the place of an effect.
+fn with_a_constant_that_is_off() -> Discovery {
+    let unit = |symbol: &str, factor: f64| Unit { symbol: symbol.into(), factor, offset: 0.0 };
+    let cause = |name: &str, kind, declared: f64, value: f64, std: f64, unit: &Unit| PlainCause {
+        kind,
+        name: name.to_owned(),
+        declared: declared * unit.factor,
+        value: ParameterValue {
+            name: name.to_owned(),
+            unit: unit.clone(),
+            value: value * unit.factor,
+            std: Some(std * unit.factor),
+            std_model: None,
+        },
+        meant_in: (kind == PlainKind::Constant).then(|| "1/min".to_owned()),
+    };
+    let causes = vec![
+        cause("k", PlainKind::Constant, 0.3, 0.005, 1e-5, &unit("1/s", 1.0)),
+        cause("d_r", PlainKind::Parameter, 19.75, 21.3, 0.04, &unit("in", 0.0254)),
+    ];
+    let effects = vec!["sensor_gain(p_r)".to_owned()];
+    Discovery {
+        verdict: Verdict::Plain,
+        effects: Vec::new(),
+        plain: Some(PlainCauses { causes, effects }),
+        ..discovery()
+    }
+}
+
 #[test]
 fn a_discovery_is_told_to_people_and_to_programs() {
     let place = tempfile::tempdir().expect("a folder for the test");
     let goldens = root().join("tests/golden/report");
     let mut compared = golden::Goldens::default();
-    for (name, discovery) in
-        [("effects", discovery()), ("law", with_a_law()), ("unexplained", left_over())]
-    {
+    for (name, discovery) in [
+        ("effects", discovery()),
+        ("law", with_a_law()),
+        ("plain", with_a_constant_that_is_off()),
+        ("unexplained", left_over()),
+    ] {
         let folder = place.path().join(name);
         written(&folder, &discovery);
         compared.compare(&goldens.join(format!("{name}.json")), &read(&folder, "result.json"));
@@ -511,6 +544,7 @@ fn a_discovery_with_nothing_in_it_is_written_too() {
         not_tried: Vec::new(),
         effects: Vec::new(),
         law: None,
+        plain: None,
         described: Vec::new(),
         unexplained: Vec::new(),
         closed: Vec::new(),
