@@ -309,8 +309,9 @@ fn refine<'a>(
     };
     let of_base = if *outcome == Outcome::Sufficient { &of_fit } else { &data };
     let mut fits = vec![(tried(StructureId::BASE)?, of_base)];
-    if let Some(plain) = plain {
-        fits.push((plain.all[0].fitted.clone(), &of_fit));
+    let of_plain = plain.as_ref().map(|plain| plain.all[0].data(&of_fit));
+    if let Some((plain, of_plain)) = plain.as_ref().zip(of_plain.as_ref()) {
+        fits.push((plain.all[0].fitted.clone(), of_plain));
     } else if let Some(law) = law {
         fits.push((law.inserted.fitted.clone(), &of_fit));
     } else if !named.is_base() {
@@ -467,6 +468,14 @@ fn report(
         (None, None) => outcome.verdict(),
     };
     let Refined { data, before, after, model_spreads: [of_base, of_corrected] } = refined;
+    // A fault of columns has the recordings as they would have been without it.
+    let first = plain.as_ref().map(|plain| &plain.all[0]);
+    let data_after = first.map_or_else(|| data.clone(), |first| first.data(&data));
+    let own = Request {
+        train: (data_after.train, request.train.1),
+        valid: (data_after.valid, request.valid.1),
+        ..**request
+    };
     let Explained { circumstances, missing, effects, unexplained } = explained;
     let [of_library, of_templates] = not_tried(search, screens, verdict);
     let left_out: Vec<_> = prepared.left_out.iter().cloned().chain(of_library).collect();
@@ -482,7 +491,7 @@ fn report(
         is_cut_short: data.is_spent(),
         verdict,
         reason: if plain.is_some() || law.is_some() {
-            reason_of_law(&before, &after, &data)
+            reason_of_law((&before, &data), (&after, &data_after))
         } else {
             reason(search, *outcome, &before, &after, &data)
         },
@@ -492,8 +501,8 @@ fn report(
         plain: plain.as_ref().map(|causes| plain_causes(causes, &after)),
         described: outcome.described().map_or_else(Vec::new, |one| described(search, one)),
         unexplained,
-        gap: gap(&data, &before, &after, &circumstances),
-        traces: traces(request, &data, &before, &after),
+        gap: gap((&before, &data), (&after, &data_after), &circumstances),
+        traces: traces(&own, &data_after, &before, &after),
         missing: missing.ranked.into_iter().map(|found| found.missing).collect(),
         closed: missing.terms.map_or_else(Vec::new, |terms| terms.closed().to_vec()),
         nowhere: missing.reason,

@@ -72,10 +72,10 @@ fn causes(discovery: &Discovery) -> &[PlainCause] {
 #[track_caller]
 fn is_near(cause: &PlainCause, name: &str, kind: PlainKind, value: f64) {
     assert_eq!((&*cause.name, cause.kind), (name, kind));
-    let std = cause.value.std.expect("the recordings determine it");
-    let unit = &cause.value.unit;
-    let off = (unit.from_si(cause.value.value) - value).abs();
-    assert!(off < 4.0 * std / unit.factor && std < 0.01 * cause.value.value, "{cause:?}");
+    let found = cause.value.as_ref().expect("a number");
+    let std = found.std.expect("the recordings determine it");
+    let off = (found.unit.from_si(found.value) - value).abs();
+    assert!(off < 4.0 * std / found.unit.factor && std < 0.01 * found.value, "{cause:?}");
 }
 
 const MODEL: &str = "model motor
@@ -103,8 +103,12 @@ fn a_constant_that_is_off_is_named_with_its_twin_before_a_gain() {
     assert!(discovery.effects.is_empty() && discovery.unexplained.is_empty());
     // The corrected model is the model with its constant.
     let line = discovery.corrected.lines().find(|line| line.starts_with("constant J"));
-    assert!(line.is_some_and(|line| line.starts_with("constant J [kg*m^2] = 0.05")
-        && !line.ends_with("= 0.05")), "{line:?}");
+    assert!(
+        line.is_some_and(
+            |line| line.starts_with("constant J [kg*m^2] = 0.05") && !line.ends_with("= 0.05")
+        ),
+        "{line:?}"
+    );
 }
 
 #[test]
@@ -131,7 +135,8 @@ output w [rpm] = speed noise 0.2
 #[test]
 fn a_number_in_another_unit_is_said_to_be_meant_in_it() {
     // 78 N m/min of a data sheet, for 1.3 N m/s.
-    let text = MODEL.replace("constant K [N*m/V] = 1.3", "constant K [J/(s*V)] = 78")
+    let text = MODEL
+        .replace("constant K [N*m/V] = 1.3", "constant K [J/(s*V)] = 78")
         .replace("J*der(w) = K*u - b*w - F", "J*der(w) = 1 [s]*K*u - b*w - F")
         .replace("= 0.05\n", "= 0.056\n");
     let discovery = found(&text, recorded(TRUTH, [1.0, 1.0]));
@@ -155,4 +160,47 @@ fn a_missing_drag_is_no_wrong_number() {
     let discovery = found(&right, recorded(Motor { drag: 0.02, ..TRUTH }, [1.0, 1.0]));
     assert_ne!(discovery.verdict, Verdict::Sufficient);
     assert!(discovery.plain.is_none(), "{:?}", discovery.plain);
+}
+
+/// The motor whose constants are right.
+fn right() -> String {
+    MODEL.replace("= 0.05\n", "= 0.056\n")
+}
+
+fn column<'a>(samples: &'a mut Samples, name: &str) -> &'a mut Vec<f64> {
+    let found = samples.columns.iter_mut().find(|(own, _)| own == name);
+    &mut found.expect("a column").1
+}
+
+#[test]
+fn a_column_in_another_unit_is_named() {
+    let mut pair = recorded(TRUTH, [1.0, 1.0]);
+    for samples in &mut pair {
+        column(samples, "w").iter_mut().for_each(|w| *w *= 30.0 / std::f64::consts::PI);
+    }
+    let discovery = found(&right(), pair);
+    let all = causes(&discovery);
+    let own = all.iter().find(|cause| cause.kind == PlainKind::Unit).expect("a unit");
+    assert_eq!((&*own.name, own.meant_in.as_deref()), ("w", Some("rpm")));
+}
+
+#[test]
+fn times_in_minutes_are_said_to_be() {
+    let mut pair = recorded(TRUTH, [1.0, 1.0]);
+    for samples in &mut pair {
+        samples.times.iter_mut().for_each(|t| *t /= 60.0);
+    }
+    let discovery = found(&right(), pair);
+    let all = causes(&discovery);
+    let own = all.iter().find(|cause| cause.kind == PlainKind::Clock).expect("a clock");
+    assert_eq!(own.meant_in.as_deref(), Some("min"));
+}
+
+#[test]
+fn an_input_that_is_a_line_between_rows_is_not_held() {
+    let discovery = found(&right().replace("linear", "hold"), recorded(TRUTH, [1.0, 1.0]));
+    let own = &causes(&discovery)[0];
+    assert_eq!((&*own.name, own.kind), ("u", PlainKind::Interpolation));
+    assert_eq!(own.meant_in.as_deref(), Some("linear"));
+    assert!(discovery.corrected.contains("input u [V] linear"), "{}", discovery.corrected);
 }

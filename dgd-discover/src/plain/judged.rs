@@ -1,7 +1,7 @@
 //! Whether plain causes are the answer.
 
-use super::{Cause, Plain, Suspicion};
-use crate::fit::Fitted;
+use super::{Cause, Fault, Plain, Suspicion, between};
+use crate::fit::{Data, Fitted, chi_square, mean};
 use crate::library::StructureId;
 use crate::search::{Alternative, Outcome, Search};
 use dgd_runtime::signature::number::{short, with_unit};
@@ -75,9 +75,14 @@ impl Plain<'_> {
                 }
             }
             Some(of_named) if is_generic && best >= of_named + RIVAL => Answer::Nothing,
+            // A sensor is wrong more often than a constant of nature.
+            Some(_) if is_generic && all.iter().all(Cause::is_well_known) => Answer::Nothing,
             _ => {
-                let data = self.data;
-                let is_white = search.leaves_noise(&all[0].fitted.residuals(data), &data.noise);
+                let first = &all[0];
+                let data = first.data(self.data).not_kept();
+                let residuals = first.fitted.residuals(&data);
+                let own = Search::new(search.base, &[], data.clone(), 1, search.seed);
+                let is_white = own.leaves_noise(&residuals, &data.noise);
                 let is_tied = explained.is_some_and(|of_named| of_named < best + RIVAL);
                 let effects = if is_tied { effects(search, named) } else { Vec::new() };
                 Answer::First(Box::new(Causes { all, effects, is_white, cost: best }))
@@ -87,16 +92,16 @@ impl Plain<'_> {
 
     /// Causes as alternatives to an effect.
     fn beside(&self, search: &Search<'_>, named: StructureId, all: &[Cause]) -> Vec<Alternative> {
-        let square = |fitted: &Fitted| {
-            let sum = |all: Vec<Vec<Vec<f64>>>| {
-                crate::fit::mean(&crate::fit::chi_square(&all, &self.data.noise))
-            };
-            let held_out = fitted.held_out_residuals(self.data).and_then(sum);
-            held_out.or_else(|| sum(fitted.residuals(self.data)))
+        let square = |fitted: &Fitted, data: &Data<'_>| {
+            let sum = |all: Vec<Vec<Vec<f64>>>| mean(&chi_square(&all, &data.noise));
+            let held_out = fitted.held_out_residuals(data).and_then(sum);
+            held_out.or_else(|| sum(fitted.residuals(data)))
         };
-        let own = search.fitted(named).and_then(square);
+        let own = search.fitted(named).and_then(|fitted| square(fitted, self.data));
         let alternative = |one: &Cause| {
-            let ratio = square(&one.fitted).zip(own).map_or(f64::NAN, |(of, own)| of / own);
+            let ratio = square(&one.fitted, &one.data(self.data))
+                .zip(own)
+                .map_or(f64::NAN, |(of, own)| of / own);
             Alternative { name: one.words(), form: None, valid_ratio: ratio.sqrt() }
         };
         all.iter().map(alternative).collect()
@@ -104,11 +109,16 @@ impl Plain<'_> {
 }
 
 impl Cause {
-    /// Constants of nature come last, and what is less likely.
+    /// Well-known constants come last, and what is less likely.
     fn rank(&self, is_less_likely: bool) -> (bool, bool) {
         match &self.suspicion {
-            Suspicion::Number(number) => (number.is_of_nature(), is_less_likely),
+            Suspicion::Number(number) => (number.is_well_known(), is_less_likely),
+            Suspicion::Column(_) => (false, is_less_likely),
         }
+    }
+
+    fn is_well_known(&self) -> bool {
+        matches!(&self.suspicion, Suspicion::Number(number) if number.is_well_known())
     }
 
     /// What it is, with its value.
@@ -119,6 +129,16 @@ impl Cause {
                 let shown = short(number.unit.from_si(value), 4);
                 format!("`{}` of {}", number.name, with_unit(shown, &number.unit.symbol))
             }
+            Suspicion::Column(Fault::Unit { name, meant_in, .. }) => {
+                format!("column `{name}` in {}", meant_in.symbol)
+            }
+            Suspicion::Column(Fault::Exchanged([one, other])) => {
+                format!("columns `{one}` and `{other}` exchanged")
+            }
+            Suspicion::Column(Fault::Between { name, is }) => {
+                format!("`{name}` as {}", between(*is))
+            }
+            Suspicion::Column(Fault::Clock { meant_in }) => format!("times in {}", meant_in.symbol),
         }
     }
 }

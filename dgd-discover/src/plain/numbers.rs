@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use dgd_compiler::model::Model;
 use dgd_compiler::syntax::ast::{Attribute, AttributeKind, Expr, ExprKind, Item, ItemKind, Name};
 use dgd_compiler::syntax::visit;
-use dgd_compiler::units::{Unit, mistaken};
+use dgd_compiler::units::{Unit, mistaken, parse_unit};
 
 use super::{Suspect, Suspicion};
 use crate::fit::Fitted;
@@ -22,8 +22,8 @@ pub(crate) struct Number {
     pub(crate) unit: Unit,
 }
 
-/// Constants of nature by their SI value; rounded ones count, too.
-const OF_NATURE: [(f64, &str); 9] = [
+/// Constants of nature, and properties of water and air, by their SI value; rounded ones count, too.
+const WELL_KNOWN: [(f64, &str); 15] = [
     (9.806_65, "m/s^2"),
     (8.314_462_618, "J/(mol*K)"),
     (96_485.332_12, "C/mol"),
@@ -33,16 +33,21 @@ const OF_NATURE: [(f64, &str); 9] = [
     (5.670_374_419e-8, "W/(m^2*K^4)"),
     (299_792_458.0, "m/s"),
     (273.15, "K"),
+    (101_325.0, "Pa"),
+    (1000.0, "kg/m^3"),
+    (4184.0, "J/(kg*K)"),
+    (4.18e6, "J/(m^3*K)"),
+    (287.05, "J/(kg*K)"),
+    (1005.0, "J/(kg*K)"),
 ];
 /// How far a rounded one may be off.
 const ROUNDED: f64 = 0.004;
 
 impl Number {
-    /// Whether it is a constant of nature, which is wrong in few models.
-    pub(super) fn is_of_nature(&self) -> bool {
-        OF_NATURE.iter().any(|(value, unit)| {
-            let is_alike = dgd_compiler::units::parse_unit(unit)
-                .is_ok_and(|unit| unit.dimension == self.unit.dimension);
+    /// Whether it is a constant of nature or a property of water or air, which is wrong in few models.
+    pub(super) fn is_well_known(&self) -> bool {
+        WELL_KNOWN.iter().any(|(value, unit)| {
+            let is_alike = parse_unit(unit).is_ok_and(|unit| unit.dimension == self.unit.dimension);
             is_alike && (self.declared / value - 1.0).abs() < ROUNDED
         })
     }
@@ -83,7 +88,7 @@ pub(super) fn suspects(base: &BaseModel, model: &Model, fitted: &Fitted) -> Vec<
         };
         all.extend(number.map(|number| {
             let base = estimating(base, &number);
-            Suspect { suspicion: Suspicion::Number(number), base }
+            Suspect { suspicion: Suspicion::Number(number), base, changed: None }
         }));
     });
     all

@@ -139,11 +139,16 @@ pub struct PlainCause {
     pub kind: PlainKind,
     /// Its name.
     pub name: String,
-    /// Its value in the text, SI.
-    pub declared: f64,
-    /// The value that fits the recordings.
-    pub value: ParameterValue,
-    /// The unit in which the number of the text would be right, if there is one.
+    /// The column that it is exchanged with.
+    pub with: Option<String>,
+    /// A number's value in the text, SI.
+    pub declared: Option<f64>,
+    /// The value of a number that fits the recordings.
+    pub value: Option<ParameterValue>,
+    /// The unit that is declared for the numbers of a column.
+    pub unit: Option<String>,
+    /// The unit in which the number of the text, or the numbers of a column, would be right, if there is one; for an
+    /// input, how it goes on between samples.
     pub meant_in: Option<String>,
 }
 
@@ -154,6 +159,14 @@ pub enum PlainKind {
     Constant,
     /// A parameter that is not estimated.
     Parameter,
+    /// The unit of a recorded column.
+    Unit,
+    /// Two recorded columns, which are exchanged.
+    Exchanged,
+    /// How an input goes on between samples.
+    Interpolation,
+    /// The unit of time.
+    Clock,
 }
 
 impl PlainKind {
@@ -162,6 +175,10 @@ impl PlainKind {
         match self {
             PlainKind::Constant => "constant",
             PlainKind::Parameter => "parameter",
+            PlainKind::Unit => "unit",
+            PlainKind::Exchanged => "exchanged",
+            PlainKind::Interpolation => "interpolation",
+            PlainKind::Clock => "clock",
         }
     }
 }

@@ -9,14 +9,17 @@ use crate::output::quantity::{Quantity, short, with_unit};
 /// For programs.
 pub(super) fn value(plain: &PlainCauses) -> Value {
     let cause = |cause: &PlainCause| {
-        let unit = &cause.value.unit;
+        let value = cause.value.as_ref();
+        let shown = |x: Option<f64>| value.zip(x).map(|(of, x)| tidy(of.unit.from_si(x)));
+        let std = value.and_then(|of| of.std.map(|std| tidy(std / of.unit.factor)));
         json!({
             "kind": cause.kind.word(),
             "name": cause.name,
-            "declared": tidy(unit.from_si(cause.declared)),
-            "value": tidy(unit.from_si(cause.value.value)),
-            "std": cause.value.std.map(|std| tidy(std / unit.factor)),
-            "unit": unit.symbol,
+            "with": cause.with,
+            "declared": shown(cause.declared),
+            "value": shown(value.map(|of| of.value)),
+            "std": std,
+            "unit": cause.unit,
             "meant_in": cause.meant_in,
         })
     };
@@ -29,29 +32,8 @@ pub(super) fn value(plain: &PlainCauses) -> Value {
 /// The cause, and what the recordings cannot tell from it; names are between backticks.
 pub(super) fn sentence(plain: &PlainCauses) -> String {
     let Some((first, twins)) = plain.causes.split_first() else { return String::new() };
-    let unit = &first.value.unit;
-    let mut words = format!(
-        "The {} `{}` is off: the recordings fit {}, and the model has {}.",
-        kind(first),
-        first.name,
-        with_unit(Quantity::of(&first.value), &unit.symbol),
-        declared(first)
-    );
-    if let Some(meant_in) = &first.meant_in {
-        words += &format!(
-            " Its number is right in `{meant_in}`: was it meant in that unit, and not in `{}`?",
-            unit.symbol
-        );
-    }
-    let twins = twins.iter().map(|twin| {
-        let value = with_unit(Quantity::of(&twin.value), &twin.value.unit.symbol);
-        format!(
-            "the {} `{}` is off ({value} in place of {})",
-            kind(twin),
-            twin.name,
-            declared(twin)
-        )
-    });
+    let mut words = first_words(first);
+    let twins = twins.iter().map(twin);
     let effects = plain.effects.iter().map(|effect| format!("there is `{effect}`"));
     let others: Vec<String> = twins.chain(effects).collect();
     if !others.is_empty() {
@@ -65,24 +47,97 @@ pub(super) fn sentence(plain: &PlainCauses) -> String {
 
 /// What to do next.
 pub(super) fn next(plain: &PlainCauses) -> String {
-    let names: Vec<String> = plain.causes.iter().map(|one| format!("`{}`", one.name)).collect();
-    let first = names.first().map_or("", String::as_str);
-    format!(
-        "Look up {} where {} from, or measure {}. The corrected model has the value of {first} that fits.",
-        names.join(" and "),
-        if names.len() == 1 { "its number comes" } else { "their numbers come" },
-        if names.len() == 1 { "it" } else { "them" },
-    )
-}
-
-fn kind(cause: &PlainCause) -> &'static str {
-    match cause.kind {
-        PlainKind::Constant => "constant",
-        PlainKind::Parameter => "parameter",
+    let is_number = |one: &&PlainCause| one.value.is_some();
+    let numbers = plain.causes.iter().filter(is_number).map(|one| format!("`{}`", one.name));
+    let numbers: Vec<String> = numbers.collect();
+    let look_up = match numbers.as_slice() {
+        [] => String::new(),
+        [one] => format!("Look up where the number of {one} comes from, or measure it."),
+        all => format!(
+            "Look up where the numbers of {} come from, or measure them.",
+            all.join(" and ")
+        ),
+    };
+    match plain.causes.first() {
+        Some(first) if first.value.is_some() => {
+            format!("{look_up} The corrected model has the value of `{}` that fits.", first.name)
+        }
+        Some(first) if first.kind == PlainKind::Interpolation => {
+            "Look up how the recorder fills the time between rows. The corrected model has the input as it fits."
+                .to_owned()
+        }
+        _ => format!(
+            "Look up how the recordings were made, and mend their header. The corrected model is for recordings without \
+             the fault.{}",
+            if look_up.is_empty() { String::new() } else { format!(" {look_up}") }
+        ),
     }
 }
 
+fn first_words(cause: &PlainCause) -> String {
+    let name = &cause.name;
+    let unit = cause.unit.as_deref().unwrap_or_default();
+    let meant_in = cause.meant_in.as_deref().unwrap_or_default();
+    match cause.kind {
+        PlainKind::Constant | PlainKind::Parameter => {
+            let mut words = format!(
+                "The {} `{name}` is off: the recordings fit {}, and the model has {}.",
+                cause.kind.word(),
+                fitted(cause),
+                declared(cause)
+            );
+            if !meant_in.is_empty() {
+                words += &format!(
+                    " Its number is right in `{meant_in}`: was it meant in that unit, and not in `{unit}`?"
+                );
+            }
+            words
+        }
+        PlainKind::Unit => format!(
+            "The column `{name}` reads as if in `{meant_in}`, where the recordings or the model have `{unit}`."
+        ),
+        PlainKind::Exchanged => format!(
+            "The columns `{name}` and `{}` read as if they were exchanged.",
+            cause.with.as_deref().unwrap_or_default()
+        ),
+        PlainKind::Interpolation => {
+            format!("The input `{name}` fits as `{meant_in}`: its line should end with that.")
+        }
+        PlainKind::Clock => {
+            format!("The times of the recordings read as if in `{meant_in}`, not in `{unit}`.")
+        }
+    }
+}
+
+/// The cause as one of several.
+fn twin(cause: &PlainCause) -> String {
+    let name = &cause.name;
+    let meant_in = cause.meant_in.as_deref().unwrap_or_default();
+    match cause.kind {
+        PlainKind::Constant | PlainKind::Parameter => format!(
+            "the {} `{name}` is off ({} in place of {})",
+            cause.kind.word(),
+            fitted(cause),
+            declared(cause)
+        ),
+        PlainKind::Unit => format!("the column `{name}` is in `{meant_in}`"),
+        PlainKind::Exchanged => format!(
+            "the columns `{name}` and `{}` are exchanged",
+            cause.with.as_deref().unwrap_or_default()
+        ),
+        PlainKind::Interpolation => format!("the input `{name}` is `{meant_in}`"),
+        PlainKind::Clock => format!("the times are in `{meant_in}`"),
+    }
+}
+
+fn fitted(cause: &PlainCause) -> String {
+    let Some(value) = &cause.value else { return String::new() };
+    with_unit(Quantity::of(value), &value.unit.symbol)
+}
+
 fn declared(cause: &PlainCause) -> String {
-    let unit = &cause.value.unit;
-    with_unit(short(unit.from_si(cause.declared), 6), &unit.symbol)
+    let Some((value, declared)) = cause.value.as_ref().zip(cause.declared) else {
+        return String::new();
+    };
+    with_unit(short(value.unit.from_si(declared), 6), &value.unit.symbol)
 }
