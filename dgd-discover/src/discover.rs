@@ -30,13 +30,16 @@ use crate::library::{
 };
 use crate::missing_input::{self, FoundPlace, Missing, TIE, missing_inputs};
 use crate::noise::{noise_of, readings, without_lonely, without_spikes};
+use crate::plain::{self, Causes, Plain};
 use crate::report::{
     Discovery, Found, FoundEffect, ModelSpread, Ranked, Unexplained, corrected, described,
-    found_law, gap, given_up, left_over, not_tried, parameters, power, ranking_of, reason,
-    reason_of_law, screened, traces, unexplained,
+    found_law, gap, given_up, left_over, not_tried, parameters, plain_causes, power, ranking_of,
+    reason, reason_of_law, screened, traces, unexplained,
 };
 use crate::request::{DiscoverError, Request};
-use crate::search::{Evidence, Open, Outcome, Screen, Search, Verdict, p_value_of_the_base};
+use crate::search::{
+    Alternative, Evidence, Open, Outcome, Screen, Search, Verdict, p_value_of_the_base,
+};
 
 /// Maximum number of simulations in the final fit of a reported structure.
 const LAST_EVALUATIONS: usize = 60;
@@ -130,6 +133,10 @@ struct Searched<'a> {
     outcome: Outcome,
     /// A law, if no effect explains the recordings.
     law: Option<Box<Law>>,
+    /// Plain causes, if they explain the recordings and come before effects and laws.
+    plain: Option<Box<Causes>>,
+    /// Plain causes that explain the recordings as well as a named effect of the library.
+    beside: Vec<Alternative>,
     /// Evidence for each effect of the named structure.
     evidence: Vec<Evidence>,
     /// What candidates promise in the base model: those of the library, then templates if they were tried.
@@ -218,11 +225,20 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
     let search = Search::new(base, candidates, prepared.data.clone(), threads, seed);
     let mut search = Search { tried, ..search };
     let outcome = search.run();
-    let (law, outcome) = match law(prepared, &search, outcome) {
+    let (plain, beside) = plain_causes_of(prepared, &search, outcome);
+    let is_plain = plain.as_ref().is_some_and(|plain| plain.is_white);
+    let of_law = if is_plain { Answer::Nothing } else { law(prepared, &search, outcome) };
+    let (law, outcome) = match of_law {
         Answer::Nothing => (None, outcome),
         Answer::Doubt => (None, Outcome::Unexplained),
         Answer::Law(law) => (Some(law), Outcome::Unexplained),
     };
+    let holds = |plain: &Box<Causes>| {
+        law.as_ref().is_none_or(|law| plain.holds_against(law.inserted.cost()))
+    };
+    let plain = plain.filter(holds);
+    let law = law.filter(|_| plain.is_none());
+    let outcome = if plain.is_some() { Outcome::Unexplained } else { outcome };
     let first = if prepared.of_library.is_empty() { Open::Templates } else { Open::Library };
     let mut screens = vec![search.screen_of_the_base(first)];
     let is_sufficient = outcome.verdict() == Verdict::Sufficient;
@@ -231,7 +247,28 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
         screens.push(search.screen_of_the_base(Open::Templates));
     }
     let evidence = search.evidence(outcome.structure());
-    Searched { search, outcome, law, evidence, screens, p_value }
+    Searched { search, outcome, law, plain, beside, evidence, screens, p_value }
+}
+
+/// Plain causes, if they come first, or those beside an effect of the library.
+fn plain_causes_of(
+    prepared: &Prepared<'_>,
+    search: &Search<'_>,
+    outcome: Outcome,
+) -> (Option<Box<Causes>>, Vec<Alternative>) {
+    if outcome == Outcome::Sufficient || search.data.is_over() {
+        return (None, Vec::new());
+    }
+    let Prepared { request, model, .. } = prepared;
+    let Request { base, threads, .. } = **request;
+    // With the noise that the search has found.
+    let fitted = search.fitted(StructureId::BASE).unwrap_or(&prepared.fitted);
+    let plain = Plain { base, model, fitted, data: &search.data, threads };
+    match plain.answer(search, outcome) {
+        plain::Answer::Nothing => (None, Vec::new()),
+        plain::Answer::Beside(all) => (None, all),
+        plain::Answer::First(causes) => (Some(causes), Vec::new()),
+    }
 }
 
 /// Looks for a law if no effect of the library explains the recordings. It has to explain them better than templates do.
@@ -261,7 +298,7 @@ fn refine<'a>(
     prepared: &'a Prepared<'a>,
     searched: &Searched<'a>,
 ) -> Result<Refined<'a>, DiscoverError> {
-    let Searched { search, outcome, law, .. } = searched;
+    let Searched { search, outcome, law, plain, .. } = searched;
     let data = Data { options: prepared.options(), explicit: None, ..search.data.clone() };
     // The corrected model gets the result of its own fit, which chooses its steps itself.
     let options = prepared.request.options;
@@ -273,7 +310,10 @@ fn refine<'a>(
     };
     let of_base = if *outcome == Outcome::Sufficient { &of_fit } else { &data };
     let mut fits = vec![(tried(StructureId::BASE)?, of_base)];
-    if let Some(law) = law {
+    let of_plain = plain.as_ref().map(|plain| plain.all[0].data(&of_fit));
+    if let Some((plain, of_plain)) = plain.as_ref().zip(of_plain.as_ref()) {
+        fits.push((plain.all[0].fitted.clone(), of_plain));
+    } else if let Some(law) = law {
         fits.push((law.inserted.fitted.clone(), &of_fit));
     } else if !named.is_base() {
         fits.push((tried(named)?, &of_fit));
@@ -318,14 +358,21 @@ fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'
     let found =
         Found { search, data, structure, after, model_spread, circumstances: &circumstances };
     let effects = structure.effects().zip(evidence).map(|(c, evidence)| found.effect(c, *evidence));
-    let effects = effects.collect();
+    let mut effects: Vec<FoundEffect> = effects.collect();
+    if let [only] = effects.as_mut_slice() {
+        only.alternatives.extend(searched.beside.iter().cloned());
+    }
     let unexplained = match outcome {
         Outcome::Sufficient | Outcome::Effects(_) => Vec::new(),
         Outcome::NearlyAll(_) => {
             let left = left_over(data, after, &circumstances, &search.thresholds);
             left.into_iter().collect()
         }
-        Outcome::Most(_) | Outcome::Unexplained if searched.law.is_some() => Vec::new(),
+        Outcome::Most(_) | Outcome::Unexplained
+            if searched.law.is_some() || searched.plain.is_some() =>
+        {
+            Vec::new()
+        }
         Outcome::Most(_) | Outcome::Unexplained => {
             without_a_name(prepared, refined, &circumstances, &missing)
         }
@@ -415,9 +462,21 @@ fn report(
     diagnostics: &mut Diagnostics,
 ) -> Result<Discovery, DiscoverError> {
     let Prepared { request, model, .. } = prepared;
-    let Searched { search, outcome, law, screens, .. } = searched;
-    let verdict = if law.is_some() { Verdict::Law } else { outcome.verdict() };
+    let Searched { search, outcome, law, plain, screens, .. } = searched;
+    let verdict = match (plain, law) {
+        (Some(_), _) => Verdict::Plain,
+        (None, Some(_)) => Verdict::Law,
+        (None, None) => outcome.verdict(),
+    };
     let Refined { data, before, after, model_spreads: [of_base, of_corrected] } = refined;
+    // A fault of columns has the recordings as they would have been without it.
+    let first = plain.as_ref().map(|plain| &plain.all[0]);
+    let data_after = first.map_or_else(|| data.clone(), |first| first.data(&data));
+    let own = Request {
+        train: (data_after.train, request.train.1),
+        valid: (data_after.valid, request.valid.1),
+        ..**request
+    };
     let Explained { circumstances, missing, effects, unexplained } = explained;
     let [of_library, of_templates] = not_tried(search, screens, verdict);
     let left_out: Vec<_> = prepared.left_out.iter().cloned().chain(of_library).collect();
@@ -432,17 +491,19 @@ fn report(
         lonely: Vec::new(),
         is_cut_short: data.is_spent(),
         verdict,
-        reason: match law {
-            Some(_) => reason_of_law(&before, &after, &data),
-            None => reason(search, *outcome, &before, &after, &data),
+        reason: if plain.is_some() || law.is_some() {
+            reason_of_law((&before, &data), (&after, &data_after))
+        } else {
+            reason(search, *outcome, &before, &after, &data)
         },
         p_value: searched.p_value,
         effects,
         law: law.as_ref().map(|law| found_law(law, &after)),
+        plain: plain.as_ref().map(|causes| plain_causes(causes, &after)),
         described: outcome.described().map_or_else(Vec::new, |one| described(search, one)),
         unexplained,
-        gap: gap(&data, &before, &after, &circumstances),
-        traces: traces(request, &data, &before, &after),
+        gap: gap((&before, &data), (&after, &data_after), &circumstances),
+        traces: traces(&own, &data_after, &before, &after),
         missing: missing.ranked.into_iter().map(|found| found.missing).collect(),
         closed: missing.terms.map_or_else(Vec::new, |terms| terms.closed().to_vec()),
         nowhere: missing.reason,

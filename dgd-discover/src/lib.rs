@@ -22,6 +22,7 @@ mod law;
 mod library;
 mod missing_input;
 mod noise;
+mod plain;
 mod report;
 mod request;
 mod search;
@@ -44,8 +45,8 @@ pub use noise::{
     effective_sample_size, whiteness,
 };
 pub use report::{
-    Described, Discovery, FoundEffect, FoundLaw, Gap, NearForm, OutputTrace, ParameterValue, Power,
-    Ranked, RecordingTrace, Screened, Unexplained,
+    Described, Discovery, FoundEffect, FoundLaw, Gap, NearForm, OutputTrace, ParameterValue,
+    PlainCause, PlainCauses, PlainKind, Power, Ranked, RecordingTrace, Screened, Unexplained,
 };
 pub use request::{DiscoverError, Request};
 pub use search::{Alternative, Evidence, Verdict};

@@ -196,4 +196,4 @@ def test_ctrl_c_ends_a_discovery_with_the_best_so_far() -> None:
     with pytest.warns(dgd.DgdWarning, match="the search was stopped: this is the best so far"):
         d = m.discover([train], threads=1)
     timer.join()
-    assert d.cut_short and d.verdict in ("sufficient", "effects", "law", "unexplained")
+    assert d.cut_short and d.verdict in ("sufficient", "plain", "effects", "law", "unexplained")

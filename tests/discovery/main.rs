@@ -21,4 +21,5 @@ mod drilling;
 mod elsewhere;
 mod laws;
 mod places;
+mod plain;
 mod terms;

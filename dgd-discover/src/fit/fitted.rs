@@ -360,6 +360,17 @@ fn correlation(noise: &SensorNoise) -> NoiseCorrelation {
     })
 }
 
+/// Σ (e/σ)² of the training recordings with some values, without a fit; infinite if they cannot be simulated.
+pub(crate) fn cost_at(structure: &Structure, values: &Values, data: &Data<'_>) -> f64 {
+    let system = &structure.system;
+    let mut p = values.parameters(system);
+    clip(&mut p, system.signature());
+    let recordings = with_starts(data.train, values, structure);
+    let starts: Vec<Starts> = recordings.iter().map(|one| one.start.clone()).collect();
+    let problem = problem(structure, &p, &recordings, data, 1);
+    evaluate(&problem, &p, &starts).map_or(f64::INFINITY, |found| found.cost)
+}
+
 pub(super) fn problem<'a>(
     structure: &'a Structure,
     p: &'a [f64],

@@ -20,7 +20,7 @@ mod start_point;
 
 pub(crate) use budget::Budget;
 pub(crate) use data::Data;
-pub(crate) use fitted::{Fitted, NoFit, with_starts};
+pub(crate) use fitted::{Fitted, NoFit, cost_at, with_starts};
 pub(crate) use keeping::WorkJournal;
 pub(crate) use patience::{most_steps, too_many_steps};
 pub(crate) use ranges::{period, ranges};

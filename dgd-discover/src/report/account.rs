@@ -17,28 +17,32 @@ use crate::request::Request;
 use crate::search::{Open, Remedy, Score, Screen, Search, Silent, Thresholds, Verdict, best_first};
 use dgd_screen::noise::SensorNoise;
 
-/// Errors of each output before and after.
+/// Errors of each output before and after, each with the data that the model was fitted to.
 pub(crate) fn gap(
-    data: &Data<'_>,
-    before: &Fitted,
-    after: &Fitted,
+    (before, data): (&Fitted, &Data<'_>),
+    (after, data_after): (&Fitted, &Data<'_>),
     circumstances: &Circumstances,
 ) -> Vec<Gap> {
     let signature = before.structure.system.signature();
-    let rms = |residuals: Option<Vec<Vec<Vec<f64>>>>| {
+    let rms = |residuals: Option<Vec<Vec<Vec<f64>>>>, data: &Data<'_>| {
         let sums = residuals.map(|residuals| chi_square(&residuals, &data.noise));
-        move |output: usize, noise: f64| match &sums {
+        let noise: Vec<f64> = data
+            .noise
+            .iter()
+            .map(|noise| noise.as_ref().map_or(f64::NAN, SensorNoise::total))
+            .collect();
+        move |output: usize| match &sums {
             Some(sums) if sums[output].1 > 0 => {
-                noise * (sums[output].0 / sums[output].1 as f64).sqrt()
+                noise[output] * (sums[output].0 / sums[output].1 as f64).sqrt()
             }
             _ => f64::NAN,
         }
     };
     let errors = before.residuals(data);
-    let train_before = rms(Some(errors.clone()));
-    let train_after = rms(Some(after.residuals(data)));
-    let valid_before = rms(before.held_out_residuals(data));
-    let valid_after = rms(after.held_out_residuals(data));
+    let train_before = rms(Some(errors.clone()), data);
+    let train_after = rms(Some(after.residuals(data_after)), data_after);
+    let valid_before = rms(before.held_out_residuals(data), data);
+    let valid_after = rms(after.held_out_residuals(data_after), data_after);
     let outputs = signature.outputs.iter().enumerate().zip(&data.noise);
     let of_output = |((i, output), noise): ((usize, &Output), &Option<_>)| {
         let noise: &SensorNoise = noise.as_ref()?;
@@ -46,10 +50,10 @@ pub(crate) fn gap(
             output: output.name.to_string(),
             unit: output.unit.clone(),
             noise: noise.total(),
-            train_before: train_before(i, noise.total()),
-            train_after: train_after(i, noise.total()),
-            valid_before: valid_before(i, noise.total()),
-            valid_after: valid_after(i, noise.total()),
+            train_before: train_before(i),
+            train_after: train_after(i),
+            valid_before: valid_before(i),
+            valid_after: valid_after(i),
             condition: circumstances.condition(&standing_out(data, &errors, i)),
         })
     };

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use dgd_compiler::diagnostics::{Diagnostics, Reported};
 use dgd_compiler::effects::write;
 use dgd_compiler::source::{Source, Sources, Span};
-use dgd_compiler::syntax::ast::{ArrayKind, ItemKind};
+use dgd_compiler::syntax::ast::{ArrayKind, Ast, Attribute, AttributeKind, ItemKind};
 use dgd_compiler::syntax::edit::{Element, NewValue, element_of, list_of, with_values};
 use dgd_compiler::syntax::{layout, parse, visit};
 use dgd_runtime::System;
@@ -25,7 +25,11 @@ pub(crate) fn corrected(
 ) -> Result<String, Reported> {
     let structure = &fitted.structure;
     let text = if structure.id.is_base() {
-        sources.get(base.asts[0].source).text.clone()
+        with_interpolations(
+            &base.asts[0],
+            &structure.asts[0],
+            &sources.get(base.asts[0].source).text,
+        )
     } else {
         write(&base.asts[0], &structure.asts[0], &structure.brought, sources)
     };
@@ -36,6 +40,7 @@ pub(crate) fn corrected(
     let mut declared: Vec<(String, Span)> = Vec::new();
     visit::items(&ast.items, &mut |item| {
         if let ItemKind::Parameter { name, .. }
+        | ItemKind::Constant { name, .. }
         | ItemKind::Array { declared: ArrayKind::Parameter, name, .. } = &item.kind
         {
             declared.push((name.text.clone(), name.span));
@@ -66,6 +71,34 @@ pub(crate) fn corrected(
     let valued = with_values(&ast, &text, &values, |_| None);
     // Numbers of different lengths shift columns.
     Ok(layout::like(id, &all, valued))
+}
+
+/// The base model's text with inputs held or not as another one has them.
+fn with_interpolations(base: &Ast, other: &Ast, text: &str) -> String {
+    fn declared(ast: &Ast) -> Vec<&Attribute> {
+        let mut all = Vec::new();
+        visit::items(&ast.items, &mut |item| {
+            if let ItemKind::Input { attributes, .. } = &item.kind {
+                all.extend(
+                    attributes.iter().filter(|one| {
+                        matches!(one.kind, AttributeKind::Hold | AttributeKind::Linear)
+                    }),
+                );
+            }
+        });
+        all
+    }
+    let own = declared(base);
+    let mut text = text.to_owned();
+    let changed = declared(other).into_iter().filter(|one| !own.contains(one));
+    // From the end, so that places before it stay.
+    for one in changed.collect::<Vec<_>>().into_iter().rev() {
+        let word = if one.kind == AttributeKind::Hold { "hold" } else { "linear" };
+        let (start, end) = (one.span.start as usize, one.span.end as usize);
+        let space = if start == end { " " } else { "" };
+        text.replace_range(start..end, &format!("{space}{word}"));
+    }
+    text
 }
 
 /// The arrays of parameters of which an element was estimated: all their values.

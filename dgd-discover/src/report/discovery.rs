@@ -35,6 +35,8 @@ pub struct Discovery {
     pub effects: Vec<FoundEffect>,
     /// The terms that were missing, with the verdict [`Verdict::Law`].
     pub law: Option<FoundLaw>,
+    /// What is wrong in the model's text or in the recordings, with the verdict [`Verdict::Plain`].
+    pub plain: Option<PlainCauses>,
     /// Effects that resemble the discrepancy but did not pass the tests.
     pub described: Vec<Described>,
     /// Discrepancies that no known effect removes: places, the most likely first.
@@ -66,7 +68,7 @@ pub struct Discovery {
 impl Discovery {
     /// Whether the corrected model differs from the base model.
     pub fn is_corrected(&self) -> bool {
-        !self.effects.is_empty() || self.law.is_some()
+        !self.effects.is_empty() || self.law.is_some() || self.plain.is_some()
     }
 }
 
@@ -119,6 +121,66 @@ pub struct NearForm {
     pub formula: String,
     /// Its root-mean-square residual relative to that of the law.
     pub ratio: f64,
+}
+
+/// What is wrong in the model's text or in the recordings, without any missing effect.
+#[derive(Debug, Clone)]
+pub struct PlainCauses {
+    /// The cause, then those that the recordings cannot distinguish from it.
+    pub causes: Vec<PlainCause>,
+    /// Effects that the recordings cannot distinguish from it.
+    pub effects: Vec<String>,
+}
+
+/// Something that is wrong.
+#[derive(Debug, Clone)]
+pub struct PlainCause {
+    /// What kind of thing it is.
+    pub kind: PlainKind,
+    /// Its name.
+    pub name: String,
+    /// The column that it is exchanged with.
+    pub with: Option<String>,
+    /// A number's value in the text, SI.
+    pub declared: Option<f64>,
+    /// The value of a number that fits the recordings.
+    pub value: Option<ParameterValue>,
+    /// The unit that is declared for the numbers of a column.
+    pub unit: Option<String>,
+    /// The unit in which the number of the text, or the numbers of a column, would be right, if there is one; for an
+    /// input, how it goes on between samples.
+    pub meant_in: Option<String>,
+}
+
+/// What kind of thing is wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlainKind {
+    /// A constant.
+    Constant,
+    /// A parameter that is not estimated.
+    Parameter,
+    /// The unit of a recorded column.
+    Unit,
+    /// Two recorded columns, which are exchanged.
+    Exchanged,
+    /// How an input goes on between samples.
+    Interpolation,
+    /// The unit of time.
+    Clock,
+}
+
+impl PlainKind {
+    /// The word in `result.json`.
+    pub fn word(self) -> &'static str {
+        match self {
+            PlainKind::Constant => "constant",
+            PlainKind::Parameter => "parameter",
+            PlainKind::Unit => "unit",
+            PlainKind::Exchanged => "exchanged",
+            PlainKind::Interpolation => "interpolation",
+            PlainKind::Clock => "clock",
+        }
+    }
 }
 
 /// An effect that resembles the discrepancy without explaining it.

@@ -10,6 +10,7 @@ mod discovery;
 mod found;
 mod law;
 mod model_spread;
+mod plain;
 mod power;
 mod reason;
 
@@ -20,11 +21,12 @@ pub(crate) use corrected::corrected;
 pub(crate) use described::described;
 pub use discovery::{
     Described, Discovery, FoundEffect, FoundLaw, Gap, NearForm, OutputTrace, ParameterValue,
-    Ranked, RecordingTrace, Screened, Unexplained,
+    PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace, Screened, Unexplained,
 };
 pub(crate) use found::{Found, parameters};
 pub(crate) use law::found_law;
 pub(crate) use model_spread::ModelSpread;
+pub(crate) use plain::plain_causes;
 pub use power::Power;
 pub(crate) use power::power;
 pub(crate) use reason::{reason, reason_of_law};

@@ -90,9 +90,12 @@ impl Excess {
     }
 }
 
-/// The reason for a law, with the base model and the corrected one as reported.
-pub(crate) fn reason_of_law(before: &Fitted, after: &Fitted, data: &Data<'_>) -> String {
-    format!("{}.", falls(Left::of(before, data), Left::of(after, data)))
+/// The reason for a law or a plain cause, each with the data that it was fitted to, with the base model and the corrected one as reported.
+pub(crate) fn reason_of_law(
+    (before, data): (&Fitted, &Data<'_>),
+    (after, data_after): (&Fitted, &Data<'_>),
+) -> String {
+    format!("{}.", falls(Left::of(before, data), Left::of(after, data_after)))
 }
 
 /// The reason for the verdict; `before` and `after` are the base model and the named one, as reported.

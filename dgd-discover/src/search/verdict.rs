@@ -16,6 +16,8 @@ pub enum Verdict {
     Effects,
     /// Something was missing that has no name in the library, and a formula for it was found.
     Law,
+    /// Nothing is missing: a number of the model's text, or the recordings, are wrong.
+    Plain,
     /// Something is missing, and no known effect passes the tests.
     Unexplained,
 }
@@ -27,6 +29,7 @@ impl Verdict {
             Verdict::Sufficient => "sufficient",
             Verdict::Effects => "effects",
             Verdict::Law => "law",
+            Verdict::Plain => "plain",
             Verdict::Unexplained => "unexplained",
         }
     }

@@ -192,11 +192,14 @@ impl Search {
             let (formula, target) = (term["formula"].as_str()?, term["target"].as_str()?);
             Some((format!("`{formula}` in `{target}`"), None))
         });
+        let causes = result["plain"]["causes"].as_array().into_iter().flatten().take(1);
+        let causes = causes
+            .filter_map(|cause| Some((format!("`{}` is off", cause["name"].as_str()?), None)));
         let left_over = list("unexplained").filter_map(|one| {
             Some((format!("something unknown at `{}`", one["target"].as_str()?), None))
         });
         let verdict = result["verdict"].as_str().unwrap_or_default().to_owned();
-        Search { verdict, missing: effects.chain(terms).chain(left_over).collect() }
+        Search { verdict, missing: causes.chain(effects).chain(terms).chain(left_over).collect() }
     }
 }
 

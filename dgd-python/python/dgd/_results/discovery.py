@@ -29,7 +29,7 @@ class Effect:
 
 
 class Discovery(Findings):
-    """A search: ``verdict`` is ``"sufficient"``, ``"effects"``, ``"law"`` or ``"unexplained"``.
+    """A search: ``verdict`` is ``"sufficient"``, ``"plain"``, ``"effects"``, ``"law"`` or ``"unexplained"``.
 
     ``effects`` lists the effects that were found, and ``law`` the terms of a law.
 
@@ -43,6 +43,9 @@ class Discovery(Findings):
         self.effects: list[Effect] = [_effect(entry) for entry in self.result["effects"]]
         #: Terms that equations lacked, with the verdict ``"law"``: ``target``, ``formula`` and ``coefficients``.
         self.law: list[dict[str, Any]] = (self.result["law"] or {}).get("terms", [])
+        #: What is wrong in the model's text or in the recordings, with the verdict ``"plain"``: the cause, then those
+        #: that cannot be told from it, each with its ``kind``, ``name``, ``declared``, ``value``, ``std`` and ``unit``.
+        self.plain: list[dict[str, Any]] = (self.result["plain"] or {}).get("causes", [])
         #: What no known effect explains: ``target``, ``windows`` and a ``description`` of each.
         self.unexplained: list[dict[str, Any]] = self.result["unexplained"]
         #: For each output its ``unit``, ``noise``, and root-mean-square errors before and after.
@@ -69,7 +72,8 @@ class Discovery(Findings):
 
     def __repr__(self) -> str:
         terms = [f"{term['formula']} in {term['target']}" for term in self.law]
-        names = ", ".join([effect.name for effect in self.effects] + terms)
+        causes = [cause["name"] for cause in self.plain[:1]]
+        names = ", ".join(causes + [effect.name for effect in self.effects] + terms)
         return f"<dgd.Discovery: {self.verdict}{': ' if names else ''}{names}>"
 
     def _repr_html_(self) -> str:

@@ -18,6 +18,7 @@ mod guess;
 mod kept_apart;
 mod law;
 mod page;
+mod plain;
 mod result_json;
 mod summary;
 #[cfg(test)]

@@ -9,7 +9,7 @@ use dgd_discover::{
 };
 use serde_json::{Map, Value, json};
 
-use super::{Subject, UNEXPLAINED, condition, guess, kept_apart, law, together};
+use super::{Subject, UNEXPLAINED, condition, guess, kept_apart, law, plain, together};
 use crate::output::json_text;
 use crate::output::quantity::of_differences;
 
@@ -50,6 +50,7 @@ pub(super) fn value(subject: &Subject<'_>) -> Value {
         "model_file": subject.model.display().to_string(),
         "effects": effects.iter().map(effect).collect::<Vec<_>>(),
         "law": subject.discovery.law.as_ref().map(law::value),
+        "plain": subject.discovery.plain.as_ref().map(plain::value),
         "described": described,
         "unexplained": unexplained.iter().enumerate().map(left_over).collect::<Vec<_>>(),
         "places_not_tried": closed,

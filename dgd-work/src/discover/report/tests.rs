@@ -9,8 +9,8 @@ use dgd_data::files::write_folder;
 use dgd_discover::{
     Alternative, Condition, ConditionKind, Course, Discovery, Evidence, FoundEffect, FoundLaw, Gap,
     Guess, GuessedTerm, LawParameter, LawRange, LawTerm, MissingInput, NearForm, OutputTrace,
-    ParameterValue, Place, PlaceKind, Ranked, RecordingTrace, Screened, Together, Unexplained,
-    Verdict, Window,
+    ParameterValue, Place, PlaceKind, PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace,
+    Screened, Together, Unexplained, Verdict, Window,
 };
 use dgd_runtime::{Signature, System, Unit};
 
@@ -241,6 +241,7 @@ fn discovery() -> Discovery {
             },
         }],
         law: None,
+        plain: None,
         described: Vec::new(),
         unexplained: Vec::new(),
         closed: Vec::new(),
@@ -372,6 +373,37 @@ fn with_a_law() -> Discovery {
     }
 }
 
+/// The same with a constant that is off, in the place of an effect.
+fn with_a_constant_that_is_off() -> Discovery {
+    let unit = |symbol: &str, factor: f64| Unit { symbol: symbol.into(), factor, offset: 0.0 };
+    let cause = |name: &str, kind, declared: f64, value: f64, std: f64, unit: &Unit| PlainCause {
+        kind,
+        name: name.to_owned(),
+        with: None,
+        declared: Some(declared * unit.factor),
+        unit: Some(unit.symbol.to_string()),
+        value: Some(ParameterValue {
+            name: name.to_owned(),
+            unit: unit.clone(),
+            value: value * unit.factor,
+            std: Some(std * unit.factor),
+            std_model: None,
+        }),
+        meant_in: (kind == PlainKind::Constant).then(|| "1/min".to_owned()),
+    };
+    let causes = vec![
+        cause("k", PlainKind::Constant, 0.3, 0.005, 1e-5, &unit("1/s", 1.0)),
+        cause("d_r", PlainKind::Parameter, 19.75, 21.3, 0.04, &unit("in", 0.0254)),
+    ];
+    let effects = vec!["sensor_gain(p_r)".to_owned()];
+    Discovery {
+        verdict: Verdict::Plain,
+        effects: Vec::new(),
+        plain: Some(PlainCauses { causes, effects }),
+        ..discovery()
+    }
+}
+
 #[test]
 fn a_discovery_is_told_to_people_and_to_programs() {
     let place = tempfile::tempdir().expect("a folder for the test");
@@ -389,6 +421,43 @@ fn a_discovery_is_told_to_people_and_to_programs() {
         compared.compare(&goldens.join(format!("{name}.diff")), &patch);
     }
     compared.finish();
+}
+
+#[test]
+fn a_number_that_is_off_is_told_with_its_unit_and_its_twins() {
+    let place = tempfile::tempdir().expect("a folder for the test");
+    let folder = place.path().join("plain");
+    let discovery = with_a_constant_that_is_off();
+    written(&folder, &discovery);
+    let text = summary(&discovery, &[], Some(Path::new("found")));
+    for part in [
+        "The constant `k` is off: the recordings fit ",
+        "and the model has 0.3 1/s. Its number is right in `1/min`: was it meant in that unit, and not in `1/s`?",
+        " Or the parameter `d_r` is off (21.300 ± 0.040 in in place of 19.75 in), or there is `sensor_gain(p_r)`: ",
+        "Look up where the numbers of `k` and `d_r` come from, or measure them.",
+    ] {
+        assert!(text.contains(part), "no {part:?} in {text}");
+    }
+    let result: serde_json::Value =
+        serde_json::from_str(&read(&folder, "result.json")).expect("a result");
+    assert_eq!(result["verdict"], "plain");
+    let cause = |name: &str| {
+        let all = result["plain"]["causes"].as_array().expect("causes");
+        all.iter().find(|cause| cause["name"] == name).expect("a cause").clone()
+    };
+    let (k, d_r) = (cause("k"), cause("d_r"));
+    assert_eq!((&k["kind"], &d_r["kind"]), (&"constant".into(), &"parameter".into()));
+    assert_eq!(
+        (&k["value"], &k["declared"], &k["meant_in"]),
+        (&0.005.into(), &0.3.into(), &"1/min".into())
+    );
+    assert_eq!(
+        (&d_r["value"], &d_r["std"], &d_r["unit"]),
+        (&21.3.into(), &0.04.into(), &"in".into())
+    );
+    assert_eq!(result["plain"]["effects"][0], "sensor_gain(p_r)");
+    let page = read(&folder, "report.html");
+    assert!(page.contains("The constant <code>k</code> is off"), "{page}");
 }
 
 #[test]
@@ -511,6 +580,7 @@ fn a_discovery_with_nothing_in_it_is_written_too() {
         not_tried: Vec::new(),
         effects: Vec::new(),
         law: None,
+        plain: None,
         described: Vec::new(),
         unexplained: Vec::new(),
         closed: Vec::new(),

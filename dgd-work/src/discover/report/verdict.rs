@@ -2,7 +2,7 @@
 
 use dgd_discover::{Discovery, FoundEffect, Unexplained, Verdict};
 
-use super::law;
+use super::{law, plain};
 
 /// One plain sentence, or two where something is left over.
 pub(super) fn sentence(discovery: &Discovery) -> String {
@@ -17,6 +17,9 @@ pub(super) fn sentence(discovery: &Discovery) -> String {
             Some(format!("Missing from the model: {}, and {last}.", first.join(", ")))
         }
     };
+    if let Some(causes) = &discovery.plain {
+        return plain::sentence(causes);
+    }
     if let Some(law) = &discovery.law {
         return format!("Missing from the model: {}.", law::formula(law));
     }
@@ -40,13 +43,16 @@ pub(super) fn sentence(discovery: &Discovery) -> String {
 
 /// What to do next, in a sentence.
 pub(super) fn next(discovery: &Discovery) -> String {
+    if let Some(causes) = &discovery.plain {
+        return plain::next(causes);
+    }
     let untold = discovery.effects.iter().find_map(|effect| effect.told_apart_by.as_ref());
     match (discovery.verdict, untold) {
         (Verdict::Sufficient, _) => {
             "Keep the model. Whether it holds where these recordings do not go, only another recording shows.".to_owned()
         }
         (Verdict::Effects, Some(test)) => format!("To tell the effects apart, take {test}."),
-        (Verdict::Effects, None) | (Verdict::Law, _) => {
+        (Verdict::Effects, None) | (Verdict::Law | Verdict::Plain, _) => {
             "Check the corrected model on a recording that it has not seen, then use it in the place of the old one."
                 .to_owned()
         }

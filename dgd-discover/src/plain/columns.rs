@@ -1,0 +1,266 @@
+//! Recorded columns that may not be what they are taken for.
+
+use std::sync::Arc;
+
+use dgd_compiler::source::Span;
+use dgd_compiler::syntax::ast::{Attribute, AttributeKind, ItemKind};
+use dgd_compiler::syntax::visit;
+use dgd_compiler::units::{Unit, mistaken, parse_unit};
+use dgd_identify::Recording;
+use dgd_runtime::signature::Interpolation;
+use dgd_runtime::{Column, Inputs, Side, Signature, System};
+use dgd_screen::noise::{Colour, SensorNoise};
+
+use super::{Changed, Plain, Suspect, Suspicion};
+use crate::library::BaseModel;
+use crate::noise::{noise_of, readings};
+
+/// A recorded column: an input or an output, by its position.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Signal {
+    Input(usize),
+    Output(usize),
+}
+
+/// What may be wrong with recorded columns.
+#[derive(Debug, Clone)]
+pub(crate) enum Fault {
+    /// A column is in another unit than the model has.
+    Unit { name: String, unit: Unit, meant_in: Unit },
+    /// Two columns are exchanged.
+    Exchanged([String; 2]),
+    /// Between samples an input goes on otherwise than declared.
+    Between { name: String, is: Interpolation },
+    /// Times are in another unit than seconds, of all recordings.
+    Clock { meant_in: Unit },
+}
+
+/// How a fault changes a recording.
+#[derive(Debug, Clone, Copy)]
+enum Change {
+    /// x becomes factor x + offset, SI.
+    Scaled {
+        signal: Signal,
+        factor: f64,
+        offset: f64,
+    },
+    Exchanged(Signal, Signal),
+    Between {
+        input: usize,
+        is: Interpolation,
+    },
+    Clock {
+        factor: f64,
+    },
+}
+
+/// Sizes of units that are taken for each other differ by at least this factor.
+const APART: f64 = 1.5;
+
+/// All faults of columns that there may be.
+pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
+    let signature = plain.fitted.structure.system.signature();
+    let signals = signals(plain, signature);
+    let mut all: Vec<(Fault, Change)> = Vec::new();
+    for (signal, name, unit) in &signals {
+        for meant_in in mistaken(unit) {
+            // number → the SI value that it would have.
+            let factor = meant_in.factor / unit.factor;
+            let offset = meant_in.offset - factor * unit.offset;
+            if offset == 0.0 && (1.0 / APART..APART).contains(&factor) {
+                continue;
+            }
+            let change = Change::Scaled { signal: *signal, factor, offset };
+            let (name, unit) = (name.clone(), unit.clone());
+            all.push((Fault::Unit { name, unit, meant_in }, change));
+        }
+    }
+    for (k, (one, name, unit)) in signals.iter().enumerate() {
+        for (other, other_name, _) in
+            signals[k + 1..].iter().filter(|(_, _, other)| other.dimension == unit.dimension)
+        {
+            let names = [name.clone(), other_name.clone()];
+            all.push((Fault::Exchanged(names), Change::Exchanged(*one, *other)));
+        }
+    }
+    for (input, declared) in signature.inputs.iter().enumerate() {
+        let is = match declared.interpolation {
+            Interpolation::Hold => Interpolation::Linear,
+            Interpolation::Linear => Interpolation::Hold,
+        };
+        let name = declared.name.to_string();
+        all.push((Fault::Between { name, is }, Change::Between { input, is }));
+    }
+    let second = parse_unit("s").expect("a unit");
+    for meant_in in mistaken(&second) {
+        let change = Change::Clock { factor: meant_in.factor };
+        all.push((Fault::Clock { meant_in }, change));
+    }
+    all.into_iter().filter_map(|(fault, change)| suspect(plain, signature, fault, change)).collect()
+}
+
+fn suspect(
+    plain: &Plain<'_>,
+    signature: &Signature,
+    fault: Fault,
+    change: Change,
+) -> Option<Suspect> {
+    let Plain { base, data, .. } = *plain;
+    let all = |recordings: &[Recording]| -> Option<Vec<Recording>> {
+        recordings.iter().map(|one| change.applied(one, signature)).collect()
+    };
+    let (train, valid) = (all(data.train)?, all(data.valid)?);
+    let noise = change.noise(&data.noise, &train);
+    let clock = if let Change::Clock { factor } = change { factor } else { 1.0 };
+    let counts_from = data.counts_from.iter().map(|from| clock * from).collect();
+    let changed = Changed { train, valid, noise, counts_from };
+    let base = match &fault {
+        Fault::Between { name, is } => with_interpolation(base, name, *is),
+        _ => base.clone(),
+    };
+    Some(Suspect { suspicion: Suspicion::Column(fault), base, changed: Some(Arc::new(changed)) })
+}
+
+/// Recorded columns with their units.
+fn signals(plain: &Plain<'_>, signature: &Signature) -> Vec<(Signal, String, Unit)> {
+    let inputs = signature.inputs.iter().enumerate();
+    let inputs = inputs.map(|(i, own)| (Signal::Input(i), &own.name, &own.unit));
+    let outputs = signature.outputs.iter().enumerate().zip(&plain.data.noise);
+    let outputs = outputs.filter(|(_, noise)| noise.is_some());
+    let outputs = outputs.map(|((i, own), _)| (Signal::Output(i), &own.name, &own.unit));
+    let read =
+        |(signal, name, unit): (Signal, &dgd_runtime::signature::Text, &dgd_runtime::Unit)| {
+            Some((signal, name.to_string(), parse_unit(&unit.symbol).ok()?))
+        };
+    inputs.chain(outputs).filter_map(read).collect()
+}
+
+impl Change {
+    /// The recording as it would have been; `None` if that cannot be made of it.
+    fn applied(self, recording: &Recording, signature: &Signature) -> Option<Recording> {
+        let mut columns = columns(recording, signature.inputs.len());
+        let mut between: Vec<Interpolation> =
+            signature.inputs.iter().map(|input| input.interpolation).collect();
+        // Inputs have to be what their values at the samples make of them.
+        if rebuilt(signature, &recording.times, &columns, &between)? != recording.inputs {
+            return None;
+        }
+        let mut changed = recording.clone();
+        match self {
+            Change::Scaled { signal, factor, offset } => {
+                let scaled = |x: &mut f64| *x = factor * *x + offset;
+                match signal {
+                    Signal::Input(i) => columns[i].iter_mut().for_each(scaled),
+                    Signal::Output(i) => changed.measured[i].iter_mut().flatten().for_each(scaled),
+                }
+            }
+            Change::Exchanged(one, other) => {
+                let value = |of: Signal| match of {
+                    Signal::Input(i) => Some(columns[i].clone()),
+                    Signal::Output(i) => recording.measured[i].clone(),
+                };
+                for (to, from) in [(one, value(other)?), (other, value(one)?)] {
+                    match to {
+                        Signal::Input(i) => columns[i] = from,
+                        Signal::Output(i) => changed.measured[i] = Some(from),
+                    }
+                }
+            }
+            Change::Between { input, is } => between[input] = is,
+            Change::Clock { factor } => changed.times.iter_mut().for_each(|t| *t *= factor),
+        }
+        if columns.iter().flatten().any(|value| !value.is_finite()) {
+            return None;
+        }
+        changed.inputs = rebuilt(signature, &changed.times, &columns, &between)?;
+        Some(changed)
+    }
+
+    /// The noise of each output of the changed recordings.
+    fn noise(self, noise: &[Option<SensorNoise>], train: &[Recording]) -> Vec<Option<SensorNoise>> {
+        let mut changed = noise.to_vec();
+        match self {
+            Change::Scaled { signal: Signal::Output(i), factor, .. } => {
+                changed[i] = noise[i].map(|noise| SensorNoise {
+                    std: noise.std * factor.abs(),
+                    quantisation: noise.quantisation.map(|step| step * factor.abs()),
+                    colour: noise
+                        .colour
+                        .map(|colour| Colour { std: colour.std * factor.abs(), ..colour }),
+                    ..noise
+                });
+            }
+            Change::Exchanged(Signal::Output(i), Signal::Output(k)) => changed.swap(i, k),
+            Change::Exchanged(Signal::Input(_), Signal::Output(i)) => {
+                changed[i] = noise_of(train, &readings(train))[i];
+            }
+            Change::Clock { factor } => {
+                for colour in changed.iter_mut().flatten().filter_map(|one| one.colour.as_mut()) {
+                    colour.memory *= factor;
+                }
+            }
+            _ => {}
+        }
+        changed
+    }
+}
+
+/// Values of the inputs at the samples; of two samples at one time, the first is before a jump.
+fn columns(recording: &Recording, inputs: usize) -> Vec<Vec<f64>> {
+    let mut columns = vec![Vec::with_capacity(recording.times.len()); inputs];
+    let mut u = vec![0.0; inputs];
+    for (k, t) in recording.times.iter().enumerate() {
+        let is_before = recording.times.get(k + 1) == Some(t);
+        let side = if is_before { Side::Left } else { Side::Right };
+        recording.inputs.value(*t, side, &mut u);
+        columns.iter_mut().zip(&u).for_each(|(column, u)| column.push(*u));
+    }
+    columns
+}
+
+fn rebuilt(
+    signature: &Signature,
+    times: &[f64],
+    columns: &[Vec<f64>],
+    between: &[Interpolation],
+) -> Option<Inputs> {
+    let all = signature.inputs.iter().zip(columns).zip(between);
+    let all: Vec<Column<'_>> = all
+        .map(|((input, values), interpolation)| Column {
+            name: &input.name,
+            interpolation: *interpolation,
+            values,
+        })
+        .collect();
+    Inputs::recorded(times, &all).ok()
+}
+
+/// The model with an input that goes on otherwise between samples.
+fn with_interpolation(base: &BaseModel, input: &str, is: Interpolation) -> BaseModel {
+    let mut base = base.clone();
+    visit::items_mut(&mut base.asts[0].items, &mut |item| {
+        if let ItemKind::Input { name, attributes, .. } = &mut item.kind
+            && name.text == input
+        {
+            let declares =
+                |one: &Attribute| matches!(one.kind, AttributeKind::Hold | AttributeKind::Linear);
+            let written = attributes.iter().find(|one| declares(one)).map(|one| one.span);
+            attributes.retain(|one| !declares(one));
+            let kind = match is {
+                Interpolation::Hold => AttributeKind::Hold,
+                Interpolation::Linear => AttributeKind::Linear,
+            };
+            let end = Span { start: item.span.end, ..item.span };
+            attributes.push(Attribute { span: written.unwrap_or(end), kind });
+        }
+    });
+    base
+}
+
+/// The word of the language.
+pub(crate) fn between(is: Interpolation) -> &'static str {
+    match is {
+        Interpolation::Hold => "hold",
+        Interpolation::Linear => "linear",
+    }
+}

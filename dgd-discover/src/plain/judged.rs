@@ -1,0 +1,156 @@
+//! Whether plain causes are the answer.
+
+use super::{Cause, Fault, Plain, Suspicion, between};
+use crate::fit::{Data, Fitted, chi_square, mean};
+use crate::library::StructureId;
+use crate::search::{Alternative, Outcome, Search};
+use dgd_runtime::signature::number::{short, with_unit};
+
+use super::trial::{EVALUATIONS, cost};
+
+/// Causes whose criteria differ by less cannot be told from each other: "very strong" evidence (Kass & Raftery, J. Am.
+/// Stat. Assoc. 90 (1995) 773).
+const RIVAL: f64 = 10.0;
+/// A cause comes before an effect of the library only if its criterion is lower by this: as much as is asked of a further
+/// effect.
+const BETTER: f64 = 30.0;
+
+/// Plain causes beside what effects explain.
+#[derive(Debug)]
+pub(crate) enum Answer {
+    /// None.
+    Nothing,
+    /// An effect of the library keeps its name, and these explain the recordings as well.
+    Beside(Vec<Alternative>),
+    /// They come first.
+    First(Box<Causes>),
+}
+
+/// Plain causes that are an answer.
+#[derive(Debug)]
+pub(crate) struct Causes {
+    /// The cause, then its twins, which the recordings cannot tell from it.
+    pub(crate) all: Vec<Cause>,
+    /// Effects that the recordings cannot tell from it either.
+    pub(crate) effects: Vec<String>,
+    /// Whether it leaves nothing that tests distinguish from noise.
+    pub(crate) is_white: bool,
+    /// Σ ε² + k ln N of the training recordings.
+    pub(crate) cost: f64,
+}
+
+impl Causes {
+    /// Whether it stays the answer beside a law with this cost.
+    pub(crate) fn holds_against(&self, law: f64) -> bool {
+        self.cost < law + RIVAL
+    }
+}
+
+impl Plain<'_> {
+    /// The answer, given the outcome of the search for effects.
+    pub(crate) fn answer(&self, search: &Search<'_>, outcome: Outcome) -> Answer {
+        let mut all = self.search(search);
+        let of = |one: &Cause| cost(&one.fitted);
+        all.sort_by(|a, b| of(a).total_cmp(&of(b)));
+        let Some(best) = all.first().map(of) else { return Answer::Nothing };
+        all.retain(|one| of(one) < best + RIVAL);
+        // A stable order: the text's within what rounding decides.
+        all.sort_by_key(|one| one.rank(of(one) > best + search.thresholds.even));
+        let named = outcome.structure();
+        let of_named = search.fitted(named).filter(|_| !named.is_base()).map(|fitted| {
+            let finished = fitted.continued(&self.data.not_kept(), EVALUATIONS);
+            let of_named = finished.map_or(f64::INFINITY, |one| cost(&one));
+            (of_named.min(cost(fitted)), search.leaves_nothing(fitted))
+        });
+        let explained = of_named.filter(|(_, explains)| *explains).map(|(cost, _)| cost);
+        let is_generic = named.effects().all(|effect| search.candidates[effect].is_generic);
+        match explained {
+            Some(of_named) if !is_generic && best >= of_named - BETTER => {
+                all.retain(|one| of(one) < of_named + RIVAL);
+                let is_one = named.len() == 1 && !all.is_empty();
+                if is_one {
+                    Answer::Beside(self.beside(search, named, &all))
+                } else {
+                    Answer::Nothing
+                }
+            }
+            Some(of_named) if is_generic && best >= of_named + RIVAL => Answer::Nothing,
+            // A sensor is wrong more often than a constant of nature.
+            Some(_) if is_generic && all.iter().all(Cause::is_well_known) => Answer::Nothing,
+            _ => {
+                let first = &all[0];
+                let data = first.data(self.data).not_kept();
+                let residuals = first.fitted.residuals(&data);
+                let own = Search::new(search.base, &[], data.clone(), 1, search.seed);
+                let is_white = own.leaves_noise(&residuals, &data.noise);
+                let is_tied = explained.is_some_and(|of_named| of_named < best + RIVAL);
+                let effects = if is_tied { effects(search, named) } else { Vec::new() };
+                Answer::First(Box::new(Causes { all, effects, is_white, cost: best }))
+            }
+        }
+    }
+
+    /// Causes as alternatives to an effect.
+    fn beside(&self, search: &Search<'_>, named: StructureId, all: &[Cause]) -> Vec<Alternative> {
+        let square = |fitted: &Fitted, data: &Data<'_>| {
+            let sum = |all: Vec<Vec<Vec<f64>>>| mean(&chi_square(&all, &data.noise));
+            let held_out = fitted.held_out_residuals(data).and_then(sum);
+            held_out.or_else(|| sum(fitted.residuals(data)))
+        };
+        let own = search.fitted(named).and_then(|fitted| square(fitted, self.data));
+        let alternative = |one: &Cause| {
+            let ratio = square(&one.fitted, &one.data(self.data))
+                .zip(own)
+                .map_or(f64::NAN, |(of, own)| of / own);
+            Alternative { name: one.words(), form: None, valid_ratio: ratio.sqrt() }
+        };
+        all.iter().map(alternative).collect()
+    }
+}
+
+impl Cause {
+    /// Well-known constants come last, and what is less likely.
+    fn rank(&self, is_less_likely: bool) -> (bool, bool) {
+        match &self.suspicion {
+            Suspicion::Number(number) => (number.is_well_known(), is_less_likely),
+            Suspicion::Column(_) => (false, is_less_likely),
+        }
+    }
+
+    fn is_well_known(&self) -> bool {
+        matches!(&self.suspicion, Suspicion::Number(number) if number.is_well_known())
+    }
+
+    /// What it is, with its value.
+    fn words(&self) -> String {
+        match &self.suspicion {
+            Suspicion::Number(number) => {
+                let value = self.fitted.values.p.get(&number.name).copied().unwrap_or(f64::NAN);
+                let shown = short(number.unit.from_si(value), 4);
+                format!("`{}` of {}", number.name, with_unit(shown, &number.unit.symbol))
+            }
+            Suspicion::Column(Fault::Unit { name, meant_in, .. }) => {
+                format!("column `{name}` in {}", meant_in.symbol)
+            }
+            Suspicion::Column(Fault::Exchanged([one, other])) => {
+                format!("columns `{one}` and `{other}` exchanged")
+            }
+            Suspicion::Column(Fault::Between { name, is }) => {
+                format!("`{name}` as {}", between(*is))
+            }
+            Suspicion::Column(Fault::Clock { meant_in }) => format!("times in {}", meant_in.symbol),
+        }
+    }
+}
+
+/// The effects of a structure, each with its alternatives.
+fn effects(search: &Search<'_>, named: StructureId) -> Vec<String> {
+    if named.len() != 1 {
+        return Vec::new();
+    }
+    let of = |effect: usize| {
+        let others = search.replacements(named, effect).others.into_iter();
+        std::iter::once(search.called(effect)).chain(others.map(|other| other.alternative.name))
+    };
+    named.effects().flat_map(of).collect()
+}

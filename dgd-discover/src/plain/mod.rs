@@ -1,0 +1,100 @@
+//! Plain causes: what a user asks first when a model and recordings disagree, before any effect.
+//!
+//! ```text
+//!   the model's text ─► each constant, each parameter that is not estimated      (numbers)
+//!     ─► the model with it estimated, from its value and from those that
+//!        a slip of the unit would give                                           (trial)
+//!   the recordings   ─► columns in another unit, exchanged, held or not, times    (columns)
+//!     ─► the model fitted to them as they would have been                         (trial)
+//!     ─► those that leave only noise, the likeliest first, with their twins      (judged)
+//! ```
+//!
+//! A cause is an answer only if it leaves no more than noise, and if no effect or law is clearly more likely.
+
+mod columns;
+mod judged;
+mod numbers;
+mod trial;
+
+use std::sync::Arc;
+
+use dgd_compiler::model::Model;
+use dgd_identify::Recording;
+use dgd_screen::noise::SensorNoise;
+
+use crate::fit::{Data, Fitted};
+use crate::library::BaseModel;
+use crate::search::Search;
+pub(crate) use columns::{Fault, between};
+pub(crate) use judged::{Answer, Causes};
+pub(crate) use numbers::Number;
+
+/// The data for a search.
+#[derive(Clone, Copy)]
+pub(crate) struct Plain<'a> {
+    pub(crate) base: &'a BaseModel,
+    pub(crate) model: &'a Model,
+    pub(crate) fitted: &'a Fitted,
+    pub(crate) data: &'a Data<'a>,
+    pub(crate) threads: usize,
+}
+
+/// What may be wrong.
+#[derive(Debug, Clone)]
+pub(crate) enum Suspicion {
+    /// A number of the model's text.
+    Number(Number),
+    /// Recorded columns.
+    Column(Fault),
+}
+
+/// Recordings as they would have been without a fault.
+#[derive(Debug, Clone)]
+pub(crate) struct Changed {
+    pub(crate) train: Vec<Recording>,
+    pub(crate) valid: Vec<Recording>,
+    noise: Vec<Option<SensorNoise>>,
+    counts_from: Vec<f64>,
+}
+
+impl Changed {
+    /// The data with these recordings.
+    fn data<'a>(&'a self, data: &Data<'a>) -> Data<'a> {
+        let Changed { train, valid, noise, counts_from } = self;
+        let (noise, counts_from) = (noise.clone(), counts_from.clone());
+        Data { train, valid, noise, counts_from, ..data.clone() }
+    }
+}
+
+/// A suspicion with the model that has what is suspected as it may be.
+#[derive(Debug, Clone)]
+struct Suspect {
+    suspicion: Suspicion,
+    base: BaseModel,
+    changed: Option<Arc<Changed>>,
+}
+
+/// A suspicion, fitted.
+#[derive(Debug, Clone)]
+pub(crate) struct Cause {
+    pub(crate) suspicion: Suspicion,
+    pub(crate) fitted: Fitted,
+    /// The recordings that it was fitted to, if they are not those of the request.
+    pub(crate) changed: Option<Arc<Changed>>,
+}
+
+impl Cause {
+    /// The data that it was fitted to.
+    pub(crate) fn data<'a>(&'a self, data: &Data<'a>) -> Data<'a> {
+        self.changed.as_ref().map_or_else(|| data.clone(), |changed| changed.data(data))
+    }
+}
+
+impl Plain<'_> {
+    /// Causes that leave only noise, the likeliest first.
+    pub(crate) fn search(&self, search: &Search<'_>) -> Vec<Cause> {
+        let mut suspects = numbers::suspects(self.base, self.model, self.fitted);
+        suspects.extend(self.likeliest(columns::suspects(self)));
+        self.explaining(search, &suspects)
+    }
+}

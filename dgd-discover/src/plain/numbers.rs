@@ -1,0 +1,180 @@
+//! Numbers of a model's text that may be wrong: constants, and parameters that are not estimated.
+
+use std::collections::BTreeSet;
+
+use dgd_compiler::model::Model;
+use dgd_compiler::syntax::ast::{Attribute, AttributeKind, Expr, ExprKind, Item, ItemKind, Name};
+use dgd_compiler::syntax::visit;
+use dgd_compiler::units::{Unit, mistaken, parse_unit};
+
+use super::{Suspect, Suspicion};
+use crate::fit::Fitted;
+use crate::library::BaseModel;
+
+/// A number of the model's text.
+#[derive(Debug, Clone)]
+pub(crate) struct Number {
+    /// The name that it was given.
+    pub(crate) name: String,
+    pub(crate) is_constant: bool,
+    /// Its value in the text or by `--set`, SI.
+    pub(crate) declared: f64,
+    pub(crate) unit: Unit,
+}
+
+/// Constants of nature, and properties of water and air, by their SI value; rounded ones count, too.
+const WELL_KNOWN: [(f64, &str); 15] = [
+    (9.806_65, "m/s^2"),
+    (8.314_462_618, "J/(mol*K)"),
+    (96_485.332_12, "C/mol"),
+    (6.022_140_76e23, "1/mol"),
+    (1.380_649e-23, "J/K"),
+    (1.602_176_634e-19, "C"),
+    (5.670_374_419e-8, "W/(m^2*K^4)"),
+    (299_792_458.0, "m/s"),
+    (273.15, "K"),
+    (101_325.0, "Pa"),
+    (1000.0, "kg/m^3"),
+    (4184.0, "J/(kg*K)"),
+    (4.18e6, "J/(m^3*K)"),
+    (287.05, "J/(kg*K)"),
+    (1005.0, "J/(kg*K)"),
+];
+/// How far a rounded one may be off.
+const ROUNDED: f64 = 0.004;
+
+impl Number {
+    /// Whether it is a constant of nature or a property of water or air, which is wrong in few models.
+    pub(super) fn is_well_known(&self) -> bool {
+        WELL_KNOWN.iter().any(|(value, unit)| {
+            let is_alike = parse_unit(unit).is_ok_and(|unit| unit.dimension == self.unit.dimension);
+            is_alike && (self.declared / value - 1.0).abs() < ROUNDED
+        })
+    }
+
+    /// Values that it would have in SI if the number was meant in another unit.
+    pub(super) fn in_other_units(&self) -> impl Iterator<Item = f64> {
+        let number = self.unit.from_si(self.declared);
+        mistaken(&self.unit).into_iter().map(move |other| other.to_si(number))
+    }
+
+    /// The unit in which the number of the text is right, given its value and how well that is known, SI.
+    pub(crate) fn meant_in(&self, value: f64, std: Option<f64>) -> Option<Unit> {
+        /// Units are told from each other by factors of at least this.
+        const APART: f64 = 1.5;
+        let ratio = value / self.declared;
+        let spread = std.map_or(f64::NAN, |std| (std / value).abs());
+        if spread.is_nan() || spread > 0.1 || (1.0 / APART..APART).contains(&ratio) {
+            return None;
+        }
+        // As far as the number is known, and as it was rounded.
+        let within = (3.0 * spread).max(0.005);
+        let number = self.unit.from_si(self.declared);
+        let off = |unit: &Unit| (unit.to_si(number) / value - 1.0).abs();
+        mistaken(&self.unit).into_iter().find(|unit| off(unit) < within)
+    }
+}
+
+/// All numbers that may be wrong, in the order of the text.
+pub(super) fn suspects(base: &BaseModel, model: &Model, fitted: &Fitted) -> Vec<Suspect> {
+    let mut all = Vec::new();
+    visit::items(&base.asts[0].items, &mut |item| {
+        let number = match &item.kind {
+            ItemKind::Constant { name, value, .. } if is_number(value) => of_constant(model, name),
+            ItemKind::Parameter { name, value, .. } if is_number(value) => {
+                of_parameter(base, model, fitted, name)
+            }
+            _ => None,
+        };
+        all.extend(number.map(|number| {
+            let base = estimating(base, &number);
+            Suspect { suspicion: Suspicion::Number(number), base, changed: None }
+        }));
+    });
+    all
+}
+
+fn of_constant(model: &Model, name: &Name) -> Option<Number> {
+    let own = model.constants.iter().find(|own| own.declared.name == name.text)?;
+    let (name, unit, declared) = (name.text.clone(), own.declared.unit.clone(), own.value);
+    Some(Number { name, is_constant: true, declared, unit })
+}
+
+/// A parameter that is not estimated, unless the user asked that it is not.
+fn of_parameter(base: &BaseModel, model: &Model, fitted: &Fitted, name: &Name) -> Option<Number> {
+    let own = model.parameters.iter().find(|own| own.declared.name == name.text)?;
+    let mut estimates = fitted.estimates.iter().filter(|one| one.recording.is_none());
+    if estimates.any(|one| one.name == name.text) || base.fix.contains(&name.text) {
+        return None;
+    }
+    let (name, unit, declared) = (name.text.clone(), own.declared.unit.clone(), own.value);
+    Some(Number { name, is_constant: false, declared, unit })
+}
+
+/// The model with a number estimated.
+fn estimating(base: &BaseModel, number: &Number) -> BaseModel {
+    let mut base = base.clone();
+    let items = &mut base.asts[0].items;
+    if number.is_constant {
+        let others = dependants(items, &number.name);
+        visit::items_mut(items, &mut |item| {
+            if let ItemKind::Constant { name, unit, value } = &item.kind {
+                let (name, unit, value) = (name.clone(), unit.clone(), value.clone());
+                if name.text == number.name {
+                    // Its sign is not in doubt.
+                    let log = AttributeKind::Log;
+                    let log = Attribute { span: value.span, kind: log };
+                    let attributes = if number.declared > 0.0 { vec![log] } else { Vec::new() };
+                    item.kind = ItemKind::Parameter { name, unit, value, attributes };
+                } else if others.contains(&name.text) {
+                    item.kind = ItemKind::Let { name, unit, value };
+                }
+            }
+        });
+    } else {
+        visit::items_mut(items, &mut |item| {
+            if let ItemKind::Parameter { name, attributes, .. } = &mut item.kind
+                && name.text == number.name
+            {
+                attributes.retain(|attribute| attribute.kind != AttributeKind::Fixed);
+            }
+        });
+    }
+    if !base.free.is_empty() {
+        base.free.push(number.name.clone());
+    }
+    base
+}
+
+/// Constants that are computed from another one.
+fn dependants(items: &[Item], name: &str) -> BTreeSet<String> {
+    let mut all = BTreeSet::from([name.to_owned()]);
+    loop {
+        let before = all.len();
+        visit::items(items, &mut |item| {
+            if let ItemKind::Constant { name, value, .. } = &item.kind
+                && all.iter().any(|known| reads(value, known))
+            {
+                all.insert(name.text.clone());
+            }
+        });
+        if all.len() == before {
+            all.remove(name);
+            return all;
+        }
+    }
+}
+
+fn reads(expr: &Expr, name: &str) -> bool {
+    matches!(&expr.kind, ExprKind::Name(own) if own == name)
+        || visit::operands(expr).into_iter().any(|operand| reads(operand, name))
+}
+
+/// Whether a value is a number as it stands.
+fn is_number(expr: &Expr) -> bool {
+    match &expr.kind {
+        ExprKind::Number { .. } => true,
+        ExprKind::Negate(inner) | ExprKind::Group(inner) => is_number(inner),
+        _ => false,
+    }
+}

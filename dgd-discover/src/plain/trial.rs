@@ -1,0 +1,185 @@
+//! Fits of what is suspected.
+
+use dgd_runtime::System;
+use dgd_runtime::parallel::in_parallel;
+
+use super::{Cause, Number, Plain, Suspect, Suspicion};
+use crate::fit::{Data, Fitted, StartPoint, cost_at};
+use crate::library::{Structure, StructureId, Values};
+use crate::search::Search;
+
+/// Maximum number of simulations of a fit that begins, and of one that is finished.
+const BEGINNING: usize = 10;
+pub(super) const EVALUATIONS: usize = 60;
+/// Number of faults of columns that are fitted.
+const LIKELIEST: usize = 6;
+/// Number of causes that are simulated in the validation recordings.
+const HELD_OUT: usize = 12;
+/// A fit that begins is finished if it leaves at most this fraction of the base model's excess over noise.
+const PROMISING: f64 = 0.5;
+/// And at most this many times as much as the best one, or as noise.
+const HOPEFUL: f64 = 10.0;
+/// Least change of a number, in standard deviations.
+const SIGNIFICANT: f64 = 4.0;
+
+impl Plain<'_> {
+    /// Those of many suspects that come nearest to their recordings without a fit.
+    pub(super) fn likeliest(&self, suspects: Vec<Suspect>) -> Vec<Suspect> {
+        let Plain { base, model, data, threads, .. } = *self;
+        let costs = in_parallel(self.fitted, suspects.len(), threads, |fitted, k| {
+            let plain = Plain { base, model, fitted, data, threads };
+            if data.is_over() { f64::INFINITY } else { plain.cost_without_fit(&suspects[k]) }
+        });
+        let mut all: Vec<(f64, Suspect)> = costs.into_iter().zip(suspects).collect();
+        all.retain(|(cost, _)| cost.is_finite());
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.truncate(LIKELIEST);
+        all.into_iter().map(|(_, suspect)| suspect).collect()
+    }
+
+    fn cost_without_fit(&self, suspect: &Suspect) -> f64 {
+        let Some(structure) = self.structure(suspect) else { return f64::INFINITY };
+        let data = suspect.data(self.data);
+        let Values { p: _, starts } = self.fitted.values.clone();
+        let declared = Values { starts, ..Values::default() };
+        let costs = [&self.fitted.values, &declared].map(|of| cost_at(&structure, of, &data));
+        costs[0].min(costs[1])
+    }
+
+    fn structure(&self, suspect: &Suspect) -> Option<Structure> {
+        suspect.base.structure(&[], StructureId::BASE).ok()
+    }
+
+    /// Causes that leave only noise, the likeliest first.
+    pub(super) fn explaining(&self, search: &Search<'_>, suspects: &[Suspect]) -> Vec<Cause> {
+        let Plain { base, model, data, threads, .. } = *self;
+        let begun = in_parallel(self.fitted, suspects.len(), threads, |fitted, k| {
+            let plain = Plain { base, model, fitted, data, threads };
+            (!data.is_over()).then(|| plain.begun(&suspects[k])).flatten()
+        });
+        let mut begun: Vec<Cause> = begun.into_iter().flatten().collect();
+        let left = |fitted: &Fitted| fitted.error.0 / fitted.error.1 as f64;
+        let all = left(self.fitted) - 1.0;
+        let least = begun.iter().map(|one| left(&one.fitted)).fold(f64::INFINITY, f64::min);
+        begun.retain(|one| {
+            let left = left(&one.fitted);
+            left - 1.0 <= PROMISING * all && left <= HOPEFUL * least.max(1.0)
+        });
+        let mut finished = in_parallel(&begun, begun.len(), threads, |begun, k| {
+            let fitted = begun[k].fitted.continued(&begun[k].data(data).not_kept(), EVALUATIONS);
+            let fitted = fitted.unwrap_or_else(|_| begun[k].fitted.clone());
+            Cause { fitted, ..begun[k].clone() }
+        });
+        finished.sort_by(|a, b| a.fitted.error.0.total_cmp(&b.fitted.error.0));
+        finished.truncate(HELD_OUT);
+        finished.retain_mut(|one| {
+            let gain = cost(self.fitted) - cost(&one.fitted);
+            gain > search.thresholds.least_gain
+                && left(&one.fitted) - 1.0 <= PROMISING * all
+                && one.is_believable()
+                && one.explains(search)
+        });
+        finished
+    }
+
+    /// A fit of a suspect that begins; `None` if it cannot be fitted.
+    fn begun(&self, suspect: &Suspect) -> Option<Cause> {
+        let structure = self.structure(suspect)?;
+        let data = suspect.data(self.data).not_kept();
+        let points = match &suspect.suspicion {
+            Suspicion::Number(number) => self.in_other_units(&structure, number, &data),
+            Suspicion::Column(_) => self.as_declared(&structure, &data),
+        };
+        let fitted = Fitted::new(structure, &self.fitted.values, &points, &data, BEGINNING).ok()?;
+        let (suspicion, changed) = (suspect.suspicion.clone(), suspect.changed.clone());
+        Some(Cause { suspicion, fitted, changed })
+    }
+
+    /// Where fits of a number start: at its value, or at the likeliest of those that it would have in another unit.
+    fn in_other_units(
+        &self,
+        structure: &Structure,
+        number: &Number,
+        data: &Data<'_>,
+    ) -> Vec<StartPoint> {
+        let values = std::iter::once(number.declared).chain(number.in_other_units());
+        let with = |point: &[(String, f64)], value: f64| {
+            let others = point.iter().filter(|(name, _)| *name != number.name).cloned();
+            others.chain([(number.name.clone(), value)]).collect::<Vec<_>>()
+        };
+        let points = self.known(structure);
+        let all = values.flat_map(|value| points.each_ref().map(|point| with(point, value)));
+        self.likeliest_of(structure, all, data)
+    }
+
+    /// Where fits of other recordings start.
+    fn as_declared(&self, structure: &Structure, data: &Data<'_>) -> Vec<StartPoint> {
+        self.likeliest_of(structure, self.known(structure).into_iter(), data)
+    }
+
+    /// Parameters of the fitted base model, and those of the text: the former have adapted to what is wrong.
+    fn known(&self, structure: &Structure) -> [Vec<(String, f64)>; 2] {
+        let signature = structure.system.signature();
+        let declared = signature.parameters.iter().map(|own| (own.name.to_string(), own.value));
+        let adapted = self.fitted.values.p.iter().map(|(name, value)| (name.clone(), *value));
+        [adapted.collect(), declared.collect()]
+    }
+
+    fn likeliest_of(
+        &self,
+        structure: &Structure,
+        all: impl Iterator<Item = Vec<(String, f64)>>,
+        data: &Data<'_>,
+    ) -> Vec<StartPoint> {
+        let cost = |point: Vec<(String, f64)>| {
+            let starts = self.fitted.values.starts.clone();
+            let values = Values { p: point.iter().cloned().collect(), starts };
+            (cost_at(structure, &values, data), point)
+        };
+        let best = all.map(cost).min_by(|a, b| a.0.total_cmp(&b.0));
+        let mut start = StartPoint::default();
+        start.set(best.map(|(_, point)| point).unwrap_or_default().into_iter());
+        vec![start]
+    }
+}
+
+impl Suspect {
+    fn data<'a>(&'a self, data: &Data<'a>) -> Data<'a> {
+        self.changed.as_ref().map_or_else(|| data.clone(), |changed| changed.data(data))
+    }
+}
+
+/// Σ ε² + k ln N of the training recordings.
+pub(super) fn cost(fitted: &Fitted) -> f64 {
+    let (sum, n) = fitted.error;
+    sum + fitted.free() as f64 * (n as f64).ln()
+}
+
+impl Cause {
+    /// Simulates the validation recordings; whether nothing but noise is left.
+    fn explains(&mut self, search: &Search<'_>) -> bool {
+        let changed = self.changed.clone();
+        let data =
+            changed.as_ref().map_or_else(|| search.data.clone(), |own| own.data(&search.data));
+        let data = data.not_kept();
+        self.fitted.know_correlations(&data);
+        self.fitted.hold_out(&data, EVALUATIONS);
+        Search::new(search.base, &[], data, 1, search.seed).leaves_nothing(&self.fitted)
+    }
+
+    /// Whether the recordings determine what is wrong, and it is.
+    fn is_believable(&self) -> bool {
+        match &self.suspicion {
+            Suspicion::Column(_) => true,
+            Suspicion::Number(number) => {
+                let own = self.fitted.estimates.iter();
+                let mut own = own.filter(|e| e.recording.is_none() && e.name == number.name);
+                own.any(|own| {
+                    let off = (own.value - number.declared).abs();
+                    own.std.is_some_and(|std| off > SIGNIFICANT * std)
+                        && !self.fitted.is_at_bound(own)
+                })
+            }
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! What a user asks first: whether a number of the file is off, before any effect.
+
+use dgd_discover::{Discovery, PlainCause, PlainKind, Verdict};
+
+use crate::examined::{Samples, Texts};
+use crate::random::Random;
+
+/// A motor behind an amplifier: der(w) = (torque u − brake w − drag w |w|)/inertia, read with noise.
+#[derive(Debug, Clone, Copy)]
+struct Motor {
+    inertia: f64,
+    torque: f64,
+    drag: f64,
+}
+
+const TRUTH: Motor = Motor { inertia: 0.056, torque: 1.3, drag: 0.0 };
+const BRAKE: f64 = 0.11;
+const NOISE: f64 = 0.02;
+
+impl Motor {
+    /// Readings at 10 Hz for 40 s, by Runge–Kutta steps of 1 ms; time and speed in these units.
+    fn record(self, seed: u64, [second, radian]: [f64; 2]) -> Samples {
+        const STEPS: usize = 100;
+        let mut random = Random::new(seed, 5);
+        let parts: Vec<[f64; 3]> = (0..4)
+            .map(|_| {
+                let (size, period) = (random.between(0.3, 0.9), random.between(2.0, 12.0));
+                [size, std::f64::consts::TAU / period, random.between(0.0, 6.0)]
+            })
+            .collect();
+        let times: Vec<f64> = (0..=400).map(|k| 0.1 * f64::from(k)).collect();
+        let voltage = |t: &f64| parts.iter().map(|[a, f, start]| a * (f * t + start).sin()).sum();
+        let u: Vec<f64> = times.iter().map(voltage).collect();
+        let (mut w, mut read) = (0.0_f64, Vec::new());
+        let h = 0.1 / STEPS as f64;
+        for k in 0..times.len() {
+            read.push(radian * (w + NOISE * random.normal()));
+            let next = u[(k + 1).min(u.len() - 1)];
+            for step in 0..STEPS {
+                let rate = |w: f64, share: f64| {
+                    let u = u[k] + (step as f64 + share) / STEPS as f64 * (next - u[k]);
+                    (self.torque * u - BRAKE * w - self.drag * w * w.abs()) / self.inertia
+                };
+                let a = rate(w, 0.0);
+                let b = rate(w + 0.5 * h * a, 0.5);
+                let c = rate(w + 0.5 * h * b, 0.5);
+                w += h / 6.0 * (a + 2.0 * (b + c) + rate(w + h * c, 1.0));
+            }
+        }
+        let times = times.iter().map(|t| second * t).collect();
+        Samples { times, columns: vec![("u".to_owned(), u), ("w".to_owned(), read)] }
+    }
+}
+
+fn found(model: &str, [train, valid]: [Samples; 2]) -> Discovery {
+    let texts = Texts { model: ("motor.dgd".to_owned(), model.to_owned()), effects: Vec::new() };
+    let examined = texts.read();
+    let [train, valid] = [train, valid].map(|samples| examined.recording_without_start(&samples));
+    examined.discover(&[train], &[valid], 1)
+}
+
+fn recorded(motor: Motor, units: [f64; 2]) -> [Samples; 2] {
+    [1, 2].map(|seed| motor.record(seed, units))
+}
+
+#[track_caller]
+fn causes(discovery: &Discovery) -> &[PlainCause] {
+    assert_eq!(discovery.verdict, Verdict::Plain, "{}", discovery.reason);
+    &discovery.plain.as_ref().expect("plain causes").causes
+}
+
+#[track_caller]
+fn is_near(cause: &PlainCause, name: &str, kind: PlainKind, value: f64) {
+    assert_eq!((&*cause.name, cause.kind), (name, kind));
+    let found = cause.value.as_ref().expect("a number");
+    let std = found.std.expect("the recordings determine it");
+    let off = (found.unit.from_si(found.value) - value).abs();
+    assert!(off < 4.0 * std / found.unit.factor && std < 0.01 * found.value, "{cause:?}");
+}
+
+const MODEL: &str = "model motor
+input u [V] linear
+constant J [kg*m^2] = 0.05
+constant radius [m] = 0.2
+constant K [N*m/V] = 1.3
+parameter b [N*m*s] = 0.1 in 0.001 .. 10, log
+parameter F [N*m] = 0 in 0 .., fixed
+state w [rad/s] = 0
+let rim [m/s] = radius*w
+equation motor: J*der(w) = K*u - b*w - F
+output w [rad/s] noise 0.02
+";
+
+#[test]
+fn a_constant_that_is_off_is_named_with_its_twin_before_a_gain() {
+    let discovery = found(MODEL, recorded(TRUTH, [1.0, 1.0]));
+    let all = causes(&discovery);
+    assert_eq!(all.len(), 2, "{all:?}");
+    is_near(&all[0], "J", PlainKind::Constant, 0.056);
+    is_near(&all[1], "K", PlainKind::Constant, 1.3 * 0.05 / 0.056);
+    let effects = &discovery.plain.as_ref().expect("causes").effects;
+    assert!(effects.iter().any(|name| name == "sensor_gain(w)"), "{effects:?}");
+    assert!(discovery.effects.is_empty() && discovery.unexplained.is_empty());
+    // The corrected model is the model with its constant.
+    let line = discovery.corrected.lines().find(|line| line.starts_with("constant J"));
+    assert!(
+        line.is_some_and(
+            |line| line.starts_with("constant J [kg*m^2] = 0.05") && !line.ends_with("= 0.05")
+        ),
+        "{line:?}"
+    );
+}
+
+#[test]
+fn a_parameter_that_is_not_estimated_is_as_suspect_in_any_unit_and_by_any_name() {
+    // The speed in revolutions per minute, time in minutes, inertia in kg cm².
+    let text = "model drive
+input u [V] hold
+parameter inertia [kg*cm^2] = 500 fixed
+parameter torque [N*m/V] = 1.3 in 0.1 .. 10, fixed
+parameter brake [N*m*min] = 0.002 in 1e-6 .. 1, log
+state speed [rpm] = 0
+equation motor: inertia*der(speed) = torque*u - brake*speed
+output w [rpm] = speed noise 0.2
+";
+    let text = text.replace("hold", "linear");
+    let rpm = 30.0 / std::f64::consts::PI;
+    let discovery = found(&text, recorded(TRUTH, [1.0, rpm]));
+    let all = causes(&discovery);
+    assert_eq!(all.len(), 2, "{all:?}");
+    is_near(&all[0], "inertia", PlainKind::Parameter, 560.0);
+    is_near(&all[1], "torque", PlainKind::Parameter, 1.3 * 0.05 / 0.056);
+}
+
+#[test]
+fn a_number_in_another_unit_is_said_to_be_meant_in_it() {
+    // 78 N m/min of a data sheet, for 1.3 N m/s.
+    let text = MODEL
+        .replace("constant K [N*m/V] = 1.3", "constant K [J/(s*V)] = 78")
+        .replace("J*der(w) = K*u - b*w - F", "J*der(w) = 1 [s]*K*u - b*w - F")
+        .replace("= 0.05\n", "= 0.056\n");
+    let discovery = found(&text, recorded(TRUTH, [1.0, 1.0]));
+    let all = causes(&discovery);
+    let own = all.iter().find(|cause| cause.name == "K").expect("the constant");
+    is_near(own, "K", PlainKind::Constant, 1.3);
+    assert_eq!(own.meant_in.as_deref(), Some("J/(min*V)"));
+}
+
+#[test]
+fn right_numbers_are_not_named() {
+    let right = MODEL.replace("= 0.05\n", "= 0.056\n");
+    let discovery = found(&right, recorded(TRUTH, [1.0, 1.0]));
+    assert_eq!(discovery.verdict, Verdict::Sufficient, "{}", discovery.reason);
+    assert!(discovery.plain.is_none());
+}
+
+#[test]
+fn a_missing_drag_is_no_wrong_number() {
+    let right = MODEL.replace("= 0.05\n", "= 0.056\n");
+    let discovery = found(&right, recorded(Motor { drag: 0.02, ..TRUTH }, [1.0, 1.0]));
+    assert_ne!(discovery.verdict, Verdict::Sufficient);
+    assert!(discovery.plain.is_none(), "{:?}", discovery.plain);
+}
+
+/// The motor whose constants are right.
+fn right() -> String {
+    MODEL.replace("= 0.05\n", "= 0.056\n")
+}
+
+fn column<'a>(samples: &'a mut Samples, name: &str) -> &'a mut Vec<f64> {
+    let found = samples.columns.iter_mut().find(|(own, _)| own == name);
+    &mut found.expect("a column").1
+}
+
+#[test]
+fn a_column_in_another_unit_is_named() {
+    let mut pair = recorded(TRUTH, [1.0, 1.0]);
+    for samples in &mut pair {
+        column(samples, "w").iter_mut().for_each(|w| *w *= 30.0 / std::f64::consts::PI);
+    }
+    let discovery = found(&right(), pair);
+    let all = causes(&discovery);
+    let own = all.iter().find(|cause| cause.kind == PlainKind::Unit).expect("a unit");
+    assert_eq!((&*own.name, own.meant_in.as_deref()), ("w", Some("rpm")));
+}
+
+#[test]
+fn times_in_minutes_are_said_to_be() {
+    let mut pair = recorded(TRUTH, [1.0, 1.0]);
+    for samples in &mut pair {
+        samples.times.iter_mut().for_each(|t| *t /= 60.0);
+    }
+    let discovery = found(&right(), pair);
+    let all = causes(&discovery);
+    let own = all.iter().find(|cause| cause.kind == PlainKind::Clock).expect("a clock");
+    assert_eq!(own.meant_in.as_deref(), Some("min"));
+}
+
+#[test]
+fn an_input_that_is_a_line_between_rows_is_not_held() {
+    let discovery = found(&right().replace("linear", "hold"), recorded(TRUTH, [1.0, 1.0]));
+    let own = &causes(&discovery)[0];
+    assert_eq!((&*own.name, own.kind), ("u", PlainKind::Interpolation));
+    assert_eq!(own.meant_in.as_deref(), Some("linear"));
+    assert!(discovery.corrected.contains("input u [V] linear"), "{}", discovery.corrected);
+}
