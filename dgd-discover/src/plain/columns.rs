@@ -115,8 +115,8 @@ fn suspect(
     let counts_from = data.counts_from.iter().map(|from| clock * from).collect();
     let changed = Changed { train, valid, noise, counts_from };
     let base = match &fault {
-        Fault::Between { name, is } => with_interpolation(base, name, *is),
-        _ => base.clone(),
+        Fault::Between { name, is } => Some(with_interpolation(base, name, *is)),
+        _ => None,
     };
     Some(Suspect { suspicion: Suspicion::Column(fault), base, changed: Some(Arc::new(changed)) })
 }

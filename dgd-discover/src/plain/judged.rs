@@ -49,21 +49,22 @@ impl Causes {
 impl Plain<'_> {
     /// The answer, given the outcome of the search for effects.
     pub(crate) fn answer(&self, search: &Search<'_>, outcome: Outcome) -> Answer {
-        let mut all = self.search(search);
+        let named = outcome.structure();
+        let is_generic = named.effects().all(|effect| search.candidates[effect].is_generic);
+        let is_explained = !is_generic && search.explains(named);
+        let mut all = self.search(search, is_explained);
         let of = |one: &Cause| cost(&one.fitted);
         all.sort_by(|a, b| of(a).total_cmp(&of(b)));
         let Some(best) = all.first().map(of) else { return Answer::Nothing };
         all.retain(|one| of(one) < best + RIVAL);
         // A stable order: the text's within what rounding decides.
         all.sort_by_key(|one| one.rank(of(one) > best + search.thresholds.even));
-        let named = outcome.structure();
         let of_named = search.fitted(named).filter(|_| !named.is_base()).map(|fitted| {
             let finished = fitted.continued(&self.data.not_kept(), EVALUATIONS);
             let of_named = finished.map_or(f64::INFINITY, |one| cost(&one));
             (of_named.min(cost(fitted)), search.leaves_nothing(fitted))
         });
         let explained = of_named.filter(|(_, explains)| *explains).map(|(cost, _)| cost);
-        let is_generic = named.effects().all(|effect| search.candidates[effect].is_generic);
         match explained {
             Some(of_named) if !is_generic && best >= of_named - BETTER => {
                 all.retain(|one| of(one) < of_named + RIVAL);

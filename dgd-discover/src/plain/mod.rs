@@ -70,7 +70,8 @@ impl Changed {
 #[derive(Debug, Clone)]
 struct Suspect {
     suspicion: Suspicion,
-    base: BaseModel,
+    /// The model, if it is another one than the base model.
+    base: Option<BaseModel>,
     changed: Option<Arc<Changed>>,
 }
 
@@ -91,10 +92,13 @@ impl Cause {
 }
 
 impl Plain<'_> {
-    /// Causes that leave only noise, the likeliest first.
-    pub(crate) fn search(&self, search: &Search<'_>) -> Vec<Cause> {
+    /// Causes that leave only noise, the likeliest first. Beside an effect of the library that explains the recordings,
+    /// only numbers are tried: they may be its twins.
+    fn search(&self, search: &Search<'_>, is_explained: bool) -> Vec<Cause> {
         let mut suspects = numbers::suspects(self.base, self.model, self.fitted);
-        suspects.extend(self.likeliest(columns::suspects(self)));
+        if !is_explained {
+            suspects.extend(self.likeliest(columns::suspects(self)));
+        }
         self.explaining(search, &suspects)
     }
 }

@@ -88,7 +88,7 @@ pub(super) fn suspects(base: &BaseModel, model: &Model, fitted: &Fitted) -> Vec<
         };
         all.extend(number.map(|number| {
             let base = estimating(base, &number);
-            Suspect { suspicion: Suspicion::Number(number), base, changed: None }
+            Suspect { suspicion: Suspicion::Number(number), base: Some(base), changed: None }
         }));
     });
     all

@@ -9,7 +9,7 @@ use crate::library::{Structure, StructureId, Values};
 use crate::search::Search;
 
 /// Maximum number of simulations of a fit that begins, and of one that is finished.
-const BEGINNING: usize = 10;
+const BEGINNING: usize = 6;
 pub(super) const EVALUATIONS: usize = 60;
 /// Number of faults of columns that are fitted.
 const LIKELIEST: usize = 6;
@@ -47,7 +47,10 @@ impl Plain<'_> {
     }
 
     fn structure(&self, suspect: &Suspect) -> Option<Structure> {
-        suspect.base.structure(&[], StructureId::BASE).ok()
+        match &suspect.base {
+            Some(base) => base.structure(&[], StructureId::BASE).ok(),
+            None => Some(self.fitted.structure.clone()),
+        }
     }
 
     /// Causes that leave only noise, the likeliest first.
