@@ -14,8 +14,6 @@ from refit_all import STRONG, of
 from terms.score import Answer, error_of_model, scored
 
 MOST_TERMS, DEGREE = 2, 3
-# The candidates that come first with one recording are fitted to all.
-FIRST = 8
 # Seconds of a processor for a fit; nearly all need a tenth of one.
 MOST_SECONDS = 1
 # Points from which the named terms are fitted once more.
@@ -40,10 +38,7 @@ class Refits:
         kept, best = [], self.criterion([])
         while len(kept) < MOST_TERMS:
             # Those that are kept stay in the model.
-            tried = {one: self.criterion([*kept, one], self.case.train[:1])
-                     for one in self.candidates if one not in kept}
-            first = sorted(tried, key=tried.get)[:FIRST]
-            values = {one: self.criterion([*kept, one]) for one in first} if len(self.case.train) > 1 else tried
+            values = {one: self.criterion([*kept, one]) for one in self.candidates if one not in kept}
             one = min(values, key=values.get)
             if not values[one] < best - STRONG:
                 break
@@ -51,20 +46,19 @@ class Refits:
         if not kept:
             return Answer()
         fitted = self.folder / "fitted"
-        self.fit(kept, self.case.train, "--starts", STARTS, "-o", fitted, limit=20 * MOST_SECONDS)
+        self.fit(kept, "--starts", STARTS, "-o", fitted, limit=20 * MOST_SECONDS)
         text = " and ".join(f"{place}: {term}" for place, term in kept)
         return Answer(text, [place for place, _ in kept], True,
                       error_of_model(self.case, fitted / self.case.model.name))
 
-    def criterion(self, kept, recordings=None):
-        fit = self.fit(kept, recordings or self.case.train)
+    def criterion(self, kept):
+        fit = self.fit(kept)
         return of(fit) if fit and "outputs" in fit else math.inf
 
-    def fit(self, kept, recordings, *more, limit=MOST_SECONDS):
-        data = [part for path in recordings for part in ("--data", path)]
+    def fit(self, kept, *more, limit=MOST_SECONDS):
         applied = [part for number, one in enumerate(kept)
                    for part in ("--apply", self.effect(number, *one))]
-        return self.case.run("fit", self.model, *data, *applied, *more, limit=limit)
+        return self.case.run("fit", self.model, *self.case.data(), *applied, *more, limit=limit)
 
     def effect(self, number, place, term):
         unit, name = self.case.truth["targets"][place], self.case.model.read_text().split("model ")[1].split()[0]
