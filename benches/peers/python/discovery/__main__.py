@@ -1,13 +1,14 @@
 """Tools that look for a missing effect, on the same cases: dgd, PySINDy, and refits with the least BIC.
 
-    python benches/peers/python/discovery DGD BANK [--tools …] [--kinds …] [--cases PATTERN] [--out DIR]
+    python benches/peers/python/discovery DGD CASES [--tools …] [--kinds …] [--cases PATTERN] [--out DIR]
 
-DGD is the program, BANK a folder that `discovery_bank --write` has made. The table goes to the standard
-output, a line for each case to the standard error. With --out each line is kept there, and what is kept is
-not run again.
+DGD is the program, CASES a folder that `discovery_bank --write` or `problems` has made. The table goes to the
+standard output, a line for each case to the standard error. With --out each line is kept there, and what is
+kept is not run again.
 """
 
 import argparse
+import importlib
 import json
 import resource
 import statistics
@@ -17,18 +18,16 @@ from dataclasses import asdict
 from pathlib import Path
 
 import bank
+import terms.case
 
-TOOLS = ("dgd discover", "PySINDy", "refit-all, BIC")
+#: Each tool with its module.
+TOOLS = {"dgd discover": "own", "PySINDy": "sindy", "refit-all, BIC": "refit_all"}
+CASES = {kind: bank.Case for kind in bank.KINDS} | {kind: terms.case.Case for kind in terms.case.KINDS}
 
 
 def said_by(tool, case):
     """The answer, with the seconds that a processor needed for it: no load of the machine is in them."""
-    if tool == "PySINDy":
-        from sindy import said
-    elif tool == "dgd discover":
-        from own import said
-    else:
-        from refit_all import said
+    said = importlib.import_module(case.package + TOOLS[tool]).said
     begin = processor()
     says = said(case)
     says.seconds = processor() - begin
@@ -43,20 +42,27 @@ def processor():
 def main():
     parser = argparse.ArgumentParser(prog="discovery")
     parser.add_argument("dgd")
-    parser.add_argument("bank")
-    parser.add_argument("--tools", nargs="+", default=TOOLS, choices=TOOLS)
-    parser.add_argument("--kinds", nargs="+", default=bank.KINDS, choices=bank.KINDS)
+    parser.add_argument("cases_folder", metavar="cases", type=Path)
+    parser.add_argument("--tools", nargs="+", default=list(TOOLS), choices=TOOLS)
+    parser.add_argument("--kinds", nargs="+", default=list(CASES), choices=CASES)
     parser.add_argument("--cases", default="*")
     parser.add_argument("--out", type=Path)
     asked = parser.parse_args()
     rows = []
     for tool in asked.tools:
-        cases = bank.cases(asked.bank, asked.dgd, asked.cases, asked.kinds)
-        answers = [(case.kind, kept(tool, case, asked.out)) for case in cases]
+        answers = [(case.kind, kept(tool, case, asked.out)) for case in cases(asked)]
         rows += [row(tool, kind, [says for of, says in answers if of == kind]) for kind in asked.kinds]
-    print("| | | cases | right name | right place only | wrong | median seconds | longest |")
-    print("|---|---|---|---|---|---|---|---|")
+    print("| | | cases | right name | right place only | wrong | none | median seconds | longest |")
+    print("|---|---|---|---|---|---|---|---|---|")
     print("\n".join(filter(None, rows)))
+
+
+def cases(asked):
+    """All cases of these kinds; twins are left out."""
+    for folder in sorted(asked.cases_folder.glob(asked.cases)):
+        kind = json.loads((folder / "truth.json").read_text())["kind"] if folder.is_dir() else None
+        if kind in asked.kinds:
+            yield CASES[kind](folder, asked.dgd)
 
 
 def kept(tool, case, out):
@@ -80,8 +86,9 @@ def row(tool, kind, answers):
     seconds = [says.seconds for says in answers]
     count = lambda mark: sum(getattr(says, mark) for says in answers)
     placed = "" if kind == "nothing" else count("is_right_place")
+    is_none = lambda says: not (says.is_right_name or says.is_right_place or says.is_wrong)
     cells = [tool, kind, len(answers), count("is_right_name"), placed, count("is_wrong"),
-             f"{statistics.median(seconds):.1f}", f"{max(seconds):.1f}"]
+             sum(map(is_none, answers)), f"{statistics.median(seconds):.1f}", f"{max(seconds):.1f}"]
     return f"| {' | '.join(map(str, cells))} |"
 
 

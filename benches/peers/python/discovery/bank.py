@@ -3,9 +3,10 @@
 import json
 import os
 import re
+import resource
 import subprocess
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import pandas as pd
@@ -104,6 +105,9 @@ class Model:
 class Case:
     """A folder of the bank."""
 
+    #: Where the modules of the tools are.
+    package = ""
+
     def __init__(self, folder, dgd):
         self.folder, self.dgd, self.name = folder, dgd, folder.name
         self.truth = json.loads((folder / "truth.json").read_text())
@@ -150,10 +154,12 @@ class Case:
         return [f"sensor {target}" if template.startswith("sensor") else target]
 
 
-def run(dgd, *arguments):
+def run(dgd, *arguments, limit=None):
+    """After so many seconds of a processor it is ended."""
     command = [dgd, *map(str, arguments), "--threads", "1", "--format", "json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False,
-                          env={**os.environ, "OMP_NUM_THREADS": "1"})
+                          env={**os.environ, "OMP_NUM_THREADS": "1"},
+                          preexec_fn=limit and partial(resource.setrlimit, resource.RLIMIT_CPU, (limit, limit)))
     try:
         return json.loads(done.stdout)
     except json.JSONDecodeError:
@@ -170,9 +176,3 @@ def table(path):
 
 def seconds_per_unit(header):
     return SECONDS[re.search(r"\[(.*)\]", header["time"])[1]]
-
-
-def cases(bank, dgd, pattern="*", kinds=KINDS):
-    """All cases of these kinds; twins are left out."""
-    found = [Case(path, dgd) for path in sorted(Path(bank).glob(pattern)) if path.is_dir()]
-    return [case for case in found if case.kind in kinds]

@@ -25,8 +25,11 @@ def criterion(case, effect=None):
     """Σ n ln(mean square) over the outputs, and k ln N; infinite where the fit fails."""
     applied = ["--apply", str(effect)] if effect else []
     fit = case.run("fit", case.path("model.dgd"), "--data", case.path("train.csv"), *applied)
-    if fit is None:
-        return math.inf
+    return math.inf if fit is None else of(fit)
+
+
+def of(fit):
+    """The criterion of a fit that dgd has made."""
     qualities = [output["quality"]["train"] for output in fit["outputs"].values()]
     samples = sum(quality["samples"] for quality in qualities)
     estimated = len(fit["parameters"]) + sum(len(start["values"]) for start in fit["starts"])
