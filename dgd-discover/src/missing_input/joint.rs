@@ -621,8 +621,8 @@ output y noise 0.001
             Recorded { inputs: &inputs, times: &times, measured: &measured, start: &start };
         let noise = vec![Some(SensorNoise::known(0.001)); 2];
         let (p, options) = (Vec::new(), Options::default());
-        let joint =
-            Joint { terms: &terms, places: &places, p: &p, noise: &noise, options: &options };
+        let (terms, places, noise, options) = (&terms, &places, &noise, &options);
+        let joint = Joint { terms, places, free_starts: &[0, 1], p: &p, noise, options };
         let (paths, q) = joint.paths(&[recorded]).expect("a path");
         assert_eq!(joint.standing_out(&paths, &q), [places[0]]);
         assert!(q[1] < 1e-6 * q[0], "{q:?}");
