@@ -22,3 +22,4 @@ mod elsewhere;
 mod laws;
 mod places;
 mod terms;
+mod uneven;
