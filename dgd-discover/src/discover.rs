@@ -65,7 +65,7 @@ fn discovered(
     let scales = scales.map_err(DiscoverError::BaseModel)?;
     let uneven = scales.uneven();
     let fix = [request.base.fix.as_slice(), &scales.of_noise].concat();
-    let base = &BaseModel { scales, fix, ..request.base.clone() };
+    let base = &BaseModel { fix, scales, ..request.base.clone() };
     let scaled = |(r, recording)| base.scales.recording(recording, r);
     let all: Vec<Recording> = train.iter().chain(valid).enumerate().map(scaled).collect();
     let (train, valid) = all.split_at(train.len());
