@@ -20,13 +20,13 @@ use dgd_runtime::parallel::in_parallel;
 use crate::conditions::Circumstances;
 use crate::fit::{
     Budget, Data, Fitted, Methods, NoFit, WorkJournal, methods_for_ranking, most_steps,
-    options_for_ranking, period, ranges, stepping_alike,
+    noise_levels, options_for_ranking, period, ranges, stepping_alike,
 };
 use crate::guess::{Followed, Guessing};
 use crate::law::{Answer, Law, Laws, Named};
 use crate::library::{
-    Adapted, Candidate, Measure, Refused, StructureId, Values, adapted, candidates, generic,
-    unbound,
+    Adapted, BaseModel, Candidate, Measure, Refused, Scales, StructureId, Values, adapted,
+    candidates, generic, unbound,
 };
 use crate::missing_input::{self, FoundPlace, Missing, TIE, missing_inputs};
 use crate::noise::{noise_of, readings, without_lonely, without_spikes};
@@ -53,6 +53,31 @@ pub fn discover(
     request: &Request<'_>,
     diagnostics: &mut Diagnostics,
 ) -> Result<Discovery, DiscoverError> {
+    discovered(request, None, diagnostics)
+}
+
+/// The same with the noise of each output in each recording relative to its mean; without, it is estimated.
+fn discovered(
+    request: &Request<'_>,
+    levels: Option<&[Vec<f64>]>,
+    diagnostics: &mut Diagnostics,
+) -> Result<Discovery, DiscoverError> {
+    let unscaled = request;
+    let [train, valid] = [request.train.0, request.valid.0];
+    let scales = Scales::new(request.base, train, valid, levels);
+    let scales = scales.map_err(DiscoverError::BaseModel)?;
+    let uneven = scales.uneven();
+    let fix = [request.base.fix.as_slice(), &scales.of_noise].concat();
+    let base = &BaseModel { fix, scales, ..request.base.clone() };
+    let scaled = |(r, recording)| base.scales.recording(recording, r);
+    let all: Vec<Recording> = train.iter().chain(valid).enumerate().map(scaled).collect();
+    let (train, valid) = all.split_at(train.len());
+    let request = &Request {
+        base,
+        train: (train, request.train.1),
+        valid: (valid, request.valid.1),
+        ..*request
+    };
     // No model explains isolated readings: fits and tests leave them out.
     let (train, of_train) = without_spikes(request.train.0);
     let (valid, of_valid) = without_spikes(request.valid.0);
@@ -70,12 +95,17 @@ pub fn discover(
         };
         prepared = prepare(&cleaned, diagnostics)?;
     }
+    if levels.is_none()
+        && let Some(levels) = noise_levels(&prepared.fitted, &prepared.data)
+    {
+        return discovered(unscaled, Some(&levels), diagnostics);
+    }
     let candidates = prepared.candidates();
     let searched = search(&prepared, &candidates);
     let refined = refine(&prepared, &searched)?;
     let explained = explain(&prepared, &searched, &refined);
     let discovery = report(&prepared, &searched, refined, explained, diagnostics)?;
-    Ok(Discovery { lonely, ..discovery })
+    Ok(Discovery { lonely, uneven, ..discovery })
 }
 
 /// The recordings without readings whose residuals in the base model are isolated spikes, and how many each output has
@@ -173,6 +203,7 @@ fn prepare<'a>(
         return Err(DiscoverError::NoRecording);
     }
     let model = resolve(&base.asts, &base.options, diagnostics).map_err(DiscoverError::Model)?;
+    let model = base.scales.without_deviations(model);
     let mut left_out = unbound(library, &model);
     let mut of_library = candidates(library, &base.asts, &model);
     of_library.retain(|candidate| {
@@ -201,8 +232,19 @@ fn fit_base<'a>(request: &'a Request<'a>) -> Result<(Fitted, Data<'a>), Discover
     let (counts_from, own_weights) = (Vec::new(), false);
     let budget = Budget::new(request.budget);
     let explicit = None;
-    let mut data =
-        Data { train, valid, noise, counts_from, options, explicit, own_weights, budget, keeping };
+    let scales = &request.base.scales;
+    let mut data = Data {
+        train,
+        valid,
+        noise,
+        counts_from,
+        options,
+        explicit,
+        own_weights,
+        scales,
+        budget,
+        keeping,
+    };
     let refused = |refused: Refused| DiscoverError::BaseModel(refused.0);
     if !request.is_method_named {
         let Methods { general, explicit } =
@@ -489,6 +531,7 @@ fn report(
         given_up: given_up(search),
         power: if verdict == Verdict::Sufficient { power(search, &screens[0]) } else { Vec::new() },
         lonely: Vec::new(),
+        uneven: Vec::new(),
         is_cut_short: data.is_spent(),
         verdict,
         reason: if plain.is_some() || law.is_some() {

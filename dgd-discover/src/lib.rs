@@ -35,7 +35,7 @@ pub use dgd_screen::noise::{Colour, SensorNoise, quantisation_step, white_noise}
 pub use discover::discover;
 pub use guess::{Course, Guess, GuessedTerm, LawParameter, LawRange, Together};
 pub use law::LawTerm;
-pub use library::{BaseModel, templates};
+pub use library::{BaseModel, Scales, templates};
 pub use missing_input::{
     ClosedPlace, Deviations, LinearizeError, MissingInput, MissingTerms, NoSuchTerm, Place,
     PlaceKind, ReconstructError, Recording, UnknownInput, inputs_with, reconstruct, unknown_input,

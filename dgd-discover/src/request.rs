@@ -46,7 +46,7 @@ pub struct Request<'a> {
 impl Request<'_> {
     /// Digest of everything on which fits and screens depend: texts, settings and recordings.
     pub fn digest(&self) -> Digest {
-        let BaseModel { asts, options, free, fix, engine: _ } = self.base;
+        let BaseModel { asts, options, free, fix, engine: _, scales: _ } = self.base;
         let texts: Vec<&str> = self.sources.iter().map(|source| &*source.text).collect();
         Digest::EMPTY
             .of(&env!("CARGO_PKG_VERSION"))

@@ -23,3 +23,4 @@ mod laws;
 mod places;
 mod plain;
 mod terms;
+mod uneven;

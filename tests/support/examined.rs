@@ -10,7 +10,7 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
-use dgd_discover::{BaseModel, Discovery, Request, discover, templates};
+use dgd_discover::{BaseModel, Discovery, Request, Scales, discover, templates};
 use dgd_execute::{Engine, Loaded};
 use dgd_identify::journal::Forgetful;
 use dgd_identify::{Recording, Unwatched};
@@ -134,6 +134,7 @@ impl Texts {
             free: Vec::new(),
             fix: Vec::new(),
             engine: Engine::Auto,
+            scales: Scales::default(),
         };
         Examined { sources, base, library, templates, compiled }
     }
@@ -182,7 +183,11 @@ impl Examined {
         let measured: Vec<Option<Vec<f64>>> = signature
             .outputs
             .iter()
-            .map(|output| Some(in_si(&output.name, output.unit.factor, output.unit.offset)))
+            .enumerate()
+            .map(|(i, output)| {
+                let in_si = || in_si(&output.name, output.unit.factor, output.unit.offset);
+                (!signature.is_deviation(i)).then(in_si)
+            })
             .collect();
         Recording::new(times, inputs, measured)
     }

@@ -6,7 +6,7 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::Directions;
 use dgd_compiler::source::{Source, Sources};
 use dgd_compiler::syntax::parse;
-use dgd_discover::{BaseModel, Discovery, ParameterValue, Request, discover, templates};
+use dgd_discover::{BaseModel, Discovery, ParameterValue, Request, Scales, discover, templates};
 use dgd_execute::{Engine, Loaded};
 use dgd_identify::journal::Forgetful;
 use dgd_identify::{Recording, Unwatched};
@@ -46,6 +46,7 @@ impl Examination {
             free: Vec::new(),
             fix: Vec::new(),
             engine: Engine::Interpreter,
+            scales: Scales::default(),
         };
         let system = Loaded::with_engine(compiled.program, Engine::Interpreter);
         let [train, valid] = BOOSTER_STOP.map(|text| [self.recording(&system, text)]);

@@ -6,6 +6,7 @@ use dgd_runtime::{Problem, Side, Solution, System, Unit, simulate};
 use super::condition::{Condition, condition};
 use super::known::{KnownKind, KnownQuantity};
 use crate::fit::{Data, Fitted};
+use crate::library::is_weight;
 
 /// Maximum number of unknowns considered: models with more have grids, whose elements have no names of their own.
 const MOST_UNKNOWNS: usize = 40;
@@ -38,7 +39,7 @@ fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
     let signature = system.signature();
     let mut all: Vec<KnownQuantity> = Vec::new();
     let empty = || vec![Vec::new(); data.train.len()];
-    for input in signature.inputs.iter() {
+    for input in signature.inputs.iter().filter(|input| !is_weight(&input.name)) {
         let (name, unit) = (input.name.to_string(), input.unit.clone());
         all.push(KnownQuantity { name, kind: KnownKind::Input, unit, values: empty() });
     }
@@ -49,7 +50,7 @@ fn known_quantities(fitted: &Fitted, data: &Data<'_>) -> Vec<KnownQuantity> {
         let output = &signature.outputs[i];
         let measured = |recording: &Recording| {
             let missing = || vec![f64::NAN; recording.times.len()];
-            recording.measured[i].clone().unwrap_or_else(missing)
+            data.scales.readings(i, recording).unwrap_or_else(missing)
         };
         all.push(KnownQuantity {
             name: output.name.to_string(),

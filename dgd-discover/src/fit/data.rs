@@ -7,6 +7,7 @@ use dgd_screen::noise::SensorNoise;
 
 use super::budget::Budget;
 use super::keeping::WorkJournal;
+use crate::library::Scales;
 
 /// Recordings and settings shared by all structures.
 #[derive(Debug, Clone)]
@@ -26,6 +27,8 @@ pub(crate) struct Data<'a> {
     /// Whether fits end with weights from their own residuals, like those of `dgd fit`, so that it reproduces the
     /// parameters of a corrected model.
     pub own_weights: bool,
+    /// The scales of the outputs of all structures and recordings.
+    pub scales: &'a Scales,
     /// The time budget.
     pub budget: Budget,
     /// Earlier results, and progress.

@@ -22,7 +22,8 @@ pub(crate) fn ranges(fitted: &Fitted, data: &Data<'_>) -> Ranges {
     };
     let mut all = Ranges::new();
     // Measurements are better known than the model's outputs, which may be far off.
-    for (output, measured) in signature.outputs.iter().zip(&recording.measured) {
+    for (i, output) in signature.outputs.iter().enumerate() {
+        let measured = data.scales.readings(i, recording);
         let measured = measured.iter().flatten().copied().filter(|value| value.is_finite());
         let (a, b) = within(&mut measured.into_iter());
         if a <= b {

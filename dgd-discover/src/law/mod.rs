@@ -114,7 +114,8 @@ impl Laws<'_> {
             return Answer::Nothing;
         }
         let engine = self.base.engine;
-        let terms = MissingTerms::new(self.model, engine, &mut Diagnostics::default());
+        let terms =
+            MissingTerms::scaled(self.model, self.data.scales, engine, &mut Diagnostics::default());
         let Ok(terms) = terms else { return Answer::Nothing };
         let places = terms.places();
         let equations: Vec<usize> =

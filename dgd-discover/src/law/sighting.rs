@@ -87,9 +87,11 @@ impl Sighting {
         let n_inputs = model.inputs.len();
         let along = |path: &Path, i: usize| -> Vec<f64> {
             let solution = &path.trajectory;
+            // Weights of readings are inputs behind the model's own.
+            let stride = path.u.len() / solution.times.len().max(1);
             let at = unknowns.iter().position(|unknown| *unknown.name == *names[i].name);
             let value = |k: usize| match (i, at) {
-                (i, _) if i < n_inputs => path.u[k * n_inputs + i],
+                (i, _) if i < n_inputs => path.u[k * stride + i],
                 (i, _) if i == n_inputs => solution.times[k],
                 (_, Some(at)) => solution.y(k)[at],
                 (_, None) => f64::NAN,
@@ -140,10 +142,12 @@ impl Sighting {
     pub(super) fn formed_between(&self, shape: &Shape) -> Vec<Vec<f64>> {
         let of_path = |(path, values): (&Path, &Vec<Vec<f64>>)| {
             let count = path.trajectory.times.len();
-            let n_inputs = path.u.len() / count.max(1);
+            let stride = path.u.len() / count.max(1);
+            // Inputs come before time; weights of readings are behind them.
+            let n_inputs = self.names.iter().position(|name| name.name == "time").unwrap_or(0);
             let end = |k: usize, at: usize| {
                 shape.value(|name| match name {
-                    _ if name < n_inputs => path.u_between[k * n_inputs + name],
+                    _ if name < n_inputs => path.u_between[k * stride + name],
                     _ => values[name][at],
                 })
             };

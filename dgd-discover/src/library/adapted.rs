@@ -14,6 +14,7 @@
 //! | `middle_of_store(x)` | the same for quantities that are never negative and have a unit, such as levels |
 //! | `loss(x, e)` | zero if e is the balance of x, from which a loss can only take; no bound otherwise |
 //! | `own_loss(x, e)` | the same, and the template is not for other balances |
+//! | `alike(x, u)` | zero, if x and u have one dimension; the template is for no others |
 //!
 //! in a value, a bound, a nominal or a null; numbers replace these names before it is tried. Ranges are those of the
 //! fitted base model and of the recordings. A template that needs a value that does not exist is not tried.
@@ -32,6 +33,7 @@ use dgd_identify::Recording;
 use dgd_screen::usual_spacing;
 
 use super::balance::direction;
+use super::fields::is_of_the_field;
 use super::levels::Ranges;
 use super::number::signed;
 
@@ -75,7 +77,9 @@ pub(crate) fn adapted(
     ]);
     let mut all = Vec::new();
     for template in templates {
-        for arguments in bind(template, model) {
+        let is_own =
+            |arguments: &Vec<String>| is_of_the_field(&template.name.text, arguments, model);
+        for arguments in bind(template, model).into_iter().filter(is_own) {
             let quantity = |slot: &str| {
                 let Target::Template(slots) = &template.target else { return None };
                 let place = slots.iter().position(|known| known.name.text == slot)?;
@@ -86,6 +90,9 @@ pub(crate) fn adapted(
                 arguments.get(slots.iter().position(|known| known.name.text == slot)?)
             };
             let value = |name: &str, slots: &[&str]| match (name, slots) {
+                ("alike", [one, other]) => {
+                    Some(are_alike(model, named(one)?, named(other)?).then_some(0.0))
+                }
                 ("period", []) => Some(measure.period),
                 (_, []) => times.get(name).map(|time| Some(*time)),
                 ("loss", [state, equation]) => {
@@ -106,6 +113,14 @@ pub(crate) fn adapted(
         }
     }
     all
+}
+
+/// Whether a state and an input have one dimension.
+fn are_alike(model: &Model, state: &str, input: &str) -> bool {
+    let state = model.unknowns.iter().find(|own| own.declared.name == state);
+    let input = model.inputs.iter().find(|own| own.declared.name == input);
+    let both = state.zip(input);
+    both.is_some_and(|(a, b)| a.declared.unit.dimension == b.declared.unit.dimension)
 }
 
 /// Lower bound of the coefficient of a loss of a state from a balance.

@@ -13,6 +13,7 @@ use dgd_identify::Starts;
 use dgd_runtime::System;
 
 use super::candidates::Candidate;
+use super::scale::Scales;
 use super::structure_id::StructureId;
 
 /// The model under examination.
@@ -29,6 +30,8 @@ pub struct BaseModel {
     pub fix: Vec<String>,
     /// How structures are run; the result does not depend on it.
     pub engine: Engine,
+    /// The scales of its outputs, which a discovery chooses itself: [`Scales::default`] of a request.
+    pub scales: Scales,
 }
 
 /// Values carried from one structure to the next, by name, SI.
@@ -107,6 +110,29 @@ impl BaseModel {
         Ok((Loaded::with_engine(lower(&dae, &directions), self.engine), brought))
     }
 
+    /// Those of some candidates, none of which excludes another, with which the model does not compile. All are compiled
+    /// in one model, and in halves if that fails.
+    pub(crate) fn refused_of(
+        &self,
+        all: &[Candidate<'_>],
+        some: &[usize],
+    ) -> Vec<(usize, Refused)> {
+        let applications: Vec<Application<'_>> =
+            some.iter().map(|&c| all[c].application.clone()).collect();
+        let mut diagnostics = Diagnostics::default();
+        let compiled = apply(&self.asts, &applications, Blending::Applied, &mut diagnostics)
+            .map_err(|_| Refused::by(&diagnostics))
+            .and_then(|applied| self.assemble(&applied.asts));
+        match (compiled, some) {
+            (Ok(_), _) | (_, []) => Vec::new(),
+            (Err(refused), [candidate]) => vec![(*candidate, refused)],
+            (Err(_), _) => {
+                let (first, rest) = some.split_at(some.len() / 2);
+                [self.refused_of(all, first), self.refused_of(all, rest)].concat()
+            }
+        }
+    }
+
     /// The reason why a candidate cannot be tried on recordings of this model, if any.
     pub(crate) fn refusal(&self, model: &Model, candidate: &Candidate<'_>) -> Option<String> {
         let resolved =
@@ -139,7 +165,10 @@ impl BaseModel {
     fn assemble(&self, asts: &[Ast]) -> Result<Dae, Refused> {
         let mut diagnostics = Diagnostics::default();
         resolve(asts, &self.options, &mut diagnostics)
-            .and_then(|model| assemble(&model, &mut diagnostics))
+            .and_then(|model| {
+                let model = self.scales.applied(self.scales.declared(model));
+                assemble(&model, &mut diagnostics)
+            })
             .map_err(|_| Refused::by(&diagnostics))
     }
 

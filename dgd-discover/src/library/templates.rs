@@ -17,7 +17,7 @@ macro_rules! texts {
     };
 }
 
-const TEXTS: [(&str, &str); 44] = texts![
+const TEXTS: [(&str, &str); 55] = texts![
     "sensor/sensor_gain",
     "sensor/sensor_offset",
     "sensor/sensor_drift",
@@ -35,6 +35,7 @@ const TEXTS: [(&str, &str); 44] = texts![
     "input/saturation_at_both_ends",
     "input/rate_limit",
     "input/backlash",
+    "input/stuck",
     "parameter/parameter_step",
     "parameter/parameter_drift",
     "parameter/curved",
@@ -42,13 +43,22 @@ const TEXTS: [(&str, &str); 44] = texts![
     "balance/unmeasured_flow",
     "balance/leak",
     "balance/exchange",
+    "surroundings/loss_to",
+    "surroundings/loss_to_level",
+    "surroundings/play",
     "balance/end_stop",
+    "neutral/loss_beyond",
     "balance/power_loss",
     "balance/dry_friction",
     "balance/creeping_friction",
     "balance/stribeck_friction",
+    "neutral/zero_order_loss",
+    "neutral/gradual",
+    "neutral/falling_loss",
     "balance/cubic_stiffness",
     "balance/quadratic_stiffness",
+    "neutral/cubic_term",
+    "neutral/quadratic_term",
     "balance/hysteresis",
     "balance/periodic_disturbance",
     "balance/overflow",
@@ -59,6 +69,7 @@ const TEXTS: [(&str, &str); 44] = texts![
     "parameter/inverse",
     "parameter/inverse_square",
     "parameter/saturating",
+    "parameter/saturated",
     "parameter/arrhenius",
     "parameter/falls_with_size",
     "parameter/rises_with_size",

@@ -142,7 +142,8 @@ pub(crate) fn missing_inputs(
     data: &Data<'_>,
     threads: usize,
 ) -> Missing {
-    let Ok(terms) = MissingTerms::new(model, engine, &mut Diagnostics::default()) else {
+    let Ok(terms) = MissingTerms::scaled(model, data.scales, engine, &mut Diagnostics::default())
+    else {
         return Missing::nowhere("the model has no room for a missing term");
     };
     let ranked = Places::new(&terms, fitted, data).ranked(model, threads);

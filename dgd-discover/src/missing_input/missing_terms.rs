@@ -25,6 +25,8 @@ use dgd_compiler::source::Span;
 use dgd_compiler::units::{Dimension, Unit, describe};
 use dgd_execute::{Engine, Loaded};
 
+use crate::library::Scales;
+
 /// A place at which something can be missing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
@@ -103,9 +105,21 @@ impl MissingTerms {
         engine: Engine,
         diagnostics: &mut Diagnostics,
     ) -> Result<Self, Reported> {
+        Self::scaled(model, &Scales::default(), engine, diagnostics)
+    }
+
+    /// The same with outputs in other scales. Errors of sensors are in their own.
+    pub(crate) fn scaled(
+        model: &Model,
+        scales: &Scales,
+        engine: Engine,
+        diagnostics: &mut Diagnostics,
+    ) -> Result<Self, Reported> {
+        let model = &scales.declared(model.clone());
         let all = places(model);
         let open = |some: &[Place], diagnostics: &mut Diagnostics| {
-            assemble(&opened(model, some), diagnostics).map(|dae| lower(&dae, &[]))
+            let opened = scales.applied(opened(model, some));
+            assemble(&opened, diagnostics).map(|dae| lower(&dae, &[]))
         };
         if let Ok(program) = open(&all, &mut Diagnostics::default()) {
             let system = Loaded::with_engine(program, engine);

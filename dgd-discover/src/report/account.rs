@@ -94,13 +94,19 @@ pub(crate) fn traces(
                  after: Option<&Observations>| {
         let of_output = |(i, noise): (usize, &Option<SensorNoise>)| {
             let noise = noise.as_ref()?;
-            let measured = recording.measured[i].clone()?;
+            let measured = recording.measured[i].as_ref()?;
             let simulated = |observations: Option<&Observations>| {
                 let value = |k: usize| observations.map_or(f64::NAN, |all| all.w(k)[i]);
                 (0..recording.times.len()).map(value).collect::<Vec<f64>>()
             };
             let (before, after) = (simulated(before), simulated(after));
             let residuals: Vec<f64> = measured.iter().zip(&before).map(|(m, w)| m - w).collect();
+            let in_unit = |all: &[f64]| -> Vec<f64> {
+                let samples = recording.times.iter().zip(all);
+                let inputs = &recording.inputs;
+                samples.map(|(t, y)| data.scales.unscaled(i, inputs, *t, *y)).collect()
+            };
+            let [measured, before, after] = [measured, &before, &after].map(|all| in_unit(all));
             let lengths = averaging_lengths(&recording.times, &residuals);
             let windows = discrepancy_windows(&recording.times, &residuals, noise, &lengths);
             let (name, unit) = outputs[i].clone();

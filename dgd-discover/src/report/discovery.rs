@@ -27,6 +27,9 @@ pub struct Discovery {
     pub given_up: Option<(Vec<String>, String)>,
     /// Number of isolated outliers of each output that were left out.
     pub lonely: Vec<usize>,
+    /// Outputs whose noise grows with them, or differs between readings or recordings: their errors are weighted, and
+    /// mean squares, noise and gaps are those at a usual reading.
+    pub uneven: Vec<String>,
     /// Whether the time budget ran out before everything was tried.
     pub is_cut_short: bool,
     /// Templates that were not tried: names and reasons.

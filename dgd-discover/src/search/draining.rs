@@ -13,7 +13,7 @@ use dgd_runtime::{Inputs, Observations, Options};
 use dgd_screen::noise::SensorNoise;
 
 use crate::fit::{Budget, Data, Fitted, WorkJournal};
-use crate::library::{BaseModel, Candidate, Structure, StructureId, Values, candidates};
+use crate::library::{BaseModel, Candidate, Scales, Structure, StructureId, Values, candidates};
 
 const MODEL: &str = "\
 model tank
@@ -58,7 +58,14 @@ pub(super) fn with_effects<T>(
     let model = resolve(&asts, &options, &mut diagnostics).expect("a model");
     let candidates = candidates(&library, &asts, &model);
     let (free, fix) = (Vec::new(), Vec::new());
-    let base = BaseModel { asts, options, free, fix, engine: Engine::Interpreter };
+    let base = BaseModel {
+        asts,
+        options,
+        free,
+        fix,
+        engine: Engine::Interpreter,
+        scales: Scales::default(),
+    };
     let times: Vec<f64> = (0..SAMPLES).map(|k| k as f64).collect();
     let measured = vec![Some(vec![0.0; SAMPLES])];
     let data = Data {
@@ -69,6 +76,7 @@ pub(super) fn with_effects<T>(
         options: Options::default(),
         explicit: None,
         own_weights: false,
+        scales: &Scales::default(),
         budget: Budget::default(),
         keeping: WorkJournal::NONE,
     };

@@ -19,6 +19,25 @@
 mod activity;
 mod alternatives;
 mod cancelling;
+/// Maximum number of candidates that are verified in one model: compilation grows faster than their number.
+const VERIFIED_TOGETHER: usize = 24;
+
+/// Candidates in groups in which none excludes another.
+fn compatible(candidates: &[Candidate<'_>], range: Range<usize>) -> Vec<Vec<usize>> {
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for one in range {
+        let fits = |group: &&mut Vec<usize>| {
+            group.len() < VERIFIED_TOGETHER
+                && !group.iter().any(|other| candidates[*other].excludes(&candidates[one]))
+        };
+        match groups.iter_mut().find(fits) {
+            Some(group) => group.push(one),
+            None => groups.push(vec![one]),
+        }
+    }
+    groups
+}
+
 #[cfg(test)]
 mod draining;
 mod evidence;
@@ -43,11 +62,12 @@ pub(crate) use verdict::Outcome;
 pub use verdict::Verdict;
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use dgd_runtime::parallel::in_parallel_stateless;
 
 use crate::fit::NoFit;
-use crate::library::{MOST_EFFECTS, StructureId};
+use crate::library::{Candidate, MOST_EFFECTS, StructureId};
 use ranking::{Question, Standing};
 use refits::BEAM;
 use screen::are_parallel;
@@ -157,14 +177,13 @@ impl Search<'_> {
     fn refuse(&mut self) {
         let range = self.range(self.open);
         let (base, candidates) = (self.base, self.candidates);
-        let refusals = in_parallel_stateless(range.len(), self.threads, |k| {
-            base.structure(candidates, StructureId::one(range.start + k)).err()
+        let groups = compatible(candidates, range);
+        let refusals = in_parallel_stateless(groups.len(), self.threads, |k| {
+            base.refused_of(candidates, &groups[k])
         });
-        for (candidate, refused) in range.zip(refusals) {
-            if let Some(refused) = refused {
-                let reason = format!("cannot be applied: {}", refused.0);
-                self.tried.insert(StructureId::one(candidate), Err(NoFit(reason)));
-            }
+        for (candidate, refused) in refusals.into_iter().flatten() {
+            let reason = format!("cannot be applied: {}", refused.0);
+            self.tried.insert(StructureId::one(candidate), Err(NoFit(reason)));
         }
     }
 

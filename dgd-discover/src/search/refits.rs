@@ -14,6 +14,9 @@ use crate::library::{Candidate, MOST_EFFECTS, StructureId, Values};
 /// Number of structures from which the search continues.
 pub(crate) const BEAM: usize = 3;
 
+/// Number of further places at which forms are tried that begin like the one that does best there.
+const OTHER_PLACES: usize = 3;
+
 /// Number of near forms of a template that are tried.
 const NEAR_FORMS: usize = 8;
 
@@ -335,6 +338,8 @@ impl Search<'_> {
         let alone = generic.iter().map(|effect| (*effect, StructureId::BASE));
         let mut places: Vec<(usize, StructureId)> = beside.chain(alone).collect();
         places.dedup();
+        let others = if self.explains(best) { Vec::new() } else { self.other_places(best) };
+        places.extend(others.iter().map(|effect| (*effect, StructureId::BASE)));
         for (effect, rest) in places {
             let near = self.near_forms(effect);
             let scores = self.screened(rest);
@@ -350,13 +355,32 @@ impl Search<'_> {
                         <= NEAR_THE_BEST * self.training_sum(rest.with(effect))
             };
             let alike = near.iter().filter(|c| {
-                self.doubled.get(c).is_some_and(|twin| *twin == effect || is_worth(*twin))
+                self.doubled.get(c).is_some_and(|twin| {
+                    *twin == effect || others.contains(&effect) || is_worth(*twin)
+                })
             });
             let alike = alike.map(|c| self.unscreened(rest, *c));
             let is_new = |wanted: &Wanted| !self.tried.contains_key(&wanted.structure);
             wanted.extend(alike.chain(new).filter(is_new).take(NEAR_FORMS));
         }
         self.confirm(wanted);
+    }
+
+    /// The templates that do best alone, at other places than those of a structure that does not explain the recordings:
+    /// the right form may be at one of them, if it begins like a form that was tried and differs as it grows.
+    fn other_places(&self, best: StructureId) -> Vec<usize> {
+        let target = |c: &usize| self.candidates[*c].target();
+        let mut known: Vec<String> = best.effects().map(|c| target(&c)).collect();
+        let alone = self.ranked().into_iter().filter(|one| one.len() == 1);
+        let mut found = Vec::new();
+        for one in alone.flat_map(|one| one.effects().collect::<Vec<_>>()) {
+            if self.candidates[one].is_generic && !known.contains(&target(&one)) {
+                known.push(target(&one));
+                found.push(one);
+            }
+        }
+        found.truncate(OTHER_PLACES);
+        found
     }
 
     /// Templates that are near forms of one.

@@ -5,7 +5,7 @@ use dgd_compiler::model::ModelOptions;
 use dgd_compiler::pipeline::{Compiled, Directions, compile_asts, load};
 use dgd_compiler::source::{Source, Sources};
 use dgd_discover::{
-    BaseModel, Discovery, Guess, Request, Verdict, discover, templates as known_templates,
+    BaseModel, Discovery, Guess, Request, Scales, Verdict, discover, templates as known_templates,
 };
 use dgd_execute::{Engine, Loaded};
 use dgd_identify::journal::Forgetful;
@@ -65,6 +65,7 @@ fn found(text: &str, pair: &[Samples; 2], with_templates: bool) -> Discovery {
         free: Vec::new(),
         fix: Vec::new(),
         engine: Engine::Auto,
+        scales: Scales::default(),
     };
     let [train, valid] = pair.each_ref().map(|samples| {
         let measured = samples.measured.iter().cloned().map(Some).collect();

@@ -34,7 +34,7 @@ pub struct Shape {
 impl Shape {
     /// The shape that pairs of a simulated output and its σ have, of readings at `measured`: relative errors of σ² are
     /// least. `None` where σ does not grow with the size over the outputs and readings there are.
-    pub(crate) fn of(pairs: &[(f64, f64)], measured: &[f64]) -> Option<Self> {
+    pub fn of(pairs: &[(f64, f64)], measured: &[f64]) -> Option<Self> {
         let (floor, slope) = grown(pairs)?;
         let size = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, f64::max);
         let largest = size(&mut measured.iter().map(|y| y.abs()));
@@ -51,6 +51,11 @@ impl Shape {
         let usual = (squares / measured.len().max(1) as f64).sqrt();
         let floor = floor.max(slope * usual);
         (floor > 0.0).then_some(Self { floor, slope })
+    }
+
+    /// The size of an output from which on σ grows in proportion to it: a/b; 0 if it does throughout.
+    pub fn bend(self) -> f64 {
+        self.floor / self.slope
     }
 
     /// g.

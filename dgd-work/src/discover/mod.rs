@@ -16,7 +16,7 @@ use dgd_compiler::syntax::{layout, table_files};
 use dgd_data::files::Files;
 use dgd_data::files::journal::RunJournal;
 use dgd_data::{FileSystem, InMemory};
-use dgd_discover::{BaseModel, DiscoverError, Discovery, Gap, Request, templates};
+use dgd_discover::{BaseModel, DiscoverError, Discovery, Gap, Request, Scales, templates};
 use dgd_identify::journal::{Forgetful, Journal};
 use dgd_identify::{Recording, Unwatched};
 use dgd_plot::Figure;
@@ -33,7 +33,7 @@ use crate::output::provenance::{self, DataFile, Provenance};
 use crate::output::quantity::{of_differences, rounded};
 use crate::request::{Choices, DiscoverRequest, Start};
 use crate::run::recording;
-use crate::run::{densities, executable, keeping, options, reservations, verify_memory_of_fit};
+use crate::run::{executable, keeping, options, reservations, verify_memory_of_fit};
 use crate::session::Session;
 pub use adopt::{Adopted, adopt};
 use offered::{with_inputs, without_unread};
@@ -102,6 +102,7 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
         free: request.sought.free.clone(),
         fix: request.sought.fix.clone(),
         engine: request.solve.engine,
+        scales: Scales::default(),
     };
     let names = recording::names(&[request.data.as_slice(), &held_out.paths].concat());
     let (train_names, valid_names) = names.split_at(request.data.len());
@@ -156,6 +157,14 @@ pub fn discover(request: &DiscoverRequest, session: Session<'_>) -> Result<Disco
             output.name
         )
     }));
+    if !found.uneven.is_empty() {
+        let names: Vec<String> = found.uneven.iter().map(|name| format!("`{name}`")).collect();
+        reservations.push(format!(
+            "the noise of {} is not the same for all readings: each counts by its own, and noise and errors are given for \
+             a usual reading",
+            names.join(" and ")
+        ));
+    }
     if held_out.recordings.is_empty() {
         reservations.push(
             "no validation data was given (`--valid`): an effect is named only if fits to three quarters of the recordings \
@@ -427,12 +436,6 @@ fn recordings(
     let clock = recording::Clock::Time;
     let read = recording::Recording::read_all(paths, renames, dae, clock, compilation, session)?;
     let system = executable(compiled.program.clone(), &request.solve)?;
-    densities::refuse(system.signature(), "`dgd discover`")?;
-    for (i, output) in system.signature().outputs.iter().enumerate() {
-        if read.iter().any(|read| read.measured.deviations[i].is_some()) {
-            densities::remark_unused(&output.name, "`dgd discover` estimates the noise", session);
-        }
-    }
     let p: Vec<f64> = system.signature().parameters.iter().map(|p| p.value).collect();
     let integration = options(&request.solve)?;
     let with = |start: Start, read: &recording::Recording, path: &Path| {

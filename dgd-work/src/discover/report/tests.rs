@@ -207,6 +207,7 @@ fn discovery() -> Discovery {
         left_out: Vec::new(),
         given_up: None,
         lonely: Vec::new(),
+        uneven: Vec::new(),
         is_cut_short: false,
         power: Vec::new(),
         not_tried: ["sensor_lag(p_r)", "sensor_lag(q_ssp)"]
@@ -576,6 +577,7 @@ fn a_discovery_with_nothing_in_it_is_written_too() {
         given_up: None,
         power: Vec::new(),
         lonely: Vec::new(),
+        uneven: Vec::new(),
         is_cut_short: false,
         not_tried: Vec::new(),
         effects: Vec::new(),

@@ -1,0 +1,426 @@
+//! The scale in which the noise of an output is even.
+//!
+//! ```text
+//!   σ(y) = c √(a² + y²):   T(y) = g ln((y + √(a² + y²))/a),   g = √(a² + m²):   the noise of T(y) is c g throughout
+//!   readings with σ_k, and recordings with a level l_r:   T(y) r,   r = σ̄/(σ_k l_r)
+//! ```
+//!
+//! A search compares T(y) r of the readings with that of the model, so that all that follows has one standard deviation
+//! for an output. m is the usual size of the readings: there T has the slope 1, and keeps the unit. r is a further input
+//! of the model that only its output reads. Of log-normal readings, and of those whose noise is proportional, a is far
+//! below the smallest: T is g times the logarithm, and finite where a simulation begins at zero.
+//!
+//! Source of T: Bartlett, The use of transformations, Biometrics 3 (1947) 39–52.
+
+use std::collections::BTreeSet;
+
+use dgd_compiler::diagnostics::Diagnostics;
+use dgd_compiler::expr::intrinsics::IntrinsicId;
+use dgd_compiler::expr::{ExprId, Graph, Symbol};
+use dgd_compiler::model::{Declared, Density, Input, Interpolation, Model, resolve};
+use dgd_compiler::source::Span;
+use dgd_compiler::units::Unit;
+use dgd_identify::{OutputErrorProblem, Recording, Shape, evaluate};
+use dgd_runtime::signature::Distribution;
+use dgd_runtime::{Column, Inputs, Observations, Side, System};
+
+use super::structure::BaseModel;
+use super::structure_id::StructureId;
+
+/// What a does not exceed, relative to the smallest reading, where noise is proportional: T differs from a logarithm by a
+/// hundredth of a per cent.
+const FAR_BELOW: f64 = 0.01;
+
+/// The scales of a model's outputs; those without a place here stay as they are.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Scales {
+    outputs: Vec<Scale>,
+    /// Outputs, and those that compute standard deviations, which are left out.
+    count: usize,
+    deviations: usize,
+    /// Parameters that only noise reads.
+    pub(crate) of_noise: Vec<String>,
+}
+
+/// The scale of an output.
+#[derive(Debug, Clone, PartialEq)]
+struct Scale {
+    output: usize,
+    name: String,
+    stretch: Option<Stretch>,
+    weight: Option<Weight>,
+}
+
+/// How its readings are weighted beside T.
+#[derive(Debug, Clone, PartialEq)]
+struct Weight {
+    /// σ̄ of readings that have one of their own.
+    usual: Option<f64>,
+    /// l of each recording, training recordings first.
+    levels: Vec<f64>,
+}
+
+/// T of the module.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stretch {
+    floor: f64,
+    slope: f64,
+    /// −1 where all readings are below zero.
+    sign: f64,
+}
+
+impl Stretch {
+    fn new(floor: f64, readings: &[f64]) -> Self {
+        let squares: f64 = readings.iter().map(|y| y * y).sum();
+        let usual = squares / readings.len().max(1) as f64;
+        let sign = if readings.iter().all(|y| *y < 0.0) { -1.0 } else { 1.0 };
+        Self { floor, slope: (floor * floor + usual).sqrt(), sign }
+    }
+
+    fn of(self, y: f64) -> f64 {
+        let y = self.sign * y;
+        self.sign * self.slope * ((y + (y * y + self.floor * self.floor).sqrt()) / self.floor).ln()
+    }
+
+    fn inverse(self, scaled: f64) -> f64 {
+        self.floor * (scaled / self.slope).sinh()
+    }
+
+    fn expression(self, graph: &mut Graph, y: ExprId) -> ExprId {
+        let [floor, square, slope, sign] =
+            [self.floor, self.floor * self.floor, self.sign * self.slope, self.sign]
+                .map(|value| graph.constant(value));
+        let y = graph.multiply(sign, y);
+        let squares = graph.multiply(y, y);
+        let sum = graph.add(squares, square);
+        let root = call(graph, "sqrt", sum);
+        let sum = graph.add(y, root);
+        let ratio = graph.divide(sum, floor);
+        let log = call(graph, "log", ratio);
+        graph.multiply(slope, log)
+    }
+}
+
+fn call(graph: &mut Graph, name: &str, of: ExprId) -> ExprId {
+    let function = IntrinsicId::find(name).expect("a function of the language");
+    graph.call(function, &[of])
+}
+
+/// Whether an input is a weight r of the module: no user can declare its name.
+pub(crate) fn is_weight(input: &str) -> bool {
+    input.starts_with("weight(")
+}
+
+impl Scales {
+    /// The scales in which readings of a model have even noise, by what its outputs declare and by recorded standard
+    /// deviations. `levels` are those of each recording and output, if they differ.
+    ///
+    /// # Errors
+    ///
+    /// A reading that cannot have the declared noise, or a noise that cannot be computed, in a sentence.
+    pub(crate) fn new(
+        base: &BaseModel,
+        train: &[Recording],
+        valid: &[Recording],
+        levels: Option<&[Vec<f64>]>,
+    ) -> Result<Self, String> {
+        let Ok(model) = resolve(&base.asts, &base.options, &mut Diagnostics::default()) else {
+            return Ok(Self::default());
+        };
+        let count = model.outputs.len() - model.densities.len();
+        let all: Vec<&Recording> = train.iter().chain(valid).collect();
+        let spread = Spread::new(base, &model, train)?;
+        let mut outputs = Vec::new();
+        for (output, declared) in model.outputs[..count].iter().enumerate() {
+            let name = &declared.declared.name;
+            let stretch = spread.stretch(output, name, &all)?;
+            let usual = usual_deviation(output, name, &all)?.filter(|_| stretch.is_none());
+            let levels: Vec<f64> =
+                levels.map_or(Vec::new(), |all| all.iter().map(|of| of[output]).collect());
+            let is_even = usual.is_none() && levels.iter().all(|level| *level == 1.0);
+            let weight = (!is_even).then_some(Weight { usual, levels });
+            if stretch.is_some() || weight.is_some() {
+                outputs.push(Scale { output, name: name.clone(), stretch, weight });
+            }
+        }
+        let of_noise = only_of_noise(&model, count);
+        Ok(Self { outputs, count, deviations: model.densities.len(), of_noise })
+    }
+
+    /// Whether no output has a scale of its own.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.outputs.is_empty() && self.deviations == 0
+    }
+
+    /// Outputs whose noise grows with them or differs between readings or recordings.
+    pub(crate) fn uneven(&self) -> Vec<String> {
+        self.outputs.iter().map(|scale| scale.name.clone()).collect()
+    }
+
+    /// A model without outputs that compute standard deviations.
+    pub(crate) fn without_deviations(&self, mut model: Model) -> Model {
+        if self.deviations > 0 {
+            model.densities.clear();
+            model.outputs.truncate(self.count);
+        }
+        model
+    }
+
+    /// The same with the weights among its inputs, which nothing reads yet.
+    pub(crate) fn declared(&self, model: Model) -> Model {
+        let mut model = self.without_deviations(model);
+        for scale in self.outputs.iter().filter(|scale| scale.weight.is_some()) {
+            model.inputs.push(Input {
+                declared: Declared {
+                    name: format!("weight({})", scale.name),
+                    span: Span::default(),
+                    unit: Unit::one(),
+                    doc: Vec::new(),
+                },
+                interpolation: Interpolation::Linear,
+            });
+        }
+        model
+    }
+
+    /// A model [with weights](Self::declared), whose outputs are in these scales.
+    pub(crate) fn applied(&self, mut model: Model) -> Model {
+        for scale in &self.outputs {
+            let Some(output) = model.outputs.get(scale.output) else { continue };
+            let mut value = output.value;
+            if let Some(stretch) = scale.stretch {
+                value = stretch.expression(&mut model.graph, value);
+            }
+            let name = format!("weight({})", scale.name);
+            let weight = model.inputs.iter().position(|input| input.declared.name == name);
+            if let Some(weight) = weight.and_then(|at| u32::try_from(at).ok()) {
+                let weight = model.graph.symbol(Symbol::Input(weight));
+                value = model.graph.multiply(value, weight);
+            }
+            model.outputs[scale.output].value = value;
+        }
+        model
+    }
+
+    /// A recording in these scales; `position` is its place among all, training recordings first.
+    pub(crate) fn recording(&self, recording: &Recording, position: usize) -> Recording {
+        if self.is_plain() {
+            return recording.clone();
+        }
+        let mut scaled = recording.clone();
+        scaled.measured.drain(self.count..self.count + self.deviations);
+        scaled.deviations.clear();
+        let mut columns = Vec::new();
+        for scale in &self.outputs {
+            let weights = scale.weight.as_ref().map(|weight| {
+                weight.of(recording.deviations_of(scale.output), position, recording.times.len())
+            });
+            for (k, y) in scaled.measured[scale.output].iter_mut().flatten().enumerate() {
+                let stretched = scale.stretch.map_or(*y, |stretch| stretch.of(*y));
+                *y = stretched * weights.as_ref().map_or(1.0, |weights| weights[k]);
+            }
+            columns.extend(weights);
+        }
+        scaled.inputs = behind(&recording.inputs, &recording.times, &columns);
+        scaled
+    }
+
+    /// A value of an output in its unit, from that in its scale at a time of a recording [in these
+    /// scales](Self::recording).
+    pub(crate) fn unscaled(&self, output: usize, inputs: &Inputs, t: f64, value: f64) -> f64 {
+        let Some(scale) = self.outputs.iter().find(|scale| scale.output == output) else {
+            return value;
+        };
+        let mut value = value;
+        if scale.weight.is_some() {
+            let weighted = self.outputs.iter().filter(|scale| scale.weight.is_some());
+            let behind = weighted.clone().filter(|other| other.output >= output).count();
+            let mut u = vec![0.0; inputs.len()];
+            inputs.value(t, Side::Right, &mut u);
+            value /= u[inputs.len() - behind];
+        }
+        scale.stretch.map_or(value, |stretch| stretch.inverse(value))
+    }
+
+    /// Readings of an output of a recording in these scales, in its unit.
+    pub(crate) fn readings(&self, output: usize, recording: &Recording) -> Option<Vec<f64>> {
+        let measured = recording.measured[output].as_ref()?;
+        let readings = recording.times.iter().zip(measured);
+        Some(readings.map(|(t, y)| self.unscaled(output, &recording.inputs, *t, *y)).collect())
+    }
+}
+
+impl Weight {
+    fn of(&self, deviations: Option<&[f64]>, position: usize, samples: usize) -> Vec<f64> {
+        let level = self.levels.get(position).copied().unwrap_or(1.0);
+        let own = |k: usize| match (self.usual, deviations) {
+            (Some(usual), Some(all)) if all[k].is_finite() && all[k] > 0.0 => usual / all[k],
+            _ => 1.0,
+        };
+        (0..samples).map(|k| own(k) / level).collect()
+    }
+}
+
+/// How the noise that a model declares grows with its outputs.
+struct Spread<'m> {
+    model: &'m Model,
+    /// Outputs at each sample of the recordings, if a σ is computed from them.
+    simulated: Vec<Observations>,
+    failure: Option<String>,
+}
+
+impl<'m> Spread<'m> {
+    fn new(base: &BaseModel, model: &'m Model, train: &[Recording]) -> Result<Self, String> {
+        let is_computed = |density: &Density| {
+            density.distribution != Distribution::LogNormal
+                && model.graph.value(model.outputs[density.deviation].value).is_none()
+        };
+        let mut spread = Spread { model, simulated: Vec::new(), failure: None };
+        if !model.densities.iter().any(is_computed) {
+            return Ok(spread);
+        }
+        let structure = base.structure(&[], StructureId::BASE).map_err(|refused| refused.0)?;
+        let parameters = structure.system.signature().parameters.iter();
+        let p: Vec<f64> = parameters.map(|parameter| parameter.value).collect();
+        let starts: Vec<_> = train.iter().map(|recording| recording.start.clone()).collect();
+        let problem = OutputErrorProblem::new(structure.system.as_model(), &p, train);
+        match evaluate(&problem, &p, &starts) {
+            Ok(found) => spread.simulated = found.observations,
+            Err(error) => spread.failure = Some(error.to_string()),
+        }
+        Ok(spread)
+    }
+
+    /// T of an output; `None` where its noise is even.
+    fn stretch(
+        &self,
+        output: usize,
+        name: &str,
+        all: &[&Recording],
+    ) -> Result<Option<Stretch>, String> {
+        let Some(density) = self.model.densities.iter().find(|density| density.output == output)
+        else {
+            return Ok(None);
+        };
+        let readings: Vec<f64> = all.iter().flat_map(|recording| read(recording, output)).collect();
+        let smallest = readings.iter().map(|y| y.abs()).fold(f64::INFINITY, f64::min);
+        if readings.is_empty() {
+            return Ok(None);
+        }
+        if density.distribution == Distribution::LogNormal {
+            if let Some(y) = readings.iter().find(|y| **y <= 0.0) {
+                return Err(format!(
+                    "a reading of `{name}` is {y} in SI units, and readings with log-normal noise are above zero"
+                ));
+            }
+            return Ok(Some(Stretch::new(FAR_BELOW * smallest, &readings)));
+        }
+        if let Some(why) = &self.failure {
+            return Err(format!("the noise of `{name}` cannot be computed: {why}"));
+        }
+        let samples = all.iter().zip(&self.simulated).flat_map(|(recording, observations)| {
+            (0..recording.times.len()).map(|k| observations.w(k))
+        });
+        let pairs: Vec<(f64, f64)> = samples.map(|w| (w[output], w[density.deviation])).collect();
+        let grows = Shape::of(&pairs, &readings);
+        Ok(grows.map(|shape| {
+            let floor = shape.bend().max(FAR_BELOW * smallest);
+            Stretch::new(floor, &readings)
+        }))
+    }
+}
+
+/// The readings that there are of an output.
+fn read(recording: &Recording, output: usize) -> impl Iterator<Item = f64> + '_ {
+    let measured = recording.measured[output].iter().flatten();
+    measured.copied().filter(|y| y.is_finite())
+}
+
+/// The geometric mean of the recorded standard deviations of an output; `None` without any, or if they are all alike.
+fn usual_deviation(output: usize, name: &str, all: &[&Recording]) -> Result<Option<f64>, String> {
+    let measuring = || all.iter().filter(|recording| recording.measured[output].is_some());
+    if measuring().all(|recording| recording.deviations_of(output).is_none()) {
+        return Ok(None);
+    }
+    let mut logarithms = Vec::new();
+    for recording in measuring() {
+        let Some(deviations) = recording.deviations_of(output) else {
+            return Err(format!(
+                "a recording has no column `std({name})`, which others have: give it to all or none"
+            ));
+        };
+        let measured = recording.measured[output].iter().flatten();
+        for ((t, y), sigma) in recording.times.iter().zip(measured).zip(deviations) {
+            if y.is_finite() && !(*sigma > 0.0 && sigma.is_finite()) {
+                return Err(format!(
+                    "`std({name})` is {sigma} at {t} s: a standard deviation is above zero"
+                ));
+            }
+            logarithms.extend(y.is_finite().then(|| sigma.ln()));
+        }
+    }
+    let is_even = logarithms.windows(2).all(|pair| pair[0] == pair[1]);
+    let mean = logarithms.iter().sum::<f64>() / logarithms.len().max(1) as f64;
+    Ok((!is_even).then(|| mean.exp()))
+}
+
+/// Parameters that standard deviations read, and nothing else does.
+fn only_of_noise(model: &Model, count: usize) -> Vec<String> {
+    let equations = model.all_equations().chain(&model.start_equations);
+    let others = equations.flat_map(|equation| [equation.left, equation.right]);
+    let others = others.chain(model.outputs[..count].iter().map(|output| output.value));
+    let of = |roots: &mut dyn Iterator<Item = ExprId>| -> BTreeSet<Symbol> {
+        roots.flat_map(|root| model.graph.symbols(root)).collect()
+    };
+    let read = of(&mut others.into_iter());
+    let of_noise = of(&mut model.outputs[count..].iter().map(|output| output.value));
+    let is_only_there = |i: usize| {
+        u32::try_from(i).is_ok_and(|i| {
+            let own = Symbol::Parameter(i);
+            of_noise.contains(&own) && !read.contains(&own)
+        })
+    };
+    let parameters = model.parameters.iter().enumerate();
+    let own = parameters.filter(|(i, _)| is_only_there(*i));
+    own.map(|(_, parameter)| parameter.declared.name.clone()).collect()
+}
+
+/// Inputs with further ones behind them, which follow straight lines between samples at `times`.
+fn behind(inputs: &Inputs, times: &[f64], further: &[Vec<f64>]) -> Inputs {
+    let (Some(&from), Some(&until)) = (times.first(), times.last()) else { return inputs.clone() };
+    if further.is_empty() {
+        return inputs.clone();
+    }
+    let mut grid = times.to_vec();
+    grid.extend_from_slice(inputs.breakpoints(from, until));
+    grid.sort_unstable_by(f64::total_cmp);
+    grid.dedup();
+    let own = inputs.len();
+    let mut samples = Vec::with_capacity(2 * grid.len());
+    let mut columns = vec![Vec::with_capacity(2 * grid.len()); own + further.len()];
+    let mut u = vec![0.0; own];
+    for &t in &grid {
+        let sides: &[Side] = if t == from { &[Side::Right] } else { &[Side::Left, Side::Right] };
+        for &side in sides {
+            inputs.value(t, side, &mut u);
+            samples.push(t);
+            let after = times.partition_point(|sample| *sample < t).min(times.len() - 1);
+            let before = if times[after] > t { after.saturating_sub(1) } else { after };
+            let part = if after > before {
+                (t - times[before]) / (times[after] - times[before])
+            } else {
+                0.0
+            };
+            let line = |values: &Vec<f64>| values[before] + part * (values[after] - values[before]);
+            let values = u.iter().copied().chain(further.iter().map(line));
+            for (column, value) in columns.iter_mut().zip(values) {
+                column.push(value);
+            }
+        }
+    }
+    let columns: Vec<Column<'_>> = columns
+        .iter()
+        .map(|values| Column { name: "input", interpolation: Interpolation::Linear, values })
+        .collect();
+    Inputs::recorded(&samples, &columns).unwrap_or_else(|_| inputs.clone())
+}
