@@ -138,5 +138,7 @@ fn readings_that_log_normal_noise_cannot_give_are_refused() {
     recording.measured[0].as_mut().expect("readings")[5] = -1.0;
     let examined = examined(&format!("{TANK} noise lognormal(0.05)\n"));
     let failed = std::panic::catch_unwind(|| examined.discover(&[recording], &[], 1));
-    assert!(failed.is_err(), "a refusal");
+    let why = failed.expect_err("a refusal");
+    let why = why.downcast_ref::<String>().expect("the reason");
+    assert!(why.contains("readings with log-normal noise are above zero"), "{why}");
 }

@@ -63,6 +63,8 @@ fn symbols() -> Vec<String> {
     let with = |prefix: &'static str| {
         rows()
             .filter(move |row| prefix.is_empty() || row.prefixes == Prefixes::Allowed)
+            // Nobody records in kiloseconds.
+            .filter(move |row| row.symbol != "s" || matches!(prefix, "" | "m" | "µ"))
             .map(move |row| format!("{prefix}{}", row.symbol))
     };
     PREFIXES.iter().flat_map(|prefix| with(prefix)).collect()

@@ -118,7 +118,12 @@ fn suspect(
         Fault::Between { name, is } => Some(with_interpolation(base, name, *is)),
         _ => None,
     };
-    Some(Suspect { suspicion: Suspicion::Column(fault), base, changed: Some(Arc::new(changed)) })
+    Some(Suspect {
+        position: 0,
+        suspicion: Suspicion::Column(fault),
+        base,
+        changed: Some(Arc::new(changed)),
+    })
 }
 
 /// Recorded columns with their units.

@@ -54,11 +54,10 @@ impl Plain<'_> {
         let is_explained = !is_generic && search.explains(named);
         let mut all = self.search(search, is_explained);
         let of = |one: &Cause| cost(&one.fitted);
-        all.sort_by(|a, b| of(a).total_cmp(&of(b)));
-        let Some(best) = all.first().map(of) else { return Answer::Nothing };
+        let Some(best) = all.iter().map(of).reduce(f64::min) else { return Answer::Nothing };
         all.retain(|one| of(one) < best + RIVAL);
-        // A stable order: the text's within what rounding decides.
-        all.sort_by_key(|one| one.rank(of(one) > best + search.thresholds.even));
+        // The order of the text, within what rounding decides.
+        all.sort_by_key(|one| (one.rank(of(one) > best + search.thresholds.even), one.position));
         let of_named = search.fitted(named).filter(|_| !named.is_base()).map(|fitted| {
             let finished = fitted.continued(&self.data.not_kept(), EVALUATIONS);
             let of_named = finished.map_or(f64::INFINITY, |one| cost(&one));

@@ -69,6 +69,8 @@ impl Changed {
 /// A suspicion with the model that has what is suspected as it may be.
 #[derive(Debug, Clone)]
 struct Suspect {
+    /// Its place among all: numbers in the order of the text, then columns, the nearest first.
+    position: usize,
     suspicion: Suspicion,
     /// The model, if it is another one than the base model.
     base: Option<BaseModel>,
@@ -78,6 +80,7 @@ struct Suspect {
 /// A suspicion, fitted.
 #[derive(Debug, Clone)]
 pub(crate) struct Cause {
+    position: usize,
     pub(crate) suspicion: Suspicion,
     pub(crate) fitted: Fitted,
     /// The recordings that it was fitted to, if they are not those of the request.
@@ -98,6 +101,9 @@ impl Plain<'_> {
         let mut suspects = numbers::suspects(self.base, self.model, self.fitted);
         if !is_explained {
             suspects.extend(self.likeliest(columns::suspects(self)));
+        }
+        for (position, suspect) in suspects.iter_mut().enumerate() {
+            suspect.position = position;
         }
         self.explaining(search, &suspects)
     }

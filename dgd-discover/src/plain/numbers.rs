@@ -88,7 +88,12 @@ pub(super) fn suspects(base: &BaseModel, model: &Model, fitted: &Fitted) -> Vec<
         };
         all.extend(number.map(|number| {
             let base = estimating(base, &number);
-            Suspect { suspicion: Suspicion::Number(number), base: Some(base), changed: None }
+            Suspect {
+                position: 0,
+                suspicion: Suspicion::Number(number),
+                base: Some(base),
+                changed: None,
+            }
         }));
     });
     all

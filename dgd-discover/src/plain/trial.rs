@@ -12,7 +12,7 @@ use crate::search::Search;
 const BEGINNING: usize = 6;
 pub(super) const EVALUATIONS: usize = 60;
 /// Number of faults of columns that are fitted.
-const LIKELIEST: usize = 6;
+const LIKELIEST: usize = 12;
 /// Number of causes that are simulated in the validation recordings.
 const HELD_OUT: usize = 12;
 /// A fit that begins is finished if it leaves at most this fraction of the base model's excess over noise.
@@ -40,10 +40,12 @@ impl Plain<'_> {
     fn cost_without_fit(&self, suspect: &Suspect) -> f64 {
         let Some(structure) = self.structure(suspect) else { return f64::INFINITY };
         let data = suspect.data(self.data);
-        let Values { p: _, starts } = self.fitted.values.clone();
-        let declared = Values { starts, ..Values::default() };
-        let costs = [&self.fitted.values, &declared].map(|of| cost_at(&structure, of, &data));
-        costs[0].min(costs[1])
+        let adapted = self.fitted.values.clone();
+        let declared = Values { starts: adapted.starts.clone(), ..Values::default() };
+        // What is wrong with the recordings may have moved start values, too.
+        let without_starts = Values { starts: Vec::new(), ..adapted.clone() };
+        let all = [adapted, declared, without_starts, Values::default()];
+        all.iter().map(|of| cost_at(&structure, of, &data)).fold(f64::INFINITY, f64::min)
     }
 
     fn structure(&self, suspect: &Suspect) -> Option<Structure> {
@@ -94,8 +96,8 @@ impl Plain<'_> {
             Suspicion::Column(_) => self.as_declared(&structure, &data),
         };
         let fitted = Fitted::new(structure, &self.fitted.values, &points, &data, BEGINNING).ok()?;
-        let (suspicion, changed) = (suspect.suspicion.clone(), suspect.changed.clone());
-        Some(Cause { suspicion, fitted, changed })
+        let Suspect { position, suspicion, changed, .. } = suspect.clone();
+        Some(Cause { position, suspicion, fitted, changed })
     }
 
     /// Where fits of a number start: at its value, or at the likeliest of those that it would have in another unit.

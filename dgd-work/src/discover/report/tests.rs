@@ -376,7 +376,8 @@ fn with_a_law() -> Discovery {
 
 /// The same with a constant that is off, in the place of an effect.
 fn with_a_constant_that_is_off() -> Discovery {
-    let unit = |symbol: &'static str, factor: f64| Unit { symbol: symbol.into(), factor, offset: 0.0 };
+    let unit =
+        |symbol: &'static str, factor: f64| Unit { symbol: symbol.into(), factor, offset: 0.0 };
     let cause = |name: &str, kind, declared: f64, value: f64, std: f64, unit: &Unit| PlainCause {
         kind,
         name: name.to_owned(),
