@@ -180,7 +180,10 @@ fn a_column_in_another_unit_is_named() {
     }
     let discovery = found(&right(), pair);
     let all = causes(&discovery);
-    let own = all.iter().find(|cause| cause.kind == PlainKind::Unit).expect("a unit");
+    let own = all
+        .iter()
+        .find(|cause| cause.kind == PlainKind::Unit)
+        .unwrap_or_else(|| panic!("{all:?} {}", discovery.reason));
     assert_eq!((&*own.name, own.meant_in.as_deref()), ("w", Some("rpm")));
 }
 
@@ -192,7 +195,10 @@ fn times_in_minutes_are_said_to_be() {
     }
     let discovery = found(&right(), pair);
     let all = causes(&discovery);
-    let own = all.iter().find(|cause| cause.kind == PlainKind::Clock).expect("a clock");
+    let own = all
+        .iter()
+        .find(|cause| cause.kind == PlainKind::Clock)
+        .unwrap_or_else(|| panic!("{all:?} {}", discovery.reason));
     assert_eq!(own.meant_in.as_deref(), Some("min"));
 }
 

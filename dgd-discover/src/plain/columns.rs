@@ -147,7 +147,8 @@ impl Change {
         let mut between: Vec<Interpolation> =
             signature.inputs.iter().map(|input| input.interpolation).collect();
         // Inputs have to be what their values at the samples make of them.
-        if rebuilt(signature, &recording.times, &columns, &between)? != recording.inputs {
+        let own = rebuilt(signature, &recording.times, &columns, &between)?;
+        if !are_alike(&own, &recording.inputs, &recording.times, &columns) {
             return None;
         }
         let mut changed = recording.clone();
@@ -221,6 +222,20 @@ fn columns(recording: &Recording, inputs: usize) -> Vec<Vec<f64>> {
         columns.iter_mut().zip(&u).for_each(|(column, u)| column.push(*u));
     }
     columns
+}
+
+/// Whether inputs are the same between samples, but for rounding.
+fn are_alike(one: &Inputs, other: &Inputs, times: &[f64], columns: &[Vec<f64>]) -> bool {
+    const ROUNDING: f64 = 1e-9;
+    let sizes: Vec<f64> =
+        columns.iter().map(|all| all.iter().fold(0.0, |most: f64, x| most.max(x.abs()))).collect();
+    let (mut a, mut b) = (vec![0.0; columns.len()], vec![0.0; columns.len()]);
+    times.windows(2).filter(|pair| pair[0] < pair[1]).all(|pair| {
+        let t = f64::midpoint(pair[0], pair[1]);
+        one.value(t, Side::Right, &mut a);
+        other.value(t, Side::Right, &mut b);
+        a.iter().zip(&b).zip(&sizes).all(|((a, b), size)| (a - b).abs() <= ROUNDING * size)
+    })
 }
 
 fn rebuilt(
