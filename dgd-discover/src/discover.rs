@@ -275,10 +275,9 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
         Answer::Doubt => (None, Outcome::Unexplained),
         Answer::Law(law) => (Some(law), Outcome::Unexplained),
     };
-    let holds = |plain: &Box<Causes>| {
-        law.as_ref().is_none_or(|law| plain.holds_against(law.inserted.cost()))
-    };
-    let plain = plain.filter(holds);
+    let holds =
+        |plain: &Causes| law.as_ref().is_none_or(|law| plain.holds_against(law.inserted.cost()));
+    let plain = plain.filter(|plain| holds(plain));
     let law = law.filter(|_| plain.is_none());
     let outcome = if plain.is_some() { Outcome::Unexplained } else { outcome };
     let first = if prepared.of_library.is_empty() { Open::Templates } else { Open::Library };

@@ -50,6 +50,7 @@ impl Recording {
     }
 
     /// The part before a time, all of which counts.
+    #[must_use]
     pub fn head(&self, until: f64) -> Self {
         let len = self.times.partition_point(|t| *t < until);
         let head = |all: &[Option<Vec<f64>>]| -> Vec<Option<Vec<f64>>> {

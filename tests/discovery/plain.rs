@@ -176,7 +176,9 @@ fn column<'a>(samples: &'a mut Samples, name: &str) -> &'a mut Vec<f64> {
 fn a_column_in_another_unit_is_named() {
     let mut pair = recorded(TRUTH, [1.0, 1.0]);
     for samples in &mut pair {
-        column(samples, "w").iter_mut().for_each(|w| *w *= 30.0 / std::f64::consts::PI);
+        for w in column(samples, "w") {
+            *w *= 30.0 / std::f64::consts::PI;
+        }
     }
     let discovery = found(&right(), pair);
     let all = causes(&discovery);
@@ -191,7 +193,9 @@ fn a_column_in_another_unit_is_named() {
 fn times_in_minutes_are_said_to_be() {
     let mut pair = recorded(TRUTH, [1.0, 1.0]);
     for samples in &mut pair {
-        samples.times.iter_mut().for_each(|t| *t /= 60.0);
+        for t in &mut samples.times {
+            *t /= 60.0;
+        }
     }
     let discovery = found(&right(), pair);
     let all = causes(&discovery);

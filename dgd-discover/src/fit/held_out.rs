@@ -46,7 +46,11 @@ impl Fitted {
         kept(data.keeping.journal, key, || {
             let problem = problem(structure, p, data.valid, data, evaluations);
             let plain = fit_starts(&problem, &data.counts_from).ok();
-            if self.has_hidden_states(data) { self.likeliest(&problem, plain, data) } else { plain }
+            if self.has_hidden_states(data) {
+                self.likeliest(&problem, plain.as_deref(), data)
+            } else {
+                plain
+            }
         })
     }
 
@@ -68,7 +72,7 @@ impl Fitted {
     fn likeliest(
         &self,
         problem: &OutputErrorProblem<'_>,
-        plain: Option<Vec<Starts>>,
+        plain: Option<&[Starts]>,
         data: &Data<'_>,
     ) -> Option<Vec<Starts>> {
         let courses = self.courses(data);
@@ -90,7 +94,7 @@ impl Fitted {
                 let own = OutputErrorProblem { recordings: &begun, ..problem.clone() };
                 fit_starts(&own, std::slice::from_ref(before)).ok()?.pop()
             });
-            let plain = plain.as_ref().map(|plain| plain[r].clone());
+            let plain = plain.map(|plain| plain[r].clone());
             let starts: Vec<(f64, Starts)> = (plain.into_iter().chain(fitted))
                 .map(|starts| (left(&starts, &head), starts))
                 .collect();

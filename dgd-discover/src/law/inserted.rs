@@ -87,7 +87,7 @@ impl Laws<'_> {
         let data = data.not_kept();
         let starts = &proposed.sighting.starts;
         let after = match proposed.begin {
-            Begin::Alone(r) => self.from_one(structure, starts, point, r)?,
+            Begin::Alone(r) => self.begun_alone(structure, starts, point, r)?,
             Begin::All => {
                 let from = Values { starts: starts.clone(), ..fitted.values.clone() };
                 let is_hidden = fitted.has_hidden_states(&data);
@@ -109,7 +109,7 @@ impl Laws<'_> {
 
     /// A structure fitted to one recording, which gives the coefficients with which start values of the others are found,
     /// and then to all.
-    fn from_one(
+    fn begun_alone(
         &self,
         structure: Structure,
         starts: &[BTreeMap<String, f64>],

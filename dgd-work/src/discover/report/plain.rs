@@ -1,5 +1,7 @@
 //! What is wrong in the model's text or in the recordings, in words and for programs.
 
+use std::fmt::Write;
+
 use dgd_discover::{PlainCause, PlainCauses, PlainKind};
 use serde_json::{Value, json};
 
@@ -37,10 +39,10 @@ pub(super) fn sentence(plain: &PlainCauses) -> String {
     let effects = plain.effects.iter().map(|effect| format!("there is `{effect}`"));
     let others: Vec<String> = twins.chain(effects).collect();
     if !others.is_empty() {
-        words += &format!(
-            " Or {}: one cannot be told from the other from these recordings.",
-            others.join(", or ")
-        );
+        let others = others.join(", or ");
+        // Writing to a string cannot fail.
+        let _ =
+            write!(words, " Or {others}: one cannot be told from the other from these recordings.");
     }
     words
 }
@@ -87,7 +89,8 @@ fn first_words(cause: &PlainCause) -> String {
                 declared(cause)
             );
             if !meant_in.is_empty() {
-                words += &format!(
+                let _ = write!(
+                    words,
                     " Its number is right in `{meant_in}`: was it meant in that unit, and not in `{unit}`?"
                 );
             }
