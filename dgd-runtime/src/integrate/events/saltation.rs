@@ -246,13 +246,15 @@ impl<S: Solved> Simulation<'_, S> {
         let at = Point { t, y: self.row.as_ref(), u, p, z: &self.discrete.schedule.z };
         self.discrete.saltation.take_event_derivatives(system, at, udot);
         let (moved_rate, _) = self.event_rate(k);
-        let mut moved = vec![0.0; d.len()];
+        let mut moved = std::mem::take(&mut self.discrete.saltation.rows[0]);
         self.event_along_directions(k, &mut moved);
         let part = rate / (moved_rate - rate);
-        d.iter().zip(&moved).all(|(d, moved)| {
+        let vanishes = d.iter().zip(&moved).all(|(d, moved)| {
             let change = moved - d;
             (d - part * change).abs() <= VANISHES * change.abs()
-        })
+        });
+        self.discrete.saltation.rows[0] = moved;
+        vanishes
     }
 
     /// τ of the event function of the k-th transition, whose slopes have been taken.
