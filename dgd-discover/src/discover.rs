@@ -56,7 +56,7 @@ pub fn discover(
     discovered(request, None, diagnostics)
 }
 
-/// The same with the noise of each output in each recording relative to its mean; without, it is estimated.
+/// The same with given noise levels of each output in each recording, relative to their mean; `None` estimates them.
 fn discovered(
     request: &Request<'_>,
     levels: Option<&[Vec<f64>]>,
@@ -69,9 +69,9 @@ fn discovered(
     let uneven = scales.uneven();
     let fix = [request.base.fix.as_slice(), &scales.of_noise].concat();
     let base = &BaseModel { fix, scales, ..request.base.clone() };
-    let scaled = |(r, recording)| base.scales.recording(recording, r);
-    let all: Vec<Recording> = train.iter().chain(valid).enumerate().map(scaled).collect();
-    let (train, valid) = all.split_at(train.len());
+    let scaled = base.scales.recordings(train, valid);
+    let scaled = scaled.map_err(|error| DiscoverError::BaseModel(error.to_string()))?;
+    let [train, valid] = scaled.as_ref().map_or([train, valid], |[train, valid]| [train, valid]);
     let request = &Request {
         base,
         train: (train, request.train.1),

@@ -7,8 +7,10 @@ mod adapted;
 mod balance;
 mod candidates;
 mod fields;
+mod further_inputs;
 mod levels;
 mod number;
+mod refused;
 mod scale;
 mod structure;
 mod structure_id;
@@ -16,6 +18,7 @@ mod templates;
 
 pub(crate) use adapted::{Adapted, Measure, adapted};
 pub(crate) use candidates::{Candidate, candidates, generic, unbound};
+pub(crate) use further_inputs::with_further_inputs;
 pub(crate) use levels::{Ranges, range_of};
 pub(crate) use number::signed;
 pub use scale::Scales;

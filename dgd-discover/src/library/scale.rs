@@ -22,13 +22,14 @@ use dgd_compiler::source::Span;
 use dgd_compiler::units::Unit;
 use dgd_identify::{OutputErrorProblem, Recording, Shape, evaluate};
 use dgd_runtime::signature::Distribution;
-use dgd_runtime::{Column, Inputs, Observations, Side, System};
+use dgd_runtime::{InputError, Inputs, Observations, Side, System};
 
+use super::further_inputs::with_further_inputs;
 use super::structure::BaseModel;
 use super::structure_id::StructureId;
 
-/// What a does not exceed, relative to the smallest reading, where noise is proportional: T differs from a logarithm by a
-/// hundredth of a per cent.
+/// Largest a relative to the smallest reading where noise is proportional: T differs from a logarithm by a hundredth of
+/// a per cent.
 const FAR_BELOW: f64 = 0.01;
 
 /// The scales of a model's outputs; those without a place here stay as they are.
@@ -147,11 +148,6 @@ impl Scales {
         Ok(Self { outputs, count, deviations: model.densities.len(), of_noise })
     }
 
-    /// Whether no output has a scale of its own.
-    pub(crate) fn is_plain(&self) -> bool {
-        self.outputs.is_empty() && self.deviations == 0
-    }
-
     /// Outputs whose noise grows with them or differs between readings or recordings.
     pub(crate) fn uneven(&self) -> Vec<String> {
         self.outputs.iter().map(|scale| scale.name.clone()).collect()
@@ -203,10 +199,7 @@ impl Scales {
     }
 
     /// A recording in these scales; `position` is its place among all, training recordings first.
-    pub(crate) fn recording(&self, recording: &Recording, position: usize) -> Recording {
-        if self.is_plain() {
-            return recording.clone();
-        }
+    fn recording(&self, recording: &Recording, position: usize) -> Result<Recording, InputError> {
         let mut scaled = recording.clone();
         scaled.measured.drain(self.count..self.count + self.deviations);
         scaled.deviations.clear();
@@ -221,8 +214,24 @@ impl Scales {
             }
             columns.extend(weights);
         }
-        scaled.inputs = behind(&recording.inputs, &recording.times, &columns);
-        scaled
+        scaled.inputs = behind(&recording.inputs, &recording.times, &columns)?;
+        Ok(scaled)
+    }
+
+    /// Training and validation recordings in these scales; `None` if they stay as they are.
+    pub(crate) fn recordings(
+        &self,
+        train: &[Recording],
+        valid: &[Recording],
+    ) -> Result<Option<[Vec<Recording>; 2]>, InputError> {
+        if self.outputs.is_empty() && self.deviations == 0 {
+            return Ok(None);
+        }
+        let all = |some: &[Recording], first: usize| -> Result<Vec<Recording>, InputError> {
+            let all = some.iter().enumerate();
+            all.map(|(r, recording)| self.recording(recording, first + r)).collect()
+        };
+        Ok(Some([all(train, 0)?, all(valid, train.len())?]))
     }
 
     /// A value of an output in its unit, from that in its scale at a time of a recording [in these
@@ -386,41 +395,17 @@ fn only_of_noise(model: &Model, count: usize) -> Vec<String> {
 }
 
 /// Inputs with further ones behind them, which follow straight lines between samples at `times`.
-fn behind(inputs: &Inputs, times: &[f64], further: &[Vec<f64>]) -> Inputs {
-    let (Some(&from), Some(&until)) = (times.first(), times.last()) else { return inputs.clone() };
-    if further.is_empty() {
-        return inputs.clone();
+fn behind(inputs: &Inputs, times: &[f64], further: &[Vec<f64>]) -> Result<Inputs, InputError> {
+    if times.is_empty() || further.is_empty() {
+        return Ok(inputs.clone());
     }
-    let mut grid = times.to_vec();
-    grid.extend_from_slice(inputs.breakpoints(from, until));
-    grid.sort_unstable_by(f64::total_cmp);
-    grid.dedup();
-    let own = inputs.len();
-    let mut samples = Vec::with_capacity(2 * grid.len());
-    let mut columns = vec![Vec::with_capacity(2 * grid.len()); own + further.len()];
-    let mut u = vec![0.0; own];
-    for &t in &grid {
-        let sides: &[Side] = if t == from { &[Side::Right] } else { &[Side::Left, Side::Right] };
-        for &side in sides {
-            inputs.value(t, side, &mut u);
-            samples.push(t);
-            let after = times.partition_point(|sample| *sample < t).min(times.len() - 1);
-            let before = if times[after] > t { after.saturating_sub(1) } else { after };
-            let part = if after > before {
-                (t - times[before]) / (times[after] - times[before])
-            } else {
-                0.0
-            };
-            let line = |values: &Vec<f64>| values[before] + part * (values[after] - values[before]);
-            let values = u.iter().copied().chain(further.iter().map(line));
-            for (column, value) in columns.iter_mut().zip(values) {
-                column.push(value);
-            }
+    with_further_inputs(inputs, times, further.len(), |t, _, behind| {
+        let after = times.partition_point(|sample| *sample < t).min(times.len() - 1);
+        let before = if times[after] > t { after.saturating_sub(1) } else { after };
+        let part =
+            if after > before { (t - times[before]) / (times[after] - times[before]) } else { 0.0 };
+        for (value, all) in behind.iter_mut().zip(further) {
+            *value = all[before] + part * (all[after] - all[before]);
         }
-    }
-    let columns: Vec<Column<'_>> = columns
-        .iter()
-        .map(|values| Column { name: "input", interpolation: Interpolation::Linear, values })
-        .collect();
-    Inputs::recorded(&samples, &columns).unwrap_or_else(|_| inputs.clone())
+    })
 }

@@ -110,29 +110,6 @@ impl BaseModel {
         Ok((Loaded::with_engine(lower(&dae, &directions), self.engine), brought))
     }
 
-    /// Those of some candidates, none of which excludes another, with which the model does not compile. All are compiled
-    /// in one model, and in halves if that fails.
-    pub(crate) fn refused_of(
-        &self,
-        all: &[Candidate<'_>],
-        some: &[usize],
-    ) -> Vec<(usize, Refused)> {
-        let applications: Vec<Application<'_>> =
-            some.iter().map(|&c| all[c].application.clone()).collect();
-        let mut diagnostics = Diagnostics::default();
-        let compiled = apply(&self.asts, &applications, Blending::Applied, &mut diagnostics)
-            .map_err(|_| Refused::by(&diagnostics))
-            .and_then(|applied| self.assemble(&applied.asts));
-        match (compiled, some) {
-            (Ok(_), _) | (_, []) => Vec::new(),
-            (Err(refused), [candidate]) => vec![(*candidate, refused)],
-            (Err(_), _) => {
-                let (first, rest) = some.split_at(some.len() / 2);
-                [self.refused_of(all, first), self.refused_of(all, rest)].concat()
-            }
-        }
-    }
-
     /// The reason why a candidate cannot be tried on recordings of this model, if any.
     pub(crate) fn refusal(&self, model: &Model, candidate: &Candidate<'_>) -> Option<String> {
         let resolved =
@@ -162,7 +139,7 @@ impl BaseModel {
             .map_err(|_| Refused::by(&diagnostics))
     }
 
-    fn assemble(&self, asts: &[Ast]) -> Result<Dae, Refused> {
+    pub(super) fn assemble(&self, asts: &[Ast]) -> Result<Dae, Refused> {
         let mut diagnostics = Diagnostics::default();
         resolve(asts, &self.options, &mut diagnostics)
             .and_then(|model| {
@@ -208,7 +185,7 @@ impl Structure {
 }
 
 impl Refused {
-    fn by(diagnostics: &Diagnostics) -> Refused {
+    pub(super) fn by(diagnostics: &Diagnostics) -> Refused {
         let first = diagnostics.sorted().first().map(|diagnostic| diagnostic.message.clone());
         Refused(first.unwrap_or_default())
     }

@@ -15,15 +15,13 @@
 
 use std::fmt;
 
-use dgd_runtime::{
-    Column, InputError, Inputs, IntegrateError, Interpolation, Options, Problem, Side, observe,
-    simulate,
-};
+use dgd_runtime::{InputError, Inputs, IntegrateError, Options, Problem, Side, observe, simulate};
 
 use super::deviations::{Deviations, LinearizeError};
 use super::kalman::{Chain, Walk};
 use super::missing_terms::MissingTerms;
 use super::unknown_input::{UnknownInput, unknown_input};
+use crate::library::with_further_inputs;
 use dgd_screen::noise::SensorNoise;
 
 /// A recording, with the model's parameters and start values.
@@ -124,50 +122,19 @@ pub fn inputs_with(
 }
 
 /// The model's inputs, with d at some places and zero at all others.
-///
-/// Between jumps and kinks every input is a straight line: samples on both sides of each, and of each step of d,
-/// describe it exactly.
 pub(crate) fn inputs_with_all(
     model: &MissingTerms,
     inputs: &Inputs,
     times: &[f64],
     given: &[(usize, &[f64])],
 ) -> Result<Inputs, InputError> {
-    let (from, until) = (times[0], times[times.len() - 1]);
-    let mut grid = times.to_vec();
-    grid.extend_from_slice(inputs.breakpoints(from, until));
-    grid.sort_unstable_by(f64::total_cmp);
-    grid.dedup();
-
-    let own = inputs.len();
-    let mut samples = Vec::with_capacity(2 * grid.len());
-    let mut columns = vec![Vec::with_capacity(2 * grid.len()); own + model.places().len()];
-    let mut u = vec![0.0; own];
-    for &t in &grid {
-        let sides: &[Side] = if t == from { &[Side::Right] } else { &[Side::Left, Side::Right] };
-        for &side in sides {
-            inputs.value(t, side, &mut u);
-            let begun = match side {
-                Side::Left => times.partition_point(|sample| *sample < t),
-                Side::Right => times.partition_point(|sample| *sample <= t),
-            };
-            samples.push(t);
-            for (column, u) in columns.iter_mut().zip(&u) {
-                column.push(*u);
-            }
-            for column in &mut columns[own..] {
-                column.push(0.0);
-            }
-            for (place, d) in given {
-                if let Some(last) = columns[own + place].last_mut() {
-                    *last = d[begun.saturating_sub(1)];
-                }
-            }
+    with_further_inputs(inputs, times, model.places().len(), |t, side, behind| {
+        let begun = match side {
+            Side::Left => times.partition_point(|sample| *sample < t),
+            Side::Right => times.partition_point(|sample| *sample <= t),
+        };
+        for (place, d) in given {
+            behind[*place] = d[begun.saturating_sub(1)];
         }
-    }
-    let columns: Vec<Column<'_>> = columns
-        .iter()
-        .map(|values| Column { name: "input", interpolation: Interpolation::Linear, values })
-        .collect();
-    Inputs::recorded(&samples, &columns)
+    })
 }

@@ -19,25 +19,6 @@
 mod activity;
 mod alternatives;
 mod cancelling;
-/// Maximum number of candidates that are verified in one model: compilation grows faster than their number.
-const VERIFIED_TOGETHER: usize = 24;
-
-/// Candidates in groups in which none excludes another.
-fn compatible(candidates: &[Candidate<'_>], range: Range<usize>) -> Vec<Vec<usize>> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for one in range {
-        let fits = |group: &&mut Vec<usize>| {
-            group.len() < VERIFIED_TOGETHER
-                && !group.iter().any(|other| candidates[*other].excludes(&candidates[one]))
-        };
-        match groups.iter_mut().find(fits) {
-            Some(group) => group.push(one),
-            None => groups.push(vec![one]),
-        }
-    }
-    groups
-}
-
 #[cfg(test)]
 mod draining;
 mod evidence;
@@ -62,12 +43,9 @@ pub(crate) use verdict::Outcome;
 pub use verdict::Verdict;
 
 use std::collections::BTreeMap;
-use std::ops::Range;
-
-use dgd_runtime::parallel::in_parallel_stateless;
 
 use crate::fit::NoFit;
-use crate::library::{Candidate, MOST_EFFECTS, StructureId};
+use crate::library::{MOST_EFFECTS, StructureId};
 use ranking::{Question, Standing};
 use refits::BEAM;
 use screen::are_parallel;
@@ -176,12 +154,7 @@ impl Search<'_> {
     /// Removes candidates that do not give a valid model.
     fn refuse(&mut self) {
         let range = self.range(self.open);
-        let (base, candidates) = (self.base, self.candidates);
-        let groups = compatible(candidates, range);
-        let refusals = in_parallel_stateless(groups.len(), self.threads, |k| {
-            base.refused_of(candidates, &groups[k])
-        });
-        for (candidate, refused) in refusals.into_iter().flatten() {
+        for (candidate, refused) in self.base.refused(self.candidates, range, self.threads) {
             let reason = format!("cannot be applied: {}", refused.0);
             self.tried.insert(StructureId::one(candidate), Err(NoFit(reason)));
         }

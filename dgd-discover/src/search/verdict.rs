@@ -16,7 +16,7 @@ pub enum Verdict {
     Effects,
     /// Something was missing that has no name in the library, and a formula for it was found.
     Law,
-    /// Nothing is missing: a number of the model's text, or the recordings, are wrong.
+    /// Nothing is missing: a number of the model's text is wrong, or the recordings are.
     Plain,
     /// Something is missing, and no known effect passes the tests.
     Unexplained,

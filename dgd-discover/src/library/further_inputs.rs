@@ -1,0 +1,44 @@
+//! Inputs with further ones behind them.
+
+use dgd_runtime::{Column, InputError, Inputs, Interpolation, Side};
+
+/// A recording's inputs and further ones behind them, whose values on each side of a time `write` sets; they are zero
+/// before it is called.
+///
+/// Between jumps and kinks every input is a straight line: samples on both sides of each, and of each of `times`,
+/// describe it exactly.
+pub(crate) fn with_further_inputs(
+    inputs: &Inputs,
+    times: &[f64],
+    further: usize,
+    write: impl Fn(f64, Side, &mut [f64]),
+) -> Result<Inputs, InputError> {
+    let (from, until) = (times[0], times[times.len() - 1]);
+    let mut grid = times.to_vec();
+    grid.extend_from_slice(inputs.breakpoints(from, until));
+    grid.sort_unstable_by(f64::total_cmp);
+    grid.dedup();
+
+    let own = inputs.len();
+    let mut samples = Vec::with_capacity(2 * grid.len());
+    let mut columns = vec![Vec::with_capacity(2 * grid.len()); own + further];
+    let mut u = vec![0.0; own + further];
+    for &t in &grid {
+        let sides: &[Side] = if t == from { &[Side::Right] } else { &[Side::Left, Side::Right] };
+        for &side in sides {
+            let (of_recording, behind) = u.split_at_mut(own);
+            inputs.value(t, side, of_recording);
+            behind.fill(0.0);
+            write(t, side, behind);
+            samples.push(t);
+            for (column, u) in columns.iter_mut().zip(&u) {
+                column.push(*u);
+            }
+        }
+    }
+    let columns: Vec<Column<'_>> = columns
+        .iter()
+        .map(|values| Column { name: "input", interpolation: Interpolation::Linear, values })
+        .collect();
+    Inputs::recorded(&samples, &columns)
+}
