@@ -120,6 +120,11 @@ impl Unknowns {
         }
     }
 
+    /// Positions of the differential unknowns, the states, in ascending order.
+    pub fn differential(&self) -> impl Iterator<Item = usize> + Clone + '_ {
+        (0..self.len()).filter(|i| self.is_differential(*i))
+    }
+
     /// Number of rows 0 = fᵢ in the starting modes.
     pub fn n_algebraic(&self) -> usize {
         let single = self.single.iter().filter(|unknown| !unknown.differential).count();

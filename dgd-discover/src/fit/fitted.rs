@@ -60,6 +60,9 @@ struct Ended {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct NoFit(pub String);
 
+/// Difference of criteria that is "very strong" evidence (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
+pub(crate) const VERY_STRONG: f64 = 10.0;
+
 /// How near to a bound, in standard deviations, an estimate is as good as at it.
 const AS_GOOD_AS_AT: f64 = 0.1;
 
@@ -151,6 +154,12 @@ impl Fitted {
             .map(|noise| noise.as_ref().map_or(NoiseCorrelation::NONE, correlation))
             .collect();
         kept(data.keeping.journal, key, || counts_from(&problem, &correlations))
+    }
+
+    /// Σ ε² + k ln N of the training recordings, the Bayesian information criterion.
+    pub(crate) fn criterion(&self) -> f64 {
+        let (sum, n) = self.error;
+        sum + self.free() as f64 * (n as f64).ln()
     }
 
     /// Number of free parameters and start values.

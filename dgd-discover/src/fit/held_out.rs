@@ -3,12 +3,13 @@
 //! Where fewer outputs than states are read, the first readings do not say where the others begin, and a fit of start
 //! values may end in the wrong minimum. It also begins where training recordings were when their outputs went on alike.
 
+use dgd_execute::Loaded;
 use dgd_identify::journal::kept;
 use dgd_identify::{OutputErrorProblem, Recording, Starts, evaluate, fit_starts};
 use dgd_runtime::{Observations, Problem, Solution, System, simulate};
 
 use super::data::Data;
-use super::fitted::{Fitted, problem};
+use super::fitted::{Fitted, VERY_STRONG, problem};
 use super::residuals::whitened_square;
 
 /// Number of readings that are compared between the beginning of a recording and the course of another.
@@ -16,8 +17,8 @@ const COMPARED: usize = 8;
 /// Number of samples of each training recording from which start values are tried.
 const ALIKE: usize = 3;
 /// Start values whose Σ ε² over the beginning differ by less are equally good there; the whole recording decides
-/// between them. "Very strong" evidence (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
-const EVEN: f64 = 10.0;
+/// between them.
+const EVEN: f64 = VERY_STRONG;
 
 impl Fitted {
     /// Outputs of the validation recordings; `None` if one cannot be simulated.
@@ -62,8 +63,7 @@ impl Fitted {
 
     /// Whether fewer outputs are read than there are states.
     pub(crate) fn has_hidden_states(&self, data: &Data<'_>) -> bool {
-        let unknowns = &self.structure.system.signature().unknowns;
-        let states = (0..unknowns.len()).filter(|i| unknowns.is_differential(*i)).count();
+        let states = self.structure.system.signature().unknowns.differential().count();
         data.noise.iter().flatten().count() < states
     }
 
@@ -87,7 +87,8 @@ impl Fitted {
             };
             let alike = courses.iter().flat_map(|(train, course, outputs)| {
                 let samples = most_alike(&head[0], train, outputs, data);
-                samples.into_iter().map(|k| state(self, course, k)).collect::<Vec<_>>()
+                let system = &self.structure.system;
+                samples.into_iter().map(|k| states_at(system, course, k)).collect::<Vec<_>>()
             });
             let fitted = alike.filter_map(|start| {
                 let begun = [Recording { start, ..recording.clone() }];
@@ -123,11 +124,10 @@ impl Fitted {
     }
 }
 
-/// The differential unknowns at a sample.
-fn state(fitted: &Fitted, course: &Solution, k: usize) -> Starts {
-    let unknowns = &fitted.structure.system.signature().unknowns;
-    let states = (0..unknowns.len()).filter(|i| unknowns.is_differential(*i));
-    states.map(|i| (i, course.y(k)[i])).collect()
+/// The differential unknowns of a trajectory at a sample.
+pub(crate) fn states_at(system: &Loaded, trajectory: &Solution, k: usize) -> Starts {
+    let states = system.signature().unknowns.differential();
+    states.map(|i| (i, trajectory.y(k)[i])).collect()
 }
 
 /// The samples of a training recording from which its outputs go on most like the beginning of another one, the best

@@ -21,7 +21,8 @@ mod start_point;
 
 pub(crate) use budget::Budget;
 pub(crate) use data::Data;
-pub(crate) use fitted::{Fitted, NoFit, cost_at, with_starts};
+pub(crate) use fitted::{Fitted, NoFit, VERY_STRONG, cost_at, with_starts};
+pub(crate) use held_out::states_at;
 pub(crate) use keeping::WorkJournal;
 pub(crate) use noise_levels::noise_levels;
 pub(crate) use patience::{most_steps, too_many_steps};

@@ -190,9 +190,8 @@ impl Inserted {
 
     /// Σ ε² + k ln N of the training recordings, plus twice the complexity of the terms.
     pub(crate) fn cost(&self) -> f64 {
-        let (sum, n) = self.fitted.error;
         let complexity: u32 = self.written.iter().map(|own| own.shape.complexity()).sum();
-        sum + self.fitted.free() as f64 * (n as f64).ln() + 2.0 * f64::from(complexity)
+        self.fitted.criterion() + 2.0 * f64::from(complexity)
     }
 
     /// Whether it has the same terms as another law, with any constants.

@@ -4,15 +4,14 @@ use std::collections::BTreeSet;
 
 use super::inserted::{EVALUATIONS, Inserted};
 use super::{Answer, Explaining, Law, Laws};
-use crate::fit::{Data, Fitted};
+use crate::fit::{Data, Fitted, VERY_STRONG};
 use crate::search::Search;
 
-/// Laws whose costs differ by less are rivals: "very strong" evidence (Kass & Raftery, J. Am. Stat. Assoc. 90 (1995)
-/// 773).
-const RIVAL: f64 = 10.0;
+/// Laws whose costs differ by less are rivals.
+const RIVAL: f64 = VERY_STRONG;
 /// A law replaces templates of the plant that explain the recordings if its cost is lower by this: as much as is asked of
 /// a further effect.
-const BETTER: f64 = 30.0;
+const BETTER: f64 = 3.0 * VERY_STRONG;
 /// Least size of a coefficient, in standard deviations.
 const SIGNIFICANT: f64 = 4.0;
 /// Largest number of terms of a plain law.
@@ -37,9 +36,7 @@ impl Named<'_> {
     /// Σ ε² + k ln N of the training recordings, after a fit as long as that of a law.
     fn cost(&self, data: &Data<'_>) -> f64 {
         let finished = self.fitted.continued(&data.not_kept(), EVALUATIONS);
-        let error = |fitted: &Fitted| fitted.error.0;
-        let sum = finished.as_ref().map_or(f64::INFINITY, error).min(error(self.fitted));
-        sum + self.fitted.free() as f64 * (self.fitted.error.1 as f64).ln()
+        finished.map_or(f64::INFINITY, |one| one.criterion()).min(self.fitted.criterion())
     }
 }
 
@@ -61,7 +58,7 @@ impl Laws<'_> {
         }
         let (mut kept, lost): (Vec<Inserted>, Vec<Inserted>) =
             distinct.into_iter().partition(|one| search.validates(&one.fitted));
-        // What no law of validation recordings explains is no proof of a worse law.
+        // A rejected law that does better in both kinds of recordings leaves a worse one unproved.
         let held_out = |one: &Inserted| one.fitted.held_out_error(self.data);
         kept.retain(|one| {
             let is_better = |other: &Inserted| {

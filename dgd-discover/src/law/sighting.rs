@@ -45,7 +45,7 @@ impl Sighting {
         let Laws { fitted, data, model, .. } = laws;
         let system = &fitted.structure.system;
         let unknowns = &system.signature().unknowns;
-        let states = (0..unknowns.len()).filter(|i| unknowns.is_differential(*i)).count();
+        let states = unknowns.differential().count();
         if states + places.len() > MOST_STATES {
             return None;
         }
@@ -103,8 +103,7 @@ impl Sighting {
         let starts = (paths.iter())
             .map(|path| {
                 let y = path.trajectory.y(0);
-                let states = (0..y.len()).filter(|i| unknowns.is_differential(*i));
-                states.map(|i| (unknowns.name(i).to_string(), y[i])).collect()
+                unknowns.differential().map(|i| (unknowns.name(i).to_string(), y[i])).collect()
             })
             .collect();
         let free = free_places(terms, fitted);

@@ -225,7 +225,7 @@ impl<'a> Linearization<'a> {
             p,
             inputs,
             n_places,
-            differential: (0..n).filter(|i| signature.unknowns.is_differential(*i)).collect(),
+            differential: signature.unknowns.differential().collect(),
             u: vec![0.0; n_u],
             slopes: vec![0.0; n_u],
             f: vec![0.0; n],

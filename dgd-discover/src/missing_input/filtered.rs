@@ -142,7 +142,7 @@ impl Followed<'_> {
     fn way(&self, strays: f64) -> Option<Way> {
         let unknowns = &self.terms.system().signature().unknowns;
         let n = unknowns.len();
-        let states: Vec<usize> = (0..n).filter(|i| unknowns.is_differential(*i)).collect();
+        let states: Vec<usize> = unknowns.differential().collect();
         let of = |y: &[f64]| DVector::from_iterator(states.len(), states.iter().map(|i| y[*i]));
         let from = |x: &DVector<f64>| -> Vec<(usize, f64)> {
             states.iter().copied().zip(x.iter().copied()).collect()

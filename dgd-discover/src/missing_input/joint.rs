@@ -324,8 +324,7 @@ impl JointChain {
 
 impl Joint<'_> {
     fn states(&self) -> Vec<usize> {
-        let unknowns = &self.terms.system().signature().unknowns;
-        (0..unknowns.len()).filter(|i| unknowns.is_differential(*i)).collect()
+        self.terms.system().signature().unknowns.differential().collect()
     }
 
     /// The smoothed recordings and the intensity of the walk at each place; `None` if one cannot be followed.

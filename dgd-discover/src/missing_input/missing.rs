@@ -25,7 +25,7 @@ use super::place_fit::{Columns, Likelihood, PlaceFit, Sight, Sights};
 use super::reconstruct::{inputs_with, reconstruct};
 use super::thinned::Thinned;
 use super::unknown_input::{standing_out, unknown_input};
-use crate::fit::{Data, Fitted};
+use crate::fit::{Data, Fitted, states_at};
 use crate::library::Values;
 use crate::noise::Window;
 use dgd_screen::noise::median;
@@ -246,7 +246,7 @@ impl<'a> Places<'a> {
         let followed =
             Followed { terms, p, inputs, place, d, start, times, measured, noise, options };
         let Filtered { deviations, residuals, trajectory } = followed.filtered()?;
-        let (counts_from, start) = (*counts_from, states_at_start(self.system(), &trajectory));
+        let (counts_from, start) = (*counts_from, states_at(self.system(), &trajectory, 0));
         Some(Sight { deviations, residuals, counts_from, start, followed: Some(trajectory) })
     }
 
@@ -296,7 +296,7 @@ impl<'a> Places<'a> {
             let chain = Chain::new(&deviations, place, Walk::Random, &residuals, &self.data.noise);
             chain.add_response(d, &mut residuals, deviations.n_outputs);
         }
-        let (counts_from, start) = (*counts_from, states_at_start(self.system(), &solution));
+        let (counts_from, start) = (*counts_from, states_at(self.system(), &solution, 0));
         Some(Sight { deviations, residuals, counts_from, start, followed: None })
     }
 
@@ -452,13 +452,6 @@ impl Found {
         let valid = smoothed(sights.valid, &columns.valid);
         Found { place, fit, p: None, train, valid }
     }
-}
-
-/// Start values of the differential unknowns of a trajectory.
-fn states_at_start(system: &Loaded, trajectory: &Solution) -> Starts {
-    let unknowns = &system.signature().unknowns;
-    let states = (0..unknowns.len()).filter(|i| unknowns.is_differential(*i));
-    states.map(|i| (i, trajectory.y(0)[i])).collect()
 }
 
 /// Sorts the most likely first.

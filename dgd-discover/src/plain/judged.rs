@@ -1,19 +1,18 @@
 //! Whether plain causes are the answer.
 
 use super::{Cause, Fault, Plain, Suspicion, between};
-use crate::fit::{Data, Fitted, chi_square, mean};
+use crate::fit::{Data, Fitted, VERY_STRONG, chi_square, mean};
 use crate::library::StructureId;
 use crate::search::{Alternative, Outcome, Search};
 use dgd_runtime::signature::number::{short, with_unit};
 
-use super::trial::{EVALUATIONS, cost};
+use super::trial::EVALUATIONS;
 
-/// Causes whose criteria differ by less cannot be told from each other: "very strong" evidence (Kass & Raftery, J. Am.
-/// Stat. Assoc. 90 (1995) 773).
-const RIVAL: f64 = 10.0;
+/// Causes whose criteria differ by less cannot be told from each other.
+const RIVAL: f64 = VERY_STRONG;
 /// A cause comes before an effect of the library only if its criterion is lower by this: as much as is asked of a further
 /// effect.
-const BETTER: f64 = 30.0;
+const BETTER: f64 = 3.0 * VERY_STRONG;
 
 /// Plain causes beside what effects explain.
 #[derive(Debug)]
@@ -53,15 +52,15 @@ impl Plain<'_> {
         let is_generic = named.effects().all(|effect| search.candidates[effect].is_generic);
         let is_explained = !is_generic && search.explains(named);
         let mut all = self.search(search, is_explained);
-        let of = |one: &Cause| cost(&one.fitted);
+        let of = |one: &Cause| one.fitted.criterion();
         let Some(best) = all.iter().map(of).reduce(f64::min) else { return Answer::Nothing };
         all.retain(|one| of(one) < best + RIVAL);
         // The order of the text, within what rounding decides.
         all.sort_by_key(|one| (one.rank(of(one) > best + search.thresholds.even), one.position));
         let of_named = search.fitted(named).filter(|_| !named.is_base()).map(|fitted| {
             let finished = fitted.continued(&self.data.not_kept(), EVALUATIONS);
-            let of_named = finished.map_or(f64::INFINITY, |one| cost(&one));
-            (of_named.min(cost(fitted)), search.leaves_nothing(fitted))
+            let of_named = finished.map_or(f64::INFINITY, |one| one.criterion());
+            (of_named.min(fitted.criterion()), search.leaves_nothing(fitted))
         });
         let explained = of_named.filter(|(_, explains)| *explains).map(|(cost, _)| cost);
         match explained {
@@ -109,7 +108,7 @@ impl Plain<'_> {
 }
 
 impl Cause {
-    /// Well-known constants come last, and what is less likely.
+    /// Its place: well-known constants come last, then less likely causes.
     fn rank(&self, is_less_likely: bool) -> (bool, bool) {
         match &self.suspicion {
             Suspicion::Number(number) => (number.is_well_known(), is_less_likely),

@@ -78,7 +78,7 @@ impl Plain<'_> {
         finished.sort_by(|a, b| a.fitted.error.0.total_cmp(&b.fitted.error.0));
         finished.truncate(HELD_OUT);
         finished.retain_mut(|one| {
-            let gain = cost(self.fitted) - cost(&one.fitted);
+            let gain = self.fitted.criterion() - one.fitted.criterion();
             gain > search.thresholds.least_gain
                 && left(&one.fitted) - 1.0 <= PROMISING * all
                 && one.is_believable()
@@ -152,12 +152,6 @@ impl Suspect {
     fn data<'a>(&'a self, data: &Data<'a>) -> Data<'a> {
         self.changed.as_ref().map_or_else(|| data.clone(), |changed| changed.data(data))
     }
-}
-
-/// Σ ε² + k ln N of the training recordings.
-pub(super) fn cost(fitted: &Fitted) -> f64 {
-    let (sum, n) = fitted.error;
-    sum + fitted.free() as f64 * (n as f64).ln()
 }
 
 impl Cause {

@@ -43,8 +43,7 @@ pub(super) fn notices(model: &Model<'_>, one: &Screened, columns: &Columns) -> V
     let has = |pattern: &Pattern, row: usize, wanted: &dyn Fn(usize) -> bool| {
         pattern.positions().any(|(r, column)| r == row && wanted(column))
     };
-    let rows: Vec<usize> = (0..signature.unknowns.len())
-        .filter(|i| signature.unknowns.is_differential(*i))
+    let rows: Vec<usize> = (signature.unknowns.differential())
         .filter(|i| !has(&signature.parameter_jacobian, *i, &|p| free.contains(&p)))
         .collect();
     if rows.is_empty() {

@@ -135,7 +135,7 @@ impl Model<'_> {
             Some(share) => {
                 let mut y = vec![0.0; signature.unknowns.len()];
                 self.system.start(Point { t: 0.0, y: &[], u, p, z: &[] }, &mut y);
-                let differential = (0..y.len()).filter(|i| signature.unknowns.is_differential(*i));
+                let differential = signature.unknowns.differential();
                 let nominal =
                     |i: usize| signature.unknowns.nominal(i).unwrap_or(y[i].abs().max(1e-3));
                 differential.map(|i| (i, y[i] + share * nominal(i))).collect()
