@@ -1,4 +1,4 @@
-//! What a user asks first: whether a number of the file is off, before any effect.
+//! Wrong numbers of the file and faults of recordings, which come before any effect.
 
 use dgd_discover::{Discovery, PlainCause, PlainKind, Verdict};
 

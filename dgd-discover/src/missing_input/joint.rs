@@ -503,6 +503,11 @@ impl Joint<'_> {
                 shift.axpy(-d[k], &gamma.column(*place), 1.0);
             }
             let n_w = deviations.n_outputs;
+            let phi = &deviations.transitions[0];
+            let mut all = phi.iter().chain(gamma.iter()).chain(shift.iter());
+            if !all.all(|x| x.is_finite()) {
+                return None;
+            }
             // The end of the last interval has readings of its own.
             let ends = if k + 1 == last { 0..2 } else { 0..1 };
             for end in ends {
@@ -539,7 +544,7 @@ impl Joint<'_> {
             for (size, own) in chain.sizes.iter_mut().zip(&deviations.sizes) {
                 *size = size.max(*own);
             }
-            chain.phi.push(deviations.transitions[0].clone());
+            chain.phi.push(phi.clone());
             chain.gamma.push(gamma.clone());
             chain.shifts.push(shift);
             whole.get_or_insert(piece);

@@ -1,4 +1,4 @@
-//! Plain causes: what a user asks first when a model and recordings disagree, before any effect.
+//! Plain causes: wrong numbers and faults of recordings, which come before any effect.
 //!
 //! ```text
 //!   the model's text ─► each constant, each parameter that is not estimated      (numbers)

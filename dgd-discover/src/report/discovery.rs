@@ -38,7 +38,7 @@ pub struct Discovery {
     pub effects: Vec<FoundEffect>,
     /// The terms that were missing, with the verdict [`Verdict::Law`].
     pub law: Option<FoundLaw>,
-    /// What is wrong in the model's text or in the recordings, with the verdict [`Verdict::Plain`].
+    /// Wrong numbers of the model's text and faults of the recordings, with the verdict [`Verdict::Plain`].
     pub plain: Option<PlainCauses>,
     /// Effects that resemble the discrepancy but did not pass the tests.
     pub described: Vec<Described>,
@@ -126,7 +126,7 @@ pub struct NearForm {
     pub ratio: f64,
 }
 
-/// What is wrong in the model's text or in the recordings, without any missing effect.
+/// Wrong numbers of the model's text and faults of the recordings; no effect is missing.
 #[derive(Debug, Clone)]
 pub struct PlainCauses {
     /// The cause, then those that the recordings cannot distinguish from it.

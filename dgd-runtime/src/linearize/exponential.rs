@@ -61,6 +61,10 @@ impl<'a> Responses<'a> {
     /// For ẋ = A x + … without given sizes of the states: uses sizes that balance A (Parlett & Reinsch, Balancing a
     /// matrix for calculation of eigenvalues and eigenvectors, Numer. Math. 13 (1969) 293–304).
     pub fn balanced(a: &'a DMatrix<f64>) -> Self {
+        if !a.norm().is_finite() {
+            // Balancing would not end, and the response is not finite either.
+            return Self::new(a, Vec::new(), &vec![1.0; a.nrows()]);
+        }
         let sizes = balance_parlett_reinsch(&mut a.clone());
         Self::new(a, Vec::new(), sizes.as_slice())
     }
@@ -145,6 +149,15 @@ mod tests {
     fn exponentials(a: &DMatrix<f64>, h: f64) -> (DMatrix<f64>, DMatrix<f64>) {
         let response = Responses::balanced(a).of(h, 0.0).value.clone();
         (response.phi, response.gamma_0)
+    }
+
+    #[test]
+    fn a_matrix_that_overflows_has_a_response_that_is_not_finite() {
+        for large in [f64::INFINITY, 1e200, f64::NAN] {
+            let a = DMatrix::from_row_slice(2, 2, &[-1.0, large, 1.0, -1.0]);
+            let (phi, _) = exponentials(&a, 1.0);
+            assert!(phi.iter().any(|x| !x.is_finite()), "{large}: {phi}");
+        }
     }
 
     /// x(h) of ẋ₁ = −k x₁ + b, ẋ₂ = x₁ − c x₂, from its closed form and that of its derivative with respect to k.

@@ -43,8 +43,8 @@ class Discovery(Findings):
         self.effects: list[Effect] = [_effect(entry) for entry in self.result["effects"]]
         #: Terms that equations lacked, with the verdict ``"law"``: ``target``, ``formula`` and ``coefficients``.
         self.law: list[dict[str, Any]] = (self.result["law"] or {}).get("terms", [])
-        #: What is wrong in the model's text or in the recordings, with the verdict ``"plain"``: the cause, then those
-        #: that cannot be told from it, each with its ``kind``, ``name``, ``declared``, ``value``, ``std`` and ``unit``.
+        #: Wrong numbers of the model's text and faults of the recordings, with the verdict ``"plain"``: the cause, then
+        #: its twins, each with its ``kind``, ``name``, ``declared``, ``value``, ``std`` and ``unit``.
         self.plain: list[dict[str, Any]] = (self.result["plain"] or {}).get("causes", [])
         #: What no known effect explains: ``target``, ``windows`` and a ``description`` of each.
         self.unexplained: list[dict[str, Any]] = self.result["unexplained"]

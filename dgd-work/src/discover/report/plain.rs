@@ -1,4 +1,4 @@
-//! What is wrong in the model's text or in the recordings, in words and for programs.
+//! Wrong numbers of the model's text and faults of the recordings, in words and for programs.
 
 use std::fmt::Write;
 

@@ -14,7 +14,7 @@ from problem import Problem, State, with_noise
 EACH = 4
 STEP, DAY = 300.0, 86400.0
 SUBSTEPS = 10
-# The judge's days are warmer than those that the tools get, by so many K.
+# Difference between the judge's days and the recorded ones, K.
 WARMER = 3.0
 
 
