@@ -22,24 +22,25 @@ use crate::fit::{
     Budget, Data, Fitted, Methods, NoFit, WorkJournal, methods_for_ranking, most_steps,
     noise_levels, options_for_ranking, period, ranges, stepping_alike,
 };
-use crate::guess::{Followed, Guessing};
-use crate::law::{Answer, Law, Laws, Named};
+use crate::guess::Guessing;
+use crate::law::{Answer, Inserted, Law, Laws, Looked, Named};
 use crate::library::{
     Adapted, BaseModel, Candidate, Measure, Refused, Scales, StructureId, Values, adapted,
     candidates, generic, unbound,
 };
-use crate::missing_input::{self, FoundPlace, Missing, TIE, missing_inputs};
+use crate::missing_input::{Missing, missing_inputs};
 use crate::noise::{noise_of, readings, without_lonely, without_spikes};
 use crate::plain::{self, Causes, Plain};
 use crate::report::{
     Discovery, Found, FoundEffect, ModelSpread, Ranked, Unexplained, corrected, described,
     found_law, gap, given_up, left_over, not_tried, parameters, plain_causes, power, ranking_of,
-    reason, reason_of_law, screened, traces, unexplained,
+    reason, reason_of_law, rival_laws, screened, traces,
 };
 use crate::request::{DiscoverError, Request};
 use crate::search::{
     Alternative, Evidence, Open, Outcome, Screen, Search, Verdict, p_value_of_the_base,
 };
+use crate::unexplained::WithoutName;
 
 /// Maximum number of simulations in the final fit of a reported structure.
 const LAST_EVALUATIONS: usize = 60;
@@ -163,6 +164,10 @@ struct Searched<'a> {
     outcome: Outcome,
     /// A law, if no effect explains the recordings.
     law: Option<Box<Law>>,
+    /// Laws in different equations that explain them alike.
+    rivals: Vec<Inserted>,
+    /// Equations that lack something together.
+    lacking: Vec<String>,
     /// Plain causes, if they explain the recordings and come before effects and laws.
     plain: Option<Box<Causes>>,
     /// Plain causes that explain the recordings as well as a named effect of the library.
@@ -269,16 +274,18 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
     let outcome = search.run();
     let (plain, beside) = plain_causes_of(prepared, &search, outcome);
     let is_plain = plain.as_ref().is_some_and(|plain| plain.is_white);
-    let of_law = if is_plain { Answer::Nothing } else { law(prepared, &search, outcome) };
-    let (law, outcome) = match of_law {
-        Answer::Nothing => (None, outcome),
-        Answer::Doubt => (None, Outcome::Unexplained),
-        Answer::Law(law) => (Some(law), Outcome::Unexplained),
+    let Looked { answer, lacking } =
+        if is_plain { Looked::NOTHING } else { law(prepared, &search, outcome) };
+    let (law, rivals, outcome) = match answer {
+        Answer::Nothing => (None, Vec::new(), outcome),
+        Answer::Doubt(rivals) => (None, rivals, Outcome::Unexplained),
+        Answer::Law(law) => (Some(law), Vec::new(), Outcome::Unexplained),
     };
     let holds =
         |plain: &Causes| law.as_ref().is_none_or(|law| plain.holds_against(law.inserted.cost()));
     let plain = plain.filter(|plain| holds(plain));
     let law = law.filter(|_| plain.is_none());
+    let rivals = if plain.is_some() { Vec::new() } else { rivals };
     let outcome = if plain.is_some() { Outcome::Unexplained } else { outcome };
     let first = if prepared.of_library.is_empty() { Open::Templates } else { Open::Library };
     let mut screens = vec![search.screen_of_the_base(first)];
@@ -288,7 +295,7 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
         screens.push(search.screen_of_the_base(Open::Templates));
     }
     let evidence = search.evidence(outcome.structure());
-    Searched { search, outcome, law, plain, beside, evidence, screens, p_value }
+    Searched { search, outcome, law, rivals, lacking, plain, beside, evidence, screens, p_value }
 }
 
 /// Plain causes, if they come first, or those beside an effect of the library.
@@ -313,14 +320,14 @@ fn plain_causes_of(
 }
 
 /// Looks for a law if no effect of the library explains the recordings. It has to explain them better than templates do.
-fn law(prepared: &Prepared<'_>, search: &Search<'_>, outcome: Outcome) -> Answer {
+fn law(prepared: &Prepared<'_>, search: &Search<'_>, outcome: Outcome) -> Looked {
     let Prepared { request, model, fitted, .. } = prepared;
     let Request { base, sources, threads, .. } = **request;
     let named = outcome.structure();
     let mut effects = named.effects().map(|effect| &search.candidates[effect]);
     let is_generic = effects.clone().all(|effect| effect.is_generic);
     if outcome == Outcome::Sufficient || !is_generic || search.data.is_over() {
-        return Answer::Nothing;
+        return Looked::NOTHING;
     }
     // A law has to be better than templates only if they leave no more than noise.
     let explains = |fitted: &&Fitted| !named.is_base() && search.leaves_nothing(fitted);
@@ -328,7 +335,7 @@ fn law(prepared: &Prepared<'_>, search: &Search<'_>, outcome: Outcome) -> Answer
         fitted,
         targets: effects.clone().map(Candidate::target).collect(),
         effects: effects.clone().count(),
-        are_of_plant: effects.all(|effect| effect.kind() == "plant"),
+        are_sensors: effects.all(|effect| effect.kind() == "sensor"),
     });
     let data = &search.data;
     Laws { base, sources, model, fitted, data, threads }.search(search, named.as_ref())
@@ -415,83 +422,15 @@ fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'
             Vec::new()
         }
         Outcome::Most(_) | Outcome::Unexplained => {
-            without_a_name(prepared, refined, &circumstances, &missing)
+            let (model, fitted) = (&prepared.model, before);
+            let Request { base, sources, threads, .. } = **request;
+            let guessing = Guessing { base, sources, model, fitted, data, threads };
+            let Searched { lacking, rivals, .. } = searched;
+            let (guessing, circumstances) = (&guessing, &circumstances);
+            WithoutName { guessing, circumstances, missing: &missing, lacking, rivals }.places()
         }
     };
     Explained { circumstances, missing, effects, unexplained }
-}
-
-/// Number of places reported.
-const TOLD: usize = 5;
-/// Number of places at which a formula is looked for, besides those that are about as likely as the first.
-const GUESSED: usize = 3;
-
-/// The places that make the readings most likely, each with the condition that coincides with it and the quantities
-/// that correlate with it, and a formula at the best place that has one.
-fn without_a_name(
-    prepared: &Prepared<'_>,
-    refined: &Refined<'_>,
-    circumstances: &Circumstances,
-    missing: &Missing,
-) -> Vec<Unexplained> {
-    let Request { base, sources, threads, .. } = *prepared.request;
-    let (model, fitted, data) = (&prepared.model, &refined.before, &refined.data);
-    let guessing = Guessing { base, sources, model, fitted, data, threads };
-    let followed = |found: &FoundPlace| {
-        let terms = missing.terms.as_ref().filter(|_| !data.is_over())?;
-        guessing.followed(terms, found)
-    };
-    let most = missing.ranked.first().map_or(0.0, |found| found.missing.gain);
-    let is_tied = |rank: usize, found: &FoundPlace| rank > 0 && most - found.missing.gain < TIE;
-    let told = || missing.ranked.iter().take(TOLD).enumerate();
-    let traced: Vec<Option<Followed<'_>>> = told().map(|(_, found)| followed(found)).collect();
-    let looked_at: Vec<&Followed<'_>> = told()
-        .filter(|(rank, found)| *rank < GUESSED || is_tied(*rank, found))
-        .filter_map(|(rank, _)| traced[rank].as_ref())
-        .collect();
-    let mut guesses = guessing.guesses(&looked_at).into_iter();
-    let mut all: Vec<Unexplained> = told()
-        .map(|(rank, found)| {
-            let condition = circumstances.condition(&missing_input::windows(found));
-            let followed = traced[rank].as_ref();
-            let together = followed.map_or_else(Vec::new, Followed::together);
-            let is_tied = is_tied(rank, found);
-            let is_looked_at = followed.is_some() && (rank < GUESSED || is_tied);
-            let guess = if is_looked_at { guesses.next().flatten() } else { None };
-            Unexplained { together, guess, ..unexplained(&found.missing, condition, is_tied) }
-        })
-        .collect();
-    // Places with a formula come first: a formula has been tested on other recordings, whereas a trace only follows
-    // readings.
-    let left = |one: &Unexplained| one.guess.as_ref().map_or(f64::INFINITY, |g| g.left_after);
-    let best = (0..all.len()).min_by(|a, b| left(&all[*a]).total_cmp(&left(&all[*b])));
-    if let Some(best) =
-        best.filter(|best| *best > 0 && is_clearly_less(left(&all[*best]), left(&all[0])))
-    {
-        let first = all.remove(best);
-        all.insert(0, first);
-        return all;
-    }
-    // Along filters, whose noise absorbs part of what is missing at each place, likelihoods distinguish places less
-    // well than how closely a trace follows a curve over a quantity of the model.
-    let follows = missing.ranked.first().is_some_and(FoundPlace::is_followed);
-    let beside = |one: &Unexplained| one.together.first().map_or(1.0, |closest| 1.0 - closest.r2);
-    let best = (0..all.len()).min_by(|a, b| beside(&all[*a]).total_cmp(&beside(&all[*b])));
-    if let Some(best) = best.filter(|best| {
-        follows && *best > 0 && is_clearly_less(beside(&all[*best]), beside(&all[0]))
-    }) {
-        let first = all.remove(best);
-        all.insert(0, first);
-        for one in &mut all {
-            one.is_tied = false;
-        }
-    }
-    all
-}
-
-/// Whether a formula or a curve at another place leaves so much less that the place comes before the most likely one.
-fn is_clearly_less(left: f64, of_first: f64) -> bool {
-    left < 0.5 * of_first
 }
 
 /// Assembles the result.
@@ -541,6 +480,7 @@ fn report(
         p_value: searched.p_value,
         effects,
         law: law.as_ref().map(|law| found_law(law, &after)),
+        rivals: rival_laws(&searched.rivals, &data),
         plain: plain.as_ref().map(|causes| plain_causes(causes, &after)),
         described: outcome.described().map_or_else(Vec::new, |one| described(search, one)),
         unexplained,

@@ -26,6 +26,7 @@ mod plain;
 mod report;
 mod request;
 mod search;
+mod unexplained;
 #[cfg(test)]
 #[path = "../../tests/support/uniform.rs"]
 mod uniform;
@@ -46,7 +47,8 @@ pub use noise::{
 };
 pub use report::{
     Described, Discovery, FoundEffect, FoundLaw, Gap, NearForm, OutputTrace, ParameterValue,
-    PlainCause, PlainCauses, PlainKind, Power, Ranked, RecordingTrace, Screened, Unexplained,
+    PlainCause, PlainCauses, PlainKind, Power, Ranked, RecordingTrace, RivalLaw, Screened,
+    Unexplained,
 };
 pub use request::{DiscoverError, Request};
 pub use search::{Alternative, Evidence, Verdict};

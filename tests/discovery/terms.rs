@@ -1,6 +1,6 @@
 //! Terms that equations lack are found without a library.
 
-use dgd_discover::{Discovery, FoundLaw, Verdict};
+use dgd_discover::{Discovery, FoundLaw, RivalLaw, Verdict};
 
 use crate::examined::{Examined, Samples, Texts};
 use crate::random::Random;
@@ -213,4 +213,98 @@ fn nothing_is_added_to_a_model_that_lacks_nothing() {
         Plant { rates: hunters, seen: BOTH, samples: 101, until: 5.0, noise: 0.01, unit: 1.0 };
     let found = plant.found(&model, [&[3.1, 4.4], &[1.0, 1.0], &[2.0, 3.0]]);
     assert_eq!(found.verdict, Verdict::Sufficient, "{}", found.reason);
+}
+
+#[test]
+fn laws_that_explain_the_recordings_alike_are_both_given() {
+    // What slows y, which is not read, and what slows x, are one and the same to x.
+    let plant = Plant {
+        rates: |x| vec![0.8 * x[1], -1.1 * x[0] - 0.43 * x[1]],
+        seen: &[("x", 0)],
+        samples: 201,
+        until: 10.0,
+        noise: 0.01,
+        unit: 1.0,
+    };
+    let model = "model swing
+state x [1] = 1
+state y [1] = 0.2
+equation a: der(x) = 0.8 [1/s]*y
+equation b: der(y) = -1.1 [1/s]*x
+output x noise 0.005
+";
+    let found = plant.found(model, [&[1.0, 0.2], &[-0.4, 0.9], &[0.7, -0.5]]);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.reason);
+    let formula = |law: &RivalLaw| {
+        let terms = law.terms.iter().map(|term| {
+            let (_, factor) = term.formula.split_once(" * ").unwrap_or(("", ""));
+            let off = term.coefficients[0].value + 0.43;
+            assert!(off.abs() < 0.02, "{term:?}");
+            format!("{factor} in {}", term.target)
+        });
+        terms.collect::<Vec<_>>().join(" and ")
+    };
+    let mut all: Vec<String> = found.rivals.iter().map(formula).collect();
+    all.sort();
+    assert_eq!(all, ["x in a", "y in b"]);
+    assert_eq!(found.rivals[1].told_apart_by.as_deref(), Some("a measurement of `y`"));
+    let mut places: Vec<&str> = found.unexplained.iter().map(|one| &*one.target).collect();
+    places.truncate(2);
+    places.sort_unstable();
+    assert_eq!(places, ["a", "b"]);
+    // Each of them can be taken into a library.
+    assert!(found.unexplained[..2].iter().all(|one| one.guess.is_some()));
+}
+
+/// Two levels, each driven by a coordinate of Lorenz' system that no name of the model follows.
+fn driven(x: &[f64]) -> Vec<f64> {
+    let (u, v, w) = (x[2], x[3], x[4]);
+    vec![
+        -0.6 * x[0] + 0.1 * u,
+        -0.9 * x[1] + 0.1 * (w - 25.0),
+        10.0 * (v - u),
+        u * (28.0 - w) - v,
+        u * v - 8.0 / 3.0 * w,
+    ]
+}
+
+const LORENZ: [&[f64]; 3] =
+    [&[1.0, 0.5, 1.0, 1.0, 20.0], &[0.2, 0.9, -5.0, -4.0, 22.0], &[0.6, 0.1, 7.0, 3.0, 30.0]];
+
+#[test]
+fn equations_that_lack_something_together_are_named_together() {
+    let model = "model levels
+state x [1] = 1
+state y [1] = 0.5
+equation a: der(x) = -0.6 [1/s]*x
+equation b: der(y) = -0.9 [1/s]*y
+output x noise 0.01
+output y noise 0.01
+";
+    let plant =
+        Plant { rates: driven, seen: BOTH, samples: 201, until: 8.0, noise: 0.02, unit: 1.0 };
+    let found = plant.found(model, LORENZ);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.reason);
+    let joint = found.unexplained.iter().filter(|one| one.is_joint);
+    let mut joint: Vec<&str> = joint.map(|one| &*one.target).collect();
+    joint.sort_unstable();
+    assert_eq!(joint, ["a", "b"]);
+    assert!(found.unexplained[0].is_joint);
+}
+
+#[test]
+fn the_only_sensor_comes_after_the_plant() {
+    let model = "model level
+state x [1] = 1
+equation a: der(x) = -0.6 [1/s]*x
+output x noise 0.01
+";
+    let seen = &[("x", 0)];
+    let plant = Plant { rates: driven, seen, samples: 201, until: 8.0, noise: 0.02, unit: 1.0 };
+    let found = plant.found(model, LORENZ);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.reason);
+    let targets: Vec<&str> = found.unexplained.iter().map(|one| &*one.target).collect();
+    assert_eq!(targets, ["a", "sensor x"]);
+    let sensor = &found.unexplained[1];
+    assert_eq!(sensor.told_apart_by.as_deref(), Some("a second sensor of `x`"));
 }

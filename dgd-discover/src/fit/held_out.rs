@@ -61,6 +61,13 @@ impl Fitted {
         residuals.map_or(f64::INFINITY, |all| whitened_square(data.valid, &all, &data.noise).0)
     }
 
+    /// Mean square of the residuals of the validation recordings relative to the noise; `None` without any.
+    pub(crate) fn held_out_square(&self, data: &Data<'_>) -> Option<f64> {
+        let residuals = self.held_out_residuals(data)?;
+        let (sum, n) = whitened_square(data.valid, &residuals, &data.noise);
+        (n > 0).then(|| sum / n as f64)
+    }
+
     /// Whether fewer outputs are read than there are states.
     pub(crate) fn has_hidden_states(&self, data: &Data<'_>) -> bool {
         let states = self.structure.system.signature().unknowns.differential().count();

@@ -41,7 +41,7 @@ use law::{Constants, FittedTerm, law, ranges, text};
 pub use law::{LawParameter, LawRange};
 pub(crate) use law::{bounds, change, plain, read_effect};
 use moments::Trace;
-use regression::{Ranked, ranked};
+use regression::{Ranked, given, ranked};
 use together::together;
 pub use together::{Course, Together};
 
@@ -210,6 +210,13 @@ impl Guessing<'_> {
             let (Followed { site, values, train, .. }, form) = (places[i], best(i)?);
             own.told(site, form, train, own.in_the_model(site, values, form, EVALUATIONS)?)
         })
+    }
+
+    /// A law at a place as a formula; `None` if it does not reduce the errors.
+    pub(crate) fn of_law(&self, place: &Followed<'_>, terms: &[(Shape, f64)]) -> Option<Guess> {
+        let Followed { site, values, train, held_out } = place;
+        let form = given(train, held_out, terms);
+        self.told(site, &form, train, self.in_the_model(site, values, &form, EVALUATIONS)?)
     }
 
     /// Work shared among threads, each with a fitted model of its own.

@@ -228,8 +228,19 @@ impl Inserted {
         self.written.iter().map(term).collect()
     }
 
+    /// Its shapes with their coefficients, if all belong to one place.
+    pub(crate) fn all_in(&self, place: &Place) -> Option<Vec<(Shape, f64)>> {
+        let terms = self.terms(&self.fitted);
+        let shape = |(own, term): (&Written, &LawTerm)| {
+            let inner = term.coefficients.get(1).map(|inner| inner.value);
+            (Shape { inner, ..own.shape.clone() }, term.coefficients[0].value)
+        };
+        let all = self.written.iter().all(|own| own.place == *place);
+        all.then(|| self.written.iter().zip(&terms).map(shape).collect())
+    }
+
     /// The equations that it changes.
-    pub(super) fn targets(&self) -> BTreeSet<&str> {
+    pub(crate) fn targets(&self) -> BTreeSet<&str> {
         self.written.iter().map(|own| own.place.name.as_str()).collect()
     }
 

@@ -28,8 +28,8 @@ pub(crate) struct Named<'a> {
     pub(crate) targets: BTreeSet<String>,
     /// Their number.
     pub(crate) effects: usize,
-    /// Whether all are missing physics.
-    pub(crate) are_of_plant: bool,
+    /// Whether all are faults of sensors.
+    pub(crate) are_sensors: bool,
 }
 
 impl Named<'_> {
@@ -87,7 +87,7 @@ pub(super) fn answer(
     let rest: Vec<Inserted> = laws.collect();
     let named = named.map(|named| (named, named.cost(data)));
     let beats = |(named, cost): &(&Named<'_>, f64)| {
-        let is_tied = !named.are_of_plant && !is_hidden;
+        let is_tied = named.are_sensors && !is_hidden;
         let is_plainer = best.targets().len() < named.effects;
         best.cost()
             < cost
@@ -105,20 +105,31 @@ pub(super) fn answer(
                 && law.targets().iter().any(|target| !named.targets.contains(*target))
         };
         let are_terms = named.targets.iter().all(|target| equations.contains(&&**target));
-        let mut all = std::iter::once(&best).chain(&rest);
-        let is_doubted = is_hidden && are_terms && all.any(is_elsewhere);
-        return if is_doubted { Answer::Doubt } else { Answer::Nothing };
+        let all = || std::iter::once(&best).chain(&rest);
+        let is_doubted = is_hidden && are_terms && all().any(is_elsewhere);
+        return if is_doubted { Answer::Doubt(rivals(all(), cost)) } else { Answer::Nothing };
     }
     let is_rival = |other: &Inserted| {
         other.cost() - best.cost() < RIVAL && !best.targets().is_subset(&other.targets())
     };
     if rest.iter().any(is_rival) {
-        return Answer::Doubt;
+        return Answer::Doubt(rivals(std::iter::once(&best).chain(&rest), best.cost()));
     }
     let error = |one: &Inserted| one.fitted.error.0;
     let near = rest.iter().take(NEAR);
     let near = near.map(|other| (other.formula(), (error(other) / error(&best)).sqrt())).collect();
     Answer::Law(Box::new(Law { inserted: best, near }))
+}
+
+/// The best law in each set of equations, of those that explain the recordings as well as the best answer does.
+fn rivals<'a>(laws: impl Iterator<Item = &'a Inserted>, cost: f64) -> Vec<Inserted> {
+    let mut all: Vec<Inserted> = Vec::new();
+    for law in laws.filter(|law| law.cost() < cost + RIVAL) {
+        if !all.iter().any(|better| better.targets().is_subset(&law.targets())) {
+            all.push(law.clone());
+        }
+    }
+    all
 }
 
 impl Inserted {

@@ -80,13 +80,27 @@ enum Begin {
 
 /// The result of the search for a law.
 #[derive(Debug)]
+pub(crate) struct Looked {
+    pub(crate) answer: Answer,
+    /// Equations that lack something together, in a smoother with a free input in each equation.
+    pub(crate) lacking: Vec<String>,
+}
+
+/// Whether a law explains the recordings.
+#[derive(Debug)]
 pub(crate) enum Answer {
-    /// No law, or several: an effect keeps its name, and a discrepancy without one stays without.
+    /// No law: an effect keeps its name, and a discrepancy without one stays without.
     Nothing,
-    /// A law in other equations explains the recordings as well as the effects that were named.
-    Doubt,
+    /// Laws in other equations explain the recordings as well as the effects that were named, or as the best law; none
+    /// are given if the validation recordings confirm none.
+    Doubt(Vec<Inserted>),
     /// A law.
     Law(Box<Law>),
+}
+
+impl Looked {
+    /// No law, where none was looked for.
+    pub(crate) const NOTHING: Looked = Looked { answer: Answer::Nothing, lacking: Vec::new() };
 }
 
 /// Laws that leave only noise.
@@ -109,14 +123,14 @@ impl Laws<'_> {
     /// Looks for a law, which has to explain the recordings better than templates that were named. The
     /// thresholds are those of the search for effects. Without validation recordings there is no law: four terms of
     /// thousands follow any recording.
-    pub(crate) fn search(&self, search: &Search<'_>, named: Option<&Named<'_>>) -> Answer {
+    pub(crate) fn search(&self, search: &Search<'_>, named: Option<&Named<'_>>) -> Looked {
         if self.data.valid.is_empty() {
-            return Answer::Nothing;
+            return Looked::NOTHING;
         }
         let engine = self.base.engine;
         let terms =
             MissingTerms::scaled(self.model, self.data.scales, engine, &mut Diagnostics::default());
-        let Ok(terms) = terms else { return Answer::Nothing };
+        let Ok(terms) = terms else { return Looked::NOTHING };
         let places = terms.places();
         let equations: Vec<usize> =
             (0..places.len()).filter(|i| places[*i].kind == PlaceKind::Equation).collect();
@@ -126,8 +140,11 @@ impl Laws<'_> {
         let is_hidden = self.data.noise.iter().flatten().count() < equations.len();
         let all = 0..self.data.train.len();
         let mut is_unconfirmed = false;
+        let mut lacking: Option<Vec<String>> = None;
         let mut seen = |suspected: Vec<Vec<usize>>, recordings: Range<usize>| {
-            let proposed = self.proposed(&terms, suspected, recordings);
+            let (proposed, first) = self.proposed(&terms, suspected, recordings);
+            let name = |place: usize| places[place].name.clone();
+            lacking.get_or_insert_with(|| first.into_iter().map(name).collect());
             let Explaining { laws, is_unconfirmed: own } =
                 self.explaining(search, places, &proposed);
             is_unconfirmed |= own;
@@ -152,10 +169,14 @@ impl Laws<'_> {
         }
         // Effects that leave more than a law does are not named, even if recordings do not confirm the law.
         if laws.is_empty() && named.is_none() && is_hidden && is_unconfirmed {
-            return Answer::Doubt;
+            return Looked {
+                answer: Answer::Doubt(Vec::new()),
+                lacking: lacking.unwrap_or_default(),
+            };
         }
         let labels: Vec<&str> = equations.iter().map(|i| &*places[*i].name).collect();
-        judged::answer(laws, named, self.data, &labels, is_hidden)
+        let answer = judged::answer(laws, named, self.data, &labels, is_hidden);
+        Looked { answer, lacking: lacking.unwrap_or_default() }
     }
 
     /// Laws that leave only noise.
@@ -237,13 +258,14 @@ impl Laws<'_> {
         all
     }
 
-    /// Sets of terms to be fitted.
+    /// Sets of terms to be fitted, and the places of the first suspicion that stand out.
     fn proposed(
         &self,
         terms: &MissingTerms,
         suspected: Vec<Vec<usize>>,
         recordings: Range<usize>,
-    ) -> Vec<Proposed> {
+    ) -> (Vec<Proposed>, Vec<usize>) {
+        let mut first = None;
         let mut all: Vec<Proposed> = Vec::new();
         let is_alone = recordings.len() < self.data.train.len();
         let begin = if is_alone { Begin::Alone(recordings.start) } else { Begin::All };
@@ -253,10 +275,11 @@ impl Laws<'_> {
             if self.data.is_over() {
                 break;
             }
-            let Some(sighting) = Sighting::new(self, terms, &places, recordings.clone()) else {
-                continue;
-            };
-
+            let sighting = Sighting::new(self, terms, &places, recordings.clone());
+            first.get_or_insert_with(|| {
+                sighting.as_ref().map_or_else(Vec::new, |sighting| sighting.places.clone())
+            });
+            let Some(sighting) = sighting else { continue };
             let own = chosen(drafts(&sighting, self.threads), of_each_size);
             let sighting = Arc::new(sighting);
             all.extend(own.into_iter().map(|draft| Proposed {
@@ -275,7 +298,7 @@ impl Laws<'_> {
             seen.push(one.draft.clone());
             is_new
         });
-        all
+        (all, first.unwrap_or_default())
     }
 }
 

@@ -30,8 +30,12 @@ use super::unknown_input::SIGNIFICANT_GAIN;
 const ROUNDS: usize = 6;
 /// Updates of q around each of them.
 const UPDATES: usize = 6;
-/// Parts of the way to the smoothed states that are tried one after the other.
-const PARTS: [f64; 4] = [1.0, 0.5, 0.1, 0.01];
+/// Distances from the last trajectory, in sizes of the states, within which the next one is looked for, one after the
+/// other until the model runs along it.
+const TRUST: [f64; 4] = [f64::INFINITY, 1.0, 0.1, 0.01];
+/// Loss of log-likelihood of a reading from one trajectory to the next, at the same q, above which the next is no better
+/// place for a linearisation: that of a residual of one standard deviation.
+const MOST_LOSS: f64 = 0.5;
 /// Largest factor by which one update changes q.
 const MOST_CHANGE: f64 = 100.0;
 
@@ -148,6 +152,23 @@ impl JointChain {
     /// Number of readings.
     pub(crate) fn len(&self) -> usize {
         self.readings.iter().map(Vec::len).sum()
+    }
+
+    /// The chain with states that are also read, as no deviation, with a standard deviation in their sizes.
+    fn held(&self, trust: f64) -> JointChain {
+        let mut held = self.clone();
+        if trust.is_finite() {
+            let m = self.gamma.first().map_or(0, DMatrix::ncols);
+            for readings in &mut held.readings {
+                readings.extend(self.sizes.iter().enumerate().map(|(i, size)| Reading {
+                    value: 0.0,
+                    variance: (trust * size).powi(2),
+                    states: DVector::from_fn(self.n(), |k, _| f64::from(u8::from(k == i))),
+                    inputs: DVector::zeros(m),
+                }));
+            }
+        }
+        held
     }
 
     /// F of an interval: [Φ Γ; 0 1].
@@ -328,29 +349,65 @@ impl Joint<'_> {
     }
 
     /// The smoothed recordings and the intensity of the walk at each place; `None` if one cannot be followed.
+    ///
+    /// Where states are not read, rounds from a filter that has lost itself end elsewhere than rounds from the readings;
+    /// those that make the readings likelier count.
     pub(crate) fn paths(&self, recordings: &[Recorded<'_>]) -> Option<(Vec<Path>, Vec<f64>)> {
-        let first = |recorded: &Recorded<'_>| -> Option<(Estimated, Path)> {
-            let resting = self.resting(recorded)?;
-            let followed = self.first(recorded).map(|mut own| {
-                for (i, state) in self.states().iter().enumerate() {
-                    if !self.free_starts.contains(state) {
-                        own.0[0][i] = resting.0[0][i];
-                    }
-                }
-                own
-            });
-            let mut begun = followed.into_iter().chain([resting]);
-            begun.find_map(|own| self.path(recorded, &own).map(|path| (own, path)))
+        let resting = |recorded: &Recorded<'_>| {
+            let own = self.resting(recorded)?;
+            self.path(recorded, &own).map(|path| (own, path))
         };
-        let (mut all, mut paths): (Vec<Estimated>, Vec<Path>) =
-            recordings.iter().map(first).collect::<Option<Vec<_>>>()?.into_iter().unzip();
+        let resting: Vec<Option<(Estimated, Path)>> = recordings.iter().map(resting).collect();
+        let both = || recordings.iter().zip(&resting);
+        let followed = both().map(|(recorded, resting)| {
+            let (x, _) = &resting.as_ref()?.0;
+            let mut own = self.first(recorded)?;
+            for (i, state) in self.states().iter().enumerate() {
+                if !self.free_starts.contains(state) {
+                    own.0[0][i] = x[0][i];
+                }
+            }
+            self.path(recorded, &own).map(|path| (own, path))
+        });
+        let followed: Vec<_> =
+            followed.zip(&resting).map(|(own, rest)| own.or(rest.clone())).collect();
+        let of_filter = self.rounds(recordings, followed, f64::INFINITY);
+        let n_read = self.noise.iter().flatten().count();
+        if n_read >= self.states().len() {
+            return of_filter;
+        }
+        let leaning = both().map(|(recorded, resting)| {
+            let (own, path) = resting.as_ref()?;
+            let next = self.leaning(own, path);
+            self.path(recorded, &next).map(|path| (next, path))
+        });
+        let of_readings = self.rounds(recordings, leaning.collect(), MOST_LOSS);
+        let likelihood = |(paths, q): &(Vec<Path>, Vec<f64>)| self.likelihood(paths, q);
+        [of_filter, of_readings]
+            .into_iter()
+            .flatten()
+            .filter(|one| likelihood(one).is_finite())
+            .reduce(|best, other| if likelihood(&other) > likelihood(&best) { other } else { best })
+    }
+
+    /// The smoothed recordings after all rounds from a beginning of each, with at most this loss of log-likelihood of a
+    /// reading from one trajectory to the next.
+    fn rounds(
+        &self,
+        recordings: &[Recorded<'_>],
+        begun: Vec<Option<(Estimated, Path)>>,
+        most_loss: f64,
+    ) -> Option<(Vec<Path>, Vec<f64>)> {
+        let begun = begun.into_iter().collect::<Option<Vec<_>>>()?;
+        let (mut all, mut paths): (Vec<Estimated>, Vec<Path>) = begun.into_iter().unzip();
         let mut q = self.begin(&paths);
         for _ in 0..ROUNDS {
             for _ in 0..UPDATES {
                 self.update(&paths, &mut q);
             }
             let own = recordings.iter().zip(&all).zip(&paths);
-            let next = own.map(|((recorded, from), path)| self.smoothed(recorded, from, path, &q));
+            let next = own
+                .map(|((recorded, from), path)| self.smoothed(recorded, from, path, &q, most_loss));
             // Where the model cannot go on, the last trajectory stays.
             let Some(next) = next.collect::<Option<Vec<_>>>() else { break };
             (all, paths) = next.into_iter().unzip();
@@ -358,43 +415,72 @@ impl Joint<'_> {
         Some((paths, q))
     }
 
-    /// The smoothed states and inputs of a recording, with the path along them; where the model does not run there,
-    /// part of the way to them.
+    /// ln p of the readings of all recordings.
+    fn likelihood(&self, paths: &[Path], q: &[f64]) -> f64 {
+        let of_path = |path: &Path| path.chain.whitening(self.places, q).log_likelihood();
+        paths.iter().map(of_path).sum()
+    }
+
+    /// States moved as the readings of their own sample ask for, from a course; between readings as at the last one.
+    fn leaning(&self, (x, d): &Estimated, path: &Path) -> Estimated {
+        let chain = &path.chain;
+        let mut moved = DVector::zeros(chain.n());
+        let mut all = Vec::with_capacity(x.len());
+        for (k, (x, readings)) in x.iter().zip(&chain.readings).enumerate() {
+            if !readings.is_empty() {
+                let squares: Vec<f64> = chain.sizes.iter().map(|size| size * size).collect();
+                let mut p = DMatrix::from_diagonal(&DVector::from_vec(squares));
+                moved.fill(0.0);
+                for reading in readings {
+                    let column = &p * &reading.states;
+                    let variance = reading.states.dot(&column) + reading.variance;
+                    let innovation = reading.value - reading.states.dot(&moved);
+                    moved.axpy(innovation / variance, &column, 1.0);
+                    p -= &column * column.transpose() / variance;
+                }
+            }
+            let own = DVector::from_fn(chain.n(), |i, _| {
+                let is_kept = k == 0 && !chain.is_free[i];
+                if is_kept { x[i] } else { x[i] + moved[i] }
+            });
+            all.push(own);
+        }
+        (all, d.clone())
+    }
+
+    /// The smoothed states and inputs of a recording, with the path along them, as near to the last path as it takes (an
+    /// iterated smoother by Levenberg and Marquardt: Särkkä & Svensson, ICASSP 2020, 5875).
     fn smoothed(
         &self,
         recorded: &Recorded<'_>,
-        from: &Estimated,
+        (x, d): &Estimated,
         path: &Path,
         q: &[f64],
+        most_loss: f64,
     ) -> Option<(Estimated, Path)> {
-        let Smoothed { z, .. } = path.chain.smoothed(self.places, q);
         let n = path.chain.n();
-        let (x, d) = from;
-        let moved = |part: f64| -> Estimated {
-            let x = x.iter().zip(&z).map(|(x, z)| x + z.rows(0, n) * part).collect();
-            let of_place = |(j, d): (usize, &Vec<f64>)| {
-                d.iter().zip(&z).map(|(d, z)| d + part * (z[n + j] - d)).collect()
-            };
-            (x, d.iter().enumerate().map(of_place).collect())
-        };
-        PARTS.iter().find_map(|part| {
-            let next = moved(*part);
+        let least =
+            self.likelihood(std::slice::from_ref(path), q) - most_loss * path.chain.len() as f64;
+        TRUST.iter().find_map(|trust| {
+            let Smoothed { z, .. } = path.chain.held(*trust).smoothed(self.places, q);
+            let x = x.iter().zip(&z).map(|(x, z)| x + z.rows(0, n));
+            let of_place = |j: usize| z.iter().map(move |z| z[n + j]).collect();
+            let next: Estimated = (x.collect(), (0..d.len()).map(of_place).collect());
             let path = self.path(recorded, &next)?;
-            Some((next, path))
+            let reached = self.likelihood(std::slice::from_ref(&path), q);
+            // Where there is none, nothing is compared.
+            let is_better = reached >= least || least.is_nan() || most_loss.is_infinite();
+            is_better.then_some((next, path))
         })
     }
 
     /// Places without whose walk the readings would be less likely than chance allows.
     pub(crate) fn standing_out(&self, paths: &[Path], q: &[f64]) -> Vec<usize> {
-        let likelihood = |q: &[f64]| -> f64 {
-            let of_path = |path: &Path| path.chain.whitening(self.places, q).log_likelihood();
-            paths.iter().map(of_path).sum()
-        };
-        let whole = likelihood(q);
+        let whole = self.likelihood(paths, q);
         let stands_out = |i: &usize| {
             let mut without = q.to_vec();
             without[*i] = 0.0;
-            let gain = whole - likelihood(&without);
+            let gain = whole - self.likelihood(paths, &without);
             // Without it there may be no likelihood.
             gain.is_nan() || gain > SIGNIFICANT_GAIN
         };

@@ -22,6 +22,7 @@ use super::filtered::{Filtered, Followed};
 use super::kalman::{Chain, Walk};
 use super::missing_terms::{MissingTerms, Place, PlaceKind};
 use super::place_fit::{Columns, Likelihood, PlaceFit, Sight, Sights};
+use super::plausible::{Objection, objection};
 use super::reconstruct::{inputs_with, reconstruct};
 use super::thinned::Thinned;
 use super::unknown_input::{standing_out, unknown_input};
@@ -85,6 +86,13 @@ pub(crate) struct FoundPlace {
     pub(crate) valid: Vec<PlaceTrace>,
     /// Windows in which it stands out in each training recording.
     windows: Vec<Vec<Window>>,
+    /// Mean square of the residuals relative to the noise in simulations of the training recordings with its traces, at
+    /// most that of the readings about their mean.
+    pub(crate) left: f64,
+    /// The unknowns along the first training recording.
+    pub(crate) course: Option<Solution>,
+    /// Why it is hardly what is missing.
+    pub(crate) objection: Option<Objection>,
 }
 
 impl FoundPlace {
@@ -400,7 +408,9 @@ impl<'a> Places<'a> {
         };
         let train = traces(&self.train, &found.train);
         let valid = traces(&self.valid, &found.valid);
-        FoundPlace { missing, p, train, valid, windows }
+        let (left, course) = self.left_with(found, &p);
+        let objection = objection(&missing.place, model, &self.train, base, &train);
+        FoundPlace { missing, p, train, valid, windows, left, course, objection }
     }
 }
 

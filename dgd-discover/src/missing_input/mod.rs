@@ -13,6 +13,7 @@ mod kalman;
 mod missing;
 mod missing_terms;
 mod place_fit;
+mod plausible;
 mod reconstruct;
 mod thinned;
 mod unknown_input;
@@ -24,5 +25,6 @@ pub(crate) use missing::{
     FoundPlace, Missing, PlaceTrace, TIE, alone, free_places, missing_inputs, place_of, windows,
 };
 pub use missing_terms::{ClosedPlace, MissingTerms, NoSuchTerm, Place, PlaceKind};
+pub(crate) use plausible::Objection;
 pub use reconstruct::{ReconstructError, Recording, inputs_with, reconstruct};
 pub use unknown_input::{UnknownInput, unknown_input};

@@ -273,6 +273,10 @@ pub(crate) fn unexplained(
     Unexplained {
         target: missing.target(),
         is_tied,
+        is_joint: false,
+        left: None,
+        objection: None,
+        told_apart_by: None,
         gain: missing.gain,
         windows: missing.windows.iter().map(|window| [window.from, window.until]).collect(),
         condition,
@@ -303,6 +307,10 @@ pub(crate) fn left_over(
     Some(Unexplained {
         target: output.name.to_string(),
         is_tied: false,
+        is_joint: false,
+        left: None,
+        objection: None,
+        told_apart_by: None,
         gain: 0.0,
         windows: windows.iter().map(|window| [window.from, window.until]).collect(),
         condition,

@@ -38,6 +38,8 @@ pub struct Discovery {
     pub effects: Vec<FoundEffect>,
     /// The terms that were missing, with the verdict [`Verdict::Law`].
     pub law: Option<FoundLaw>,
+    /// Laws in different equations that explain the recordings alike, with the verdict [`Verdict::Unexplained`].
+    pub rivals: Vec<RivalLaw>,
     /// Wrong numbers of the model's text and faults of the recordings, with the verdict [`Verdict::Plain`].
     pub plain: Option<PlainCauses>,
     /// Effects that resemble the discrepancy but did not pass the tests.
@@ -124,6 +126,17 @@ pub struct NearForm {
     pub formula: String,
     /// Its root-mean-square residual relative to that of the law.
     pub ratio: f64,
+}
+
+/// A law that explains the recordings, as another one in other equations does.
+#[derive(Debug, Clone)]
+pub struct RivalLaw {
+    /// The terms.
+    pub terms: Vec<LawTerm>,
+    /// Mean square of the residuals relative to the noise: of training data, and of validation data.
+    pub left: (f64, Option<f64>),
+    /// The measurement that separates it from the first; `None` for the first.
+    pub told_apart_by: Option<String>,
 }
 
 /// Wrong numbers of the model's text and faults of the recordings; no effect is missing.
@@ -231,6 +244,15 @@ pub struct Unexplained {
     pub target: String,
     /// Whether its likelihood is tied with that of the best place.
     pub is_tied: bool,
+    /// Whether it lacks something together with the other places that are marked so.
+    pub is_joint: bool,
+    /// Mean square of the residuals relative to the noise with a free input there, in simulations of the training
+    /// recordings, where no output counts as more than its readings vary; `None` for a remainder.
+    pub left: Option<f64>,
+    /// Why it is hardly what is missing.
+    pub objection: Option<String>,
+    /// The measurement that separates it from the best place, if the two are tied.
+    pub told_apart_by: Option<String>,
     /// Gain in the log-likelihood of the readings.
     pub gain: f64,
     /// Windows in the first training recording.

@@ -9,7 +9,7 @@ use super::model_spread::ModelSpread;
 use crate::conditions::Circumstances;
 use crate::fit::{Data, Fitted};
 use crate::library::StructureId;
-use crate::search::{self, Evidence, Search};
+use crate::search::{self, Apart, Evidence, Search};
 
 /// Data for the report on the effects of the accepted structure.
 pub(crate) struct Found<'a> {
@@ -77,7 +77,7 @@ impl Found<'_> {
             search::largest_disagreement(a, b, recording, &self.data.options)
         });
         match largest {
-            Some((name, difference, unit)) => {
+            Some(Apart { name, difference, unit }) => {
                 let difference = difference / unit.factor.abs();
                 let symbol = &unit.symbol;
                 format!(

@@ -21,10 +21,10 @@ pub(crate) use corrected::corrected;
 pub(crate) use described::described;
 pub use discovery::{
     Described, Discovery, FoundEffect, FoundLaw, Gap, NearForm, OutputTrace, ParameterValue,
-    PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace, Screened, Unexplained,
+    PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace, RivalLaw, Screened, Unexplained,
 };
 pub(crate) use found::{Found, parameters};
-pub(crate) use law::found_law;
+pub(crate) use law::{found_law, rival_laws};
 pub(crate) use model_spread::ModelSpread;
 pub(crate) use plain::plain_causes;
 pub use power::Power;

@@ -200,30 +200,47 @@ fn stretches(times: &[f64], activity: &[f64]) -> Vec<[f64; 2]> {
     all
 }
 
-/// The unknown in which two fitted structures differ most in the first recording, in units of its size: its name, the
-/// largest difference in SI and its unit. `None` if all agree to a hundredth.
+/// The unknown in which two fits differ most in a recording, in units of its size.
 pub(crate) fn largest_disagreement(
     a: &Fitted,
     b: &Fitted,
     recording: &Recording,
     options: &Options,
-) -> Option<(String, f64, Unit)> {
+) -> Option<Apart> {
     let (sa, sb) = (&a.structure.system, &b.structure.system);
     let (ya, _) = run(sa, &a.values, 0, recording, options)?;
     let (yb, _) = run(sb, &b.values, 0, recording, options)?;
-    let mut worst: Option<(f64, (String, f64, Unit))> = None;
-    for (i, unknown) in sa.signature().unknowns.iter().enumerate() {
-        let other = sb.signature().unknowns.iter().position(|other| other.name == unknown.name);
-        let Some(j) = other else { continue };
+    farthest_apart([sa, sb], [&ya, &yb])
+}
+
+/// An unknown in which two courses differ.
+#[derive(Debug, Clone)]
+pub(crate) struct Apart {
+    pub(crate) name: String,
+    /// Largest difference, SI.
+    pub(crate) difference: f64,
+    pub(crate) unit: Unit,
+}
+
+/// Smallest difference, in units of the unknown's size, that is worth a measurement.
+const APART: f64 = 0.01;
+
+/// The unknown in which two courses at the same times differ most, in units of its size.
+pub(crate) fn farthest_apart<S: System>(systems: [&S; 2], [a, b]: [&Solution; 2]) -> Option<Apart> {
+    let [unknowns, others] = systems.map(|system| &system.signature().unknowns);
+    let mut worst: Option<(f64, Apart)> = None;
+    for (i, unknown) in unknowns.iter().enumerate() {
+        let Some(j) = others.iter().position(|other| other.name == unknown.name) else { continue };
         let (mut size, mut difference) = (0.0_f64, 0.0_f64);
-        for k in 0..ya.len().min(yb.len()) {
-            size = size.max(ya.y(k)[i].abs());
-            difference = difference.max((ya.y(k)[i] - yb.y(k)[j]).abs());
+        for k in 0..a.len().min(b.len()) {
+            size = size.max(a.y(k)[i].abs());
+            difference = difference.max((a.y(k)[i] - b.y(k)[j]).abs());
         }
         let share = difference / size;
-        if share > 0.01 && worst.as_ref().is_none_or(|(most, _)| share > *most) {
-            worst = Some((share, (unknown.name.to_string(), difference, unknown.unit.clone())));
+        if share > APART && worst.as_ref().is_none_or(|(most, _)| share > *most) {
+            let (name, unit) = (unknown.name.to_string(), unknown.unit.clone());
+            worst = Some((share, Apart { name, difference, unit }));
         }
     }
-    worst.map(|(_, found)| found)
+    worst.map(|(_, apart)| apart)
 }

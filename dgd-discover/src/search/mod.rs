@@ -32,7 +32,7 @@ mod tried;
 mod verdict;
 mod weights;
 
-pub(crate) use activity::{largest_disagreement, windows};
+pub(crate) use activity::{Apart, farthest_apart, largest_disagreement, windows};
 pub use alternatives::Alternative;
 pub use evidence::Evidence;
 pub(crate) use evidence::p_value_of_the_base;

@@ -1,6 +1,6 @@
 //! A formula that looks like what is missing, in words and for programs.
 
-use dgd_discover::{Guess, Unexplained};
+use dgd_discover::{Discovery, Guess, Unexplained, Verdict};
 use serde_json::{Value, json};
 
 use super::law;
@@ -9,6 +9,11 @@ use crate::output::quantity::rounded;
 
 /// What is said where no formula fits.
 const NONE: &str = "no simple formula of the model’s names fits";
+
+/// Whether formulas were looked for: not beside names or laws.
+pub(super) fn is_told(discovery: &Discovery) -> bool {
+    discovery.verdict == Verdict::Unexplained && discovery.rivals.is_empty()
+}
 
 /// In words, and what it is not. Code is between backticks.
 pub(super) fn words(unexplained: &Unexplained) -> String {

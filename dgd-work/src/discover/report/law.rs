@@ -1,6 +1,6 @@
 //! A law that was found, in words and for programs.
 
-use dgd_discover::{FoundLaw, LawParameter, LawRange, LawTerm, NearForm};
+use dgd_discover::{FoundLaw, LawParameter, LawRange, LawTerm, NearForm, RivalLaw};
 use serde_json::{Map, Value, json};
 
 use super::result_json::tidy;
@@ -8,18 +8,28 @@ use crate::output::quantity::{Quantity, rounded, with_unit};
 
 /// For programs.
 pub(super) fn value(law: &FoundLaw) -> Value {
-    let term = |term: &LawTerm| {
-        json!({
-            "target": term.target,
-            "formula": term.formula,
-            "coefficients": term.coefficients.iter().map(constant).collect::<Vec<_>>(),
-        })
-    };
     let near = |near: &NearForm| json!({ "formula": near.formula, "ratio": tidy(near.ratio) });
     json!({
         "terms": law.terms.iter().map(term).collect::<Vec<_>>(),
         "range": ranges(&law.ranges),
         "near": law.near.iter().map(near).collect::<Vec<_>>(),
+    })
+}
+
+/// The same for one of several laws.
+pub(super) fn rival(law: &RivalLaw) -> Value {
+    json!({
+        "terms": law.terms.iter().map(term).collect::<Vec<_>>(),
+        "left": { "train": tidy(law.left.0), "valid": law.left.1.map(tidy) },
+        "told_apart_by": law.told_apart_by,
+    })
+}
+
+fn term(term: &LawTerm) -> Value {
+    json!({
+        "target": term.target,
+        "formula": term.formula,
+        "coefficients": term.coefficients.iter().map(constant).collect::<Vec<_>>(),
     })
 }
 
@@ -44,21 +54,38 @@ pub(super) fn ranges(ranges: &[LawRange]) -> Map<String, Value> {
 }
 
 /// The terms with their equations; code is between backticks.
-pub(super) fn formula(law: &FoundLaw) -> String {
+pub(super) fn formula(terms: &[LawTerm]) -> String {
     let term = |term: &LawTerm| format!("`{}` in `{}`", term.formula, term.target);
-    law.terms.iter().map(term).collect::<Vec<_>>().join(" and ")
+    terms.iter().map(term).collect::<Vec<_>>().join(" and ")
 }
 
-/// Rows of constants, ranges and near forms.
-pub(super) fn rows(law: &FoundLaw) -> Vec<[String; 2]> {
-    let constants = law.terms.iter().flat_map(|term| &term.coefficients);
-    let constant = |one: &LawParameter| {
+/// Rows of one of several laws.
+pub(super) fn rival_rows(law: &RivalLaw) -> Vec<[String; 2]> {
+    let mut rows = vec![["terms".to_owned(), formula(&law.terms)]];
+    rows.extend(constant_rows(&law.terms));
+    let (training, validation) = law.left;
+    let validation = validation
+        .map_or_else(String::new, |left| format!(", {} on validation data", rounded(left, 2)));
+    let left = format!("{} times the noise variance{validation}", rounded(training, 2));
+    rows.push(["leaves".to_owned(), left]);
+    let test = law.told_apart_by.iter();
+    rows.extend(test.map(|test| ["told apart by".to_owned(), test.clone()]));
+    rows
+}
+
+fn constant_rows(terms: &[LawTerm]) -> Vec<[String; 2]> {
+    let row = |one: &LawParameter| {
         let scale = one.unit.factor;
         let std = one.std.map_or(f64::NAN, |std| std / scale);
         let quantity = Quantity::with(one.value / scale, std);
         [one.name.clone(), with_unit(quantity, &one.unit.symbol)]
     };
-    let mut rows: Vec<[String; 2]> = constants.map(constant).collect();
+    terms.iter().flat_map(|term| &term.coefficients).map(row).collect()
+}
+
+/// Rows of constants, ranges and near forms.
+pub(super) fn rows(law: &FoundLaw) -> Vec<[String; 2]> {
+    let mut rows = constant_rows(&law.terms);
     let range = |range: &LawRange| {
         let [low, high] = [range.low, range.high].map(|x| rounded(x / range.unit.factor, 3));
         with_unit(format!("`{}` between {low} and {high}", range.name), &range.unit.symbol)

@@ -3,9 +3,7 @@
 use std::path::Path;
 
 use askama::Template;
-use dgd_discover::{
-    Condition, Discovery, FoundEffect, ParameterValue, Ranked, RecordingTrace, Verdict,
-};
+use dgd_discover::{Condition, Discovery, FoundEffect, ParameterValue, Ranked, RecordingTrace};
 use dgd_page::{Link, Markup, Origin, Page};
 use dgd_plot::{Figure, Text};
 
@@ -37,6 +35,8 @@ struct Body<'a> {
     effects: Vec<Effect<'a>>,
     /// Constants of a law, the ranges in which it holds and near forms, as markup.
     law: Vec<[String; 2]>,
+    /// The same of each of several laws that explain the recordings alike.
+    rivals: Vec<Vec<[String; 2]>>,
     left_over: Vec<LeftOver<'a>>,
     gap: Vec<[String; 8]>,
     /// Outputs, and when the base model is off there, as markup.
@@ -76,6 +76,8 @@ struct LeftOver<'a> {
     target: &'a str,
     /// As markup.
     description: String,
+    /// How much it leaves, what speaks against it, and what tells it apart, as markup.
+    rows: Vec<[String; 2]>,
     windows: String,
     /// As markup.
     condition: Option<String>,
@@ -125,17 +127,18 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
         law: (discovery.law.iter().flat_map(law::rows))
             .map(|row| row.map(|cell| prose(&cell)))
             .collect(),
+        rivals: (discovery.rivals.iter()).map(|rival| marked_up(law::rival_rows(rival))).collect(),
         left_over: discovery
             .unexplained
             .iter()
             .map(|left| LeftOver {
                 target: &left.target,
                 description: prose(&left.description),
+                rows: marked_up(summary::place_rows(left)),
                 windows: stretches(left.windows.iter().copied()),
                 condition: left.condition.as_ref().map(told_condition),
                 together: together::words(&left.together).map(|words| prose(&words)),
-                guess: (discovery.verdict == Verdict::Unexplained)
-                    .then(|| prose(&guess::words(left))),
+                guess: guess::is_told(discovery).then(|| prose(&guess::words(left))),
             })
             .collect(),
         gap: discovery.gap.iter().map(summary::gap_row).collect(),
@@ -169,6 +172,11 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
         .map_err(|error| WorkError::Found(format!("cannot write the report: {error}")))?;
     page.push(&Markup::trusted(body));
     Ok(page.finish(&origin(subject)))
+}
+
+/// Rows with their values as markup.
+fn marked_up(rows: Vec<[String; 2]>) -> Vec<[String; 2]> {
+    rows.into_iter().map(|[name, value]| [name, prose(&value)]).collect()
 }
 
 fn origin(subject: &Subject<'_>) -> Origin {

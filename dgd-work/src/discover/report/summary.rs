@@ -4,7 +4,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use dgd_discover::{
-    Alternative, Condition, Described, Discovery, FoundEffect, Gap, ParameterValue, Power, Verdict,
+    Alternative, Condition, Described, Discovery, FoundEffect, Gap, ParameterValue, Power,
+    Unexplained, Verdict,
 };
 
 use super::{condition, guess, law, together, verdict};
@@ -52,6 +53,10 @@ fn write_text(
         writeln!(text, "\nlaw")?;
         write_table(text, &law::rows(law), &[])?;
     }
+    for (k, rival) in discovery.rivals.iter().enumerate() {
+        writeln!(text, "\n{}", if k == 0 { "a law" } else { "or" })?;
+        write_table(text, &law::rival_rows(rival), &[])?;
+    }
     for described in &discovery.described {
         writeln!(text, "\nthe recordings look as if there was {}", described.name)?;
         write_table(text, &described_rows(described), &[])?;
@@ -64,15 +69,20 @@ fn write_text(
         writeln!(text, "\nNo place can be named: {reason}.")?;
     }
     for left in &discovery.unexplained {
-        let tie = if left.is_tied { ", about as likely" } else { "" };
+        let tie = match left {
+            Unexplained { is_joint: true, .. } => ", together with the others",
+            Unexplained { is_tied: true, .. } => ", about as likely",
+            _ => "",
+        };
         writeln!(text, "\nwithout a name: {}{tie}", left.target)?;
         let mut rows = vec![["what".to_owned(), left.description.clone()]];
+        rows.extend(place_rows(left));
         if !left.windows.is_empty() {
             rows.push(["when".to_owned(), stretches(left.windows.iter().copied())]);
         }
         rows.extend(left.condition.as_ref().map(goes_with));
         rows.extend(together::words(&left.together).map(|words| ["course".to_owned(), words]));
-        if discovery.verdict == Verdict::Unexplained {
+        if guess::is_told(discovery) {
             rows.push(["guess".to_owned(), guess::words(left)]);
         }
         write_table(text, &rows, &[])?;
@@ -116,6 +126,19 @@ fn write_text(
         writeln!(text, "\nreport: {}", folder.join("report.html").display())?;
     }
     Ok(())
+}
+
+/// How much of a discrepancy a place can take, and what speaks against it.
+pub(super) fn place_rows(unexplained: &Unexplained) -> Vec<[String; 2]> {
+    let mut rows = Vec::new();
+    if let Some(left) = unexplained.left {
+        let left = format!("{} times the noise variance", rounded(left, 2));
+        rows.push(["leaves".to_owned(), left]);
+    }
+    rows.extend(unexplained.objection.iter().map(|why| ["but".to_owned(), why.clone()]));
+    let test = unexplained.told_apart_by.iter();
+    rows.extend(test.map(|test| ["told apart by".to_owned(), test.clone()]));
+    rows
 }
 
 /// What the second deviation of a value is.

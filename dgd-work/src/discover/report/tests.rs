@@ -242,6 +242,7 @@ fn discovery() -> Discovery {
             },
         }],
         law: None,
+        rivals: Vec::new(),
         plain: None,
         described: Vec::new(),
         unexplained: Vec::new(),
@@ -278,6 +279,10 @@ fn left_over() -> Discovery {
         unexplained: vec![Unexplained {
             target: "riser".to_owned(),
             is_tied: false,
+            is_joint: false,
+            left: Some(1.37),
+            objection: None,
+            told_apart_by: None,
             gain: 1234.5,
             windows: vec![[210.0, 395.0]],
             condition: Some(Condition {
@@ -583,6 +588,7 @@ fn a_discovery_with_nothing_in_it_is_written_too() {
         not_tried: Vec::new(),
         effects: Vec::new(),
         law: None,
+        rivals: Vec::new(),
         plain: None,
         described: Vec::new(),
         unexplained: Vec::new(),

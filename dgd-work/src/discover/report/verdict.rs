@@ -1,6 +1,8 @@
 //! What was found, in a sentence.
 
-use dgd_discover::{Discovery, FoundEffect, Unexplained, Verdict};
+use std::collections::BTreeSet;
+
+use dgd_discover::{Discovery, FoundEffect, RivalLaw, Verdict};
 
 use super::{law, plain};
 
@@ -21,24 +23,44 @@ pub(super) fn sentence(discovery: &Discovery) -> String {
         return plain::sentence(causes);
     }
     if let Some(law) = &discovery.law {
-        return format!("Missing from the model: {}.", law::formula(law));
+        return format!("Missing from the model: {}.", law::formula(&law.terms));
     }
-    let ties = discovery.unexplained.iter().enumerate().filter(|(k, one)| *k == 0 || one.is_tied);
-    let targets: Vec<&str> = ties.map(|(_, one)| target(one)).collect();
-    match (found, targets.is_empty()) {
+    let places = places(discovery);
+    match (found, places.is_empty()) {
         (None, true) if discovery.verdict == Verdict::Unexplained => {
             "Something is missing that no known effect explains, and the recordings do not show where.".to_owned()
         }
         (None, true) => "The model explains the data: no effect is missing.".to_owned(),
-        (None, false) => format!(
-            "Something is missing in {} that no known effect explains.",
-            targets.join(" or ")
-        ),
+        (None, false) => format!("Something is missing in {places} that no known effect explains."),
         (Some(found), true) => found,
-        (Some(found), false) => {
-            format!("{found} Something without a name is left in {}.", targets.join(" or "))
-        }
+        (Some(found), false) => format!("{found} Something without a name is left in {places}."),
     }
+}
+
+/// The places where something without a name is missing: those of rival laws, those that lack something together, or
+/// the best one with those that are about as likely.
+fn places(discovery: &Discovery) -> String {
+    if !discovery.rivals.is_empty() {
+        let targets = |law: &RivalLaw| {
+            let all: BTreeSet<&str> = law.terms.iter().map(|term| term.target.as_str()).collect();
+            all.into_iter().collect::<Vec<_>>().join(" and ")
+        };
+        let mut all: Vec<String> = Vec::new();
+        for one in discovery.rivals.iter().map(targets) {
+            if !all.contains(&one) {
+                all.push(one);
+            }
+        }
+        return all.join(" or ");
+    }
+    let told = &discovery.unexplained;
+    let is_joint = told.first().is_some_and(|first| first.is_joint);
+    let chosen = told
+        .iter()
+        .enumerate()
+        .filter(|(k, one)| *k == 0 || if is_joint { one.is_joint } else { one.is_tied });
+    let targets: Vec<&str> = chosen.map(|(_, one)| one.target.as_str()).collect();
+    targets.join(if is_joint { " and " } else { " or " })
 }
 
 /// What to do next, in a sentence.
@@ -55,6 +77,11 @@ pub(super) fn next(discovery: &Discovery) -> String {
         (Verdict::Effects, None) | (Verdict::Law | Verdict::Plain, _) => {
             "Check the corrected model on a recording that it has not seen, then use it in the place of the old one."
                 .to_owned()
+        }
+        (Verdict::Unexplained, _) if !discovery.rivals.is_empty() => {
+            let test = discovery.rivals.iter().find_map(|law| law.told_apart_by.as_ref());
+            let test = test.map_or("a test with other inputs", String::as_str);
+            format!("Each of the laws below explains the recordings. To tell them apart, take {test}.")
         }
         (Verdict::Unexplained, _) => match discovery.unexplained.first() {
             None => "Record more, with inputs that move, or measure another quantity.".to_owned(),
@@ -89,8 +116,4 @@ pub(super) fn place(effect: &FoundEffect) -> String {
         Some(form) => format!("{what} {}, as {form}", effect.target),
         None => format!("{what} {}", effect.target),
     }
-}
-
-fn target(unexplained: &Unexplained) -> &str {
-    &unexplained.target
 }

@@ -1,0 +1,138 @@
+//! How much of a discrepancy a place can take, and whether what it would have to do is plausible.
+//!
+//! A free input at one place follows nearly any readings, so a likelihood alone ranks a sensor that is off by more than
+//! it ever reads among the best.
+
+use dgd_compiler::model::Model;
+use dgd_runtime::{Problem, Side, Solution, observe, simulate};
+
+use super::missing::{Found, PlaceTrace, Places};
+use super::missing_terms::{Place, PlaceKind};
+use super::thinned::Thinned;
+
+/// Standard deviations by which a value has to be beyond a limit.
+const BEYOND: f64 = 2.0;
+
+/// Why a place is hardly what is missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Objection {
+    /// A parameter would change its sign.
+    Sign,
+    /// A parameter would leave its bounds.
+    Bounds,
+    /// The error of a sensor or of an input would vary more than its readings.
+    Size,
+}
+
+impl Places<'_> {
+    /// Mean square of the residuals relative to the noise in simulations of the training recordings with the estimates
+    /// at a place, and the unknowns along the first of them. An output that is farther off than its mean counts as that.
+    pub(super) fn left_with(&self, found: &Found, p: &[f64]) -> (f64, Option<Solution>) {
+        let (mut sum, mut count, mut first) = (0.0, 0, None);
+        for (thinned, estimated) in self.train.iter().zip(&found.train) {
+            let simulated = self.inputs(thinned, found.place, &estimated.piece.d).and_then(|u| {
+                let start = &estimated.piece.start;
+                let problem = Problem { system: self.system(), p, inputs: &u, start };
+                let solution = simulate(&problem, &thinned.times, &self.data.options).ok()?;
+                Some((thinned.residuals(&observe(&problem, &solution)), solution))
+            });
+            let (residuals, solution) = simulated.unzip();
+            if first.is_none() {
+                first = Some(solution);
+            }
+            let readings = thinned.readings();
+            let n_w = self.data.noise.len();
+            for (output, noise) in self.data.noise.iter().enumerate() {
+                let Some(noise) = noise.as_ref().filter(|noise| noise.total() > 0.0) else {
+                    continue;
+                };
+                let own = |all: &[f64]| -> Vec<f64> {
+                    let own = all.iter().skip(output).step_by(n_w).copied();
+                    own.filter(|x| x.is_finite()).collect()
+                };
+                let read = own(&readings);
+                let at_most = spread(&read).powi(2) * read.len() as f64;
+                let left = residuals.as_ref().map_or(f64::INFINITY, |residuals| {
+                    own(residuals).iter().map(|x| x * x).sum::<f64>()
+                });
+                sum += left.min(at_most) / noise.total().powi(2);
+                count += read.len();
+            }
+        }
+        (sum / count.max(1) as f64, first.flatten())
+    }
+}
+
+/// Why a place with these traces is hardly what is missing. `base` is the value of a parameter in the base model.
+pub(super) fn objection(
+    place: &Place,
+    model: &Model,
+    recordings: &[Thinned<'_>],
+    base: f64,
+    traces: &[PlaceTrace],
+) -> Option<Objection> {
+    let changes = || traces.iter().flat_map(|trace| trace.d.iter().zip(&trace.std));
+    match place.kind {
+        PlaceKind::Equation => None,
+        PlaceKind::Parameter => {
+            let own = model.parameters.iter().find(|p| p.declared.name == place.name)?;
+            let mut values = changes().map(|(d, std)| (base + d, BEYOND * std));
+            if values.clone().any(|(x, beyond)| x < own.lower - beyond || x > own.upper + beyond) {
+                return Some(Objection::Bounds);
+            }
+            values.any(|(x, beyond)| x * base < 0.0 && x.abs() > beyond).then_some(Objection::Sign)
+        }
+        PlaceKind::Input => {
+            let position = model.inputs.iter().position(|i| i.declared.name == place.name)?;
+            let values = recordings.iter().flat_map(|thinned| {
+                let inputs = &thinned.recording.inputs;
+                let mut u = vec![0.0; inputs.len()];
+                thinned.times.iter().map(move |t| {
+                    inputs.value(*t, Side::Right, &mut u);
+                    u.get(position).copied().unwrap_or(f64::NAN)
+                })
+            });
+            is_beyond(changes().map(|(d, _)| *d), &values.collect::<Vec<f64>>())
+        }
+        PlaceKind::Output => {
+            let position = model.outputs.iter().position(|o| o.declared.name == place.name)?;
+            let read = recordings.iter().flat_map(|thinned| {
+                let readings = thinned.readings();
+                readings.into_iter().skip(position).step_by(model.outputs.len())
+            });
+            is_beyond(changes().map(|(d, _)| *d), &read.collect::<Vec<f64>>())
+        }
+    }
+}
+
+/// Whether errors vary more than what was recorded. What never moved says nothing, and an offset is no size.
+fn is_beyond(errors: impl Iterator<Item = f64>, recorded: &[f64]) -> Option<Objection> {
+    let finite = |all: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
+        all.filter(|x| x.is_finite()).collect()
+    };
+    let [errors, recorded] =
+        [finite(&mut { errors }), finite(&mut recorded.iter().copied())].map(|all| spread(&all));
+    (recorded > 0.0 && errors > recorded).then_some(Objection::Size)
+}
+
+/// Standard deviation about the mean.
+fn spread(all: &[f64]) -> f64 {
+    let n = all.len().max(1) as f64;
+    let mean = all.iter().sum::<f64>() / n;
+    (all.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_offset_is_plausible_and_an_error_that_varies_more_than_the_readings_is_not() {
+        let read = [1.0, 2.0, 1.0, 2.0];
+        assert_eq!(is_beyond([60.0; 4].into_iter(), &read), None);
+        let errors = [60.0, -60.0, 60.0, -60.0];
+        assert_eq!(is_beyond(errors.into_iter(), &read), Some(Objection::Size));
+        // What never moved shows nothing.
+        assert_eq!(is_beyond(errors.into_iter(), &[1.0; 4]), None);
+    }
+}

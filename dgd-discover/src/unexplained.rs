@@ -1,0 +1,232 @@
+//! Where something without a name is missing: places in the order in which to look at them.
+//!
+//! ```text
+//!   targets of rival laws ─► equations that lack something together ─► the likeliest plausible place
+//!     ─► a sensor that one output cannot tell from the plant ─► places that are hardly what is missing
+//! ```
+//!
+//! A place with a formula comes before more likely ones if the formula leaves far less: it was compared with other
+//! recordings, whereas a free input only follows readings.
+
+use crate::conditions::Circumstances;
+use crate::guess::{Followed, Guess, Guessing};
+use crate::law::Inserted;
+use crate::missing_input::{self, FoundPlace, Missing, Objection, PlaceKind, TIE};
+use crate::report::{Unexplained, unexplained};
+use crate::search::farthest_apart;
+
+/// Number of places reported.
+const TOLD: usize = 5;
+/// Number of places at which a formula is looked for, besides those that are about as likely as the first.
+const GUESSED: usize = 3;
+/// Largest mean square relative to the noise with which one place explains the recordings: that which a structure with
+/// fewer effects may leave.
+const EXPLAINED: f64 = 2.25;
+
+/// The data of the ranking.
+pub(crate) struct WithoutName<'a> {
+    pub(crate) guessing: &'a Guessing<'a>,
+    pub(crate) circumstances: &'a Circumstances,
+    pub(crate) missing: &'a Missing,
+    /// Equations that lack something together, in a smoother with a free input in each.
+    pub(crate) lacking: &'a [String],
+    /// Laws in different equations that explain the recordings alike.
+    pub(crate) rivals: &'a [Inserted],
+}
+
+/// The class of a place; less comes first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Class {
+    /// A law there explains the recordings, and so does one elsewhere.
+    Rival,
+    /// It lacks something together with other equations.
+    Joint,
+    Plausible,
+    /// A sensor, where another output would have to tell it from the plant.
+    OnlySensor,
+    Implausible,
+}
+
+impl WithoutName<'_> {
+    /// The places, each with the condition that coincides with it and the quantities that correlate with it, and a
+    /// formula at the best place that has one.
+    pub(crate) fn places(&self) -> Vec<Unexplained> {
+        let WithoutName { guessing, circumstances, missing, .. } = self;
+        let mut order: Vec<(Class, &FoundPlace)> =
+            missing.ranked.iter().map(|found| (self.class(found), found)).collect();
+        // Stable: within a class, the likeliest first.
+        order.sort_by_key(|(class, _)| *class);
+        order.truncate(TOLD);
+        let Some(&(first, most)) = order.first() else { return Vec::new() };
+        let followed = |found: &FoundPlace| {
+            let terms = missing.terms.as_ref().filter(|_| !guessing.data.is_over())?;
+            guessing.followed(terms, found)
+        };
+        let is_tied = |rank: usize, class: Class, found: &FoundPlace| match class {
+            _ if rank == 0 => false,
+            Class::Rival | Class::Joint => true,
+            Class::Implausible => false,
+            Class::Plausible | Class::OnlySensor => {
+                first >= Class::Plausible && most.missing.gain - found.missing.gain < TIE
+            }
+        };
+        let told = || order.iter().enumerate();
+        let traced: Vec<Option<Followed<'_>>> = told().map(|(_, (_, one))| followed(one)).collect();
+        let is_looked_at = |rank: usize, class: Class, found: &FoundPlace| {
+            // Laws are better than guesses.
+            self.rivals.is_empty()
+                && traced[rank].is_some()
+                && (rank < GUESSED || is_tied(rank, class, found))
+        };
+        let looked_at: Vec<&Followed<'_>> = told()
+            .filter(|(rank, (class, found))| is_looked_at(*rank, *class, found))
+            .filter_map(|(rank, _)| traced[rank].as_ref())
+            .collect();
+        let mut guesses = guessing.guesses(&looked_at).into_iter();
+        let mut all: Vec<(Class, Unexplained)> = told()
+            .map(|(rank, &(class, found))| {
+                let condition = circumstances.condition(&missing_input::windows(found));
+                let followed = traced[rank].as_ref();
+                let is_tied = is_tied(rank, class, found);
+                let guess = if is_looked_at(rank, class, found) {
+                    guesses.next().flatten()
+                } else {
+                    followed.and_then(|followed| self.of_law(found, followed))
+                };
+                let told = Unexplained {
+                    together: followed.map_or_else(Vec::new, Followed::together),
+                    guess,
+                    is_joint: class == Class::Joint,
+                    left: Some(found.left),
+                    objection: self.objection(found),
+                    told_apart_by: self.told_apart_by(most, class, found).filter(|_| is_tied),
+                    ..unexplained(&found.missing, condition, is_tied)
+                };
+                (class, told)
+            })
+            .collect();
+        let follows = missing.ranked.first().is_some_and(FoundPlace::is_followed);
+        lift(&mut all, follows);
+        all.into_iter().map(|(_, one)| one).collect()
+    }
+
+    /// The formula of a rival law that changes nothing but a place.
+    fn of_law(&self, found: &FoundPlace, followed: &Followed<'_>) -> Option<Guess> {
+        let own = |law: &Inserted| law.all_in(&found.missing.place);
+        let terms = self.rivals.iter().find_map(own)?;
+        self.guessing.of_law(followed, &terms)
+    }
+
+    fn class(&self, found: &FoundPlace) -> Class {
+        let place = &found.missing.place;
+        let is_equation = place.kind == PlaceKind::Equation;
+        let of_rival = |law: &Inserted| law.targets().contains(place.name.as_str());
+        if self.rivals.iter().any(of_rival) {
+            Class::Rival
+        } else if is_equation && self.lacks_together() && self.lacking.contains(&place.name) {
+            Class::Joint
+        } else if found.objection.is_some() {
+            Class::Implausible
+        } else if place.kind == PlaceKind::Output && self.outputs() == 1 && self.equation_explains()
+        {
+            Class::OnlySensor
+        } else {
+            Class::Plausible
+        }
+    }
+
+    /// Number of outputs that are read.
+    fn outputs(&self) -> usize {
+        self.guessing.data.noise.iter().flatten().count()
+    }
+
+    /// Whether several equations lack something, the readings determine what, and no single place explains them.
+    fn lacks_together(&self) -> bool {
+        let explains = |found: &FoundPlace| found.objection.is_none() && found.left < EXPLAINED;
+        (2..=self.outputs()).contains(&self.lacking.len())
+            && !self.missing.ranked.iter().any(explains)
+    }
+
+    /// Whether a missing term of one equation explains the recordings as well as a sensor does.
+    fn equation_explains(&self) -> bool {
+        let left = |kind: PlaceKind| {
+            let own = self.missing.ranked.iter().filter(|found| found.missing.place.kind == kind);
+            own.map(|found| found.left).fold(f64::INFINITY, f64::min)
+        };
+        !is_clearly_less(left(PlaceKind::Output), left(PlaceKind::Equation))
+    }
+
+    fn objection(&self, found: &FoundPlace) -> Option<String> {
+        let name = &found.missing.place.name;
+        Some(match found.objection? {
+            Objection::Sign => format!("`{name}` would change its sign"),
+            Objection::Bounds => format!("`{name}` would leave its bounds"),
+            Objection::Size => format!("`{name}` would be off by more than its readings vary"),
+        })
+    }
+
+    /// The measurement that separates a place from the first one.
+    fn told_apart_by(
+        &self,
+        first: &FoundPlace,
+        class: Class,
+        other: &FoundPlace,
+    ) -> Option<String> {
+        if class == Class::Joint {
+            return None;
+        }
+        let sensor =
+            [first, other].into_iter().find(|one| one.missing.place.kind == PlaceKind::Output);
+        if let Some(sensor) = sensor {
+            let name = &sensor.missing.place.name;
+            return Some(format!("a second sensor of `{name}`"));
+        }
+        let system = self.missing.terms.as_ref()?.system();
+        let both = first.course.as_ref().zip(other.course.as_ref());
+        let apart = both.and_then(|(a, b)| farthest_apart([system, system], [a, b]));
+        Some(apart.map_or_else(
+            || "a test with other inputs".to_owned(),
+            |apart| format!("a measurement of `{}`", apart.name),
+        ))
+    }
+}
+
+/// Moves a place to the front whose formula, or whose course, leaves much less than that of the first.
+fn lift(all: &mut Vec<(Class, Unexplained)>, follows: bool) {
+    let Some(&(first, _)) = all.first() else { return };
+    if first < Class::Plausible {
+        return;
+    }
+    let to_front = |all: &mut Vec<(Class, Unexplained)>, best: usize| {
+        let moved = all.remove(best);
+        all.insert(0, moved);
+    };
+    let best_by = |all: &[(Class, Unexplained)], left: &dyn Fn(&Unexplained) -> f64| {
+        let own = |k: &usize| all[*k].0 < Class::Implausible;
+        let best =
+            (0..all.len()).filter(own).min_by(|a, b| left(&all[*a].1).total_cmp(&left(&all[*b].1)));
+        best.filter(|best| *best > 0 && is_clearly_less(left(&all[*best].1), left(&all[0].1)))
+    };
+    // A formula has been tested on other recordings, whereas a trace only follows readings.
+    let of_formula = |one: &Unexplained| one.guess.as_ref().map_or(f64::INFINITY, |g| g.left_after);
+    if let Some(best) = best_by(all, &of_formula) {
+        return to_front(all, best);
+    }
+    // Along filters, whose noise absorbs part of what is missing at each place, likelihoods distinguish places less
+    // well than how closely a trace follows a curve over a quantity of the model; and not at all where they are tied.
+    let beside = |one: &Unexplained| one.together.first().map_or(1.0, |closest| 1.0 - closest.r2);
+    if let Some(best) = best_by(all, &beside)
+        && (follows || all[best].1.is_tied)
+    {
+        to_front(all, best);
+        for (_, one) in all.iter_mut() {
+            one.is_tied = false;
+            one.told_apart_by = None;
+        }
+    }
+}
+
+/// Whether a formula or a curve at another place leaves so much less that the place comes before the most likely one.
+fn is_clearly_less(left: f64, of_first: f64) -> bool {
+    left < 0.5 * of_first
+}
