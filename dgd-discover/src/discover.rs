@@ -17,7 +17,7 @@ use dgd_identify::journal::Digest;
 use dgd_runtime::Options;
 use dgd_runtime::parallel::in_parallel;
 
-use crate::conditions::Circumstances;
+use crate::conditions::{Circumstances, Regime};
 use crate::fit::{
     Budget, Data, Fitted, Methods, NoFit, WorkJournal, methods_for_ranking, most_steps,
     noise_levels, options_for_ranking, period, ranges, stepping_alike,
@@ -33,8 +33,8 @@ use crate::noise::{noise_of, readings, without_lonely, without_spikes};
 use crate::plain::{self, Causes, Plain};
 use crate::report::{
     Discovery, Found, FoundEffect, ModelSpread, Ranked, Unexplained, corrected, described,
-    found_law, gap, given_up, left_over, not_tried, parameters, plain_causes, power, ranking_of,
-    reason, reason_of_law, rival_laws, screened, traces,
+    found_law, found_regime, gap, given_up, left_over, not_tried, parameters, plain_causes, power,
+    ranking_of, reason, reason_of_law, rival_laws, screened, traces,
 };
 use crate::request::{DiscoverError, Request};
 use crate::search::{
@@ -195,6 +195,8 @@ struct Explained {
     missing: Missing,
     effects: Vec<FoundEffect>,
     unexplained: Vec<Unexplained>,
+    /// A base model that explains the recordings except while a condition holds.
+    regime: Option<Regime>,
 }
 
 /// Fits the base model, and lists the candidates.
@@ -430,7 +432,13 @@ fn explain(prepared: &Prepared<'_>, searched: &Searched<'_>, refined: &Refined<'
             WithoutName { guessing, circumstances, missing: &missing, lacking, rivals }.places()
         }
     };
-    Explained { circumstances, missing, effects, unexplained }
+    let is_open = matches!(outcome, Outcome::Most(_) | Outcome::Unexplained);
+    let condition = unexplained.first().filter(|_| is_open && !data.is_over());
+    let regime = condition.and_then(|first| first.condition.as_ref()).and_then(|condition| {
+        let explained = search.thresholds.explained;
+        Regime::of(condition, &circumstances, before, data, explained)
+    });
+    Explained { circumstances, missing, effects, unexplained, regime }
 }
 
 /// Assembles the result.
@@ -457,7 +465,7 @@ fn report(
         valid: (data_after.valid, request.valid.1),
         ..**request
     };
-    let Explained { circumstances, missing, effects, unexplained } = explained;
+    let Explained { circumstances, missing, effects, unexplained, regime } = explained;
     let [of_library, of_templates] = not_tried(search, screens, verdict);
     let left_out: Vec<_> = prepared.left_out.iter().cloned().chain(of_library).collect();
     let sources = law.as_ref().map_or(request.sources, |law| &law.inserted.sources);
@@ -480,6 +488,7 @@ fn report(
         p_value: searched.p_value,
         effects,
         law: law.as_ref().map(|law| found_law(law, &after)),
+        regime: regime.map(found_regime),
         rivals: rival_laws(&searched.rivals, &data),
         plain: plain.as_ref().map(|causes| plain_causes(causes, &after)),
         described: outcome.described().map_or_else(Vec::new, |one| described(search, one)),

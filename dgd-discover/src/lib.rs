@@ -46,9 +46,9 @@ pub use noise::{
     effective_sample_size, whiteness,
 };
 pub use report::{
-    Described, Discovery, FoundEffect, FoundLaw, Gap, NearForm, OutputTrace, ParameterValue,
-    PlainCause, PlainCauses, PlainKind, Power, Ranked, RecordingTrace, RivalLaw, Screened,
-    Unexplained,
+    Described, Discovery, FoundEffect, FoundLaw, FoundRegime, Gap, NearForm, OutputTrace,
+    ParameterValue, PlainCause, PlainCauses, PlainKind, Power, Ranked, RecordingTrace, RivalLaw,
+    Screened, Unexplained,
 };
 pub use request::{DiscoverError, Request};
 pub use search::{Alternative, Evidence, Verdict};

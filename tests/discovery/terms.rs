@@ -308,3 +308,41 @@ output x noise 0.01
     let sensor = &found.unexplained[1];
     assert_eq!(sensor.told_apart_by.as_deref(), Some("a second sensor of `x`"));
 }
+
+#[test]
+fn a_model_that_holds_except_in_a_regime_is_fitted_outside_it() {
+    // While s is above 0.5, a coordinate of Lorenz' system acts that no name follows.
+    let plant = Plant {
+        rates: |x| {
+            let (s, u, v, w) = (x[1], x[3], x[4], x[5]);
+            let extra = if s > 0.5 { 0.06 * u } else { 0.0 };
+            let lorenz = [10.0 * (v - u), u * (28.0 - w) - v, u * v - 8.0 / 3.0 * w];
+            let [a, b, c] = lorenz;
+            vec![-0.8 * x[0] + s + extra, x[2], -s, a, b, c]
+        },
+        seen: &[("x", 0), ("s", 1)],
+        samples: 401,
+        until: 40.0,
+        noise: 0.01,
+        unit: 1.0,
+    };
+    let model = "model driven
+input s [1] linear
+parameter k [1/s] = 0.7 in 0.1 .. 10, log
+state x [1] = 1
+equation a: der(x) = -k*x + 1 [1/s]*s
+output x noise 0.01
+";
+    let lorenz = [[1.0, 1.0, 20.0], [-5.0, -4.0, 22.0], [7.0, 3.0, 30.0]];
+    let starts = [[1.0, 0.0, 1.0], [0.2, 0.5, -0.8], [0.6, -0.7, 0.7]];
+    let all: Vec<Vec<f64>> =
+        starts.iter().zip(lorenz).map(|(start, own)| [&start[..], &own[..]].concat()).collect();
+    let found = plant.found(model, [&all[0], &all[1], &all[2]]);
+    assert_eq!(found.verdict, Verdict::Unexplained, "{}", found.reason);
+    let regime = found.regime.as_ref().expect("a regime");
+    assert_eq!(regime.condition.quantity, "s");
+    assert!((regime.condition.threshold.expect("a level") - 0.5).abs() < 0.1, "{regime:?}");
+    assert!(regime.outside < 1.1 && regime.inside > 3.0, "{regime:?}");
+    let k = &regime.parameters[0];
+    assert!((k.value - 0.8).abs() < 4.0 * k.std.expect("a std"), "{k:?}");
+}

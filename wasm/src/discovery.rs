@@ -128,6 +128,10 @@ fn add(discovery: &Discovery, lines: &mut Lines) {
         lines.numbers("inclusion", [evidence.inclusion]);
         add_parameters("brought", &effect.parameters, lines);
     }
+    for rival in &discovery.rivals {
+        let targets: Vec<&str> = rival.terms.iter().map(|term| &*term.target).collect();
+        lines.text("rival", &targets.join(" + "));
+    }
     for unexplained in &discovery.unexplained {
         lines.text("unexplained", &unexplained.target);
         lines.numbers("unexplained in", unexplained.windows.iter().flatten().copied());

@@ -3,7 +3,7 @@
 use dgd_identify::Recording;
 use dgd_runtime::{Problem, Side, Solution, System, Unit, simulate};
 
-use super::condition::{Condition, condition};
+use super::condition::{Condition, condition, holds};
 use super::known::{KnownKind, KnownQuantity};
 use crate::fit::{Data, Fitted};
 use crate::library::is_weight;
@@ -28,6 +28,12 @@ impl Circumstances {
     /// The condition that coincides with windows of each recording.
     pub(crate) fn condition(&self, windows: &[Vec<[f64; 2]>]) -> Option<Condition> {
         condition(&self.times, windows, &self.known)
+    }
+
+    /// Whether a condition holds at each sample of each recording.
+    pub(super) fn holds(&self, condition: &Condition) -> Option<Vec<Vec<bool>>> {
+        let known = self.known.iter().find(|known| known.name == condition.quantity)?;
+        holds(&self.times, condition, known)
     }
 }
 

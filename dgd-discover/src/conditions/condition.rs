@@ -32,7 +32,7 @@ use rand_pcg::rand_core::Rng;
 
 use super::comparison::{Comparison, Split, comparisons};
 use super::grid::Grid;
-use super::known::KnownQuantity;
+use super::known::{KnownKind, KnownQuantity};
 
 /// A condition that holds in the windows and rarely outside them.
 #[derive(Debug, Clone, PartialEq)]
@@ -158,6 +158,35 @@ pub fn condition(
         p_value,
         shifts: SHIFTS,
     })
+}
+
+/// Whether a condition on a quantity holds at each sample of each recording.
+pub(super) fn holds(
+    times: &[Vec<f64>],
+    condition: &Condition,
+    known: &KnownQuantity,
+) -> Option<Vec<Vec<bool>>> {
+    let grid = Grid::new(times)?;
+    let values = grid.gathered(known);
+    let values = match condition.over {
+        Some(over) => grid.slopes(&values, (over / grid.width).round() as usize),
+        None => values,
+    };
+    let threshold = condition.threshold.unwrap_or(f64::NAN);
+    let holds = |cell: &usize| {
+        let x = values[*cell];
+        match (&condition.kind, &known.kind) {
+            (ConditionKind::Above | ConditionKind::Rising, _) => x > threshold,
+            (ConditionKind::Below, _) => x < threshold,
+            (ConditionKind::Falling, _) => x < -threshold,
+            (ConditionKind::Changing, _) => x.abs() > threshold,
+            (ConditionKind::Mode(name), KnownKind::Mode(modes)) => {
+                modes.iter().position(|mode| mode == name).is_some_and(|m| x.round() == m as f64)
+            }
+            (ConditionKind::Mode(_), _) => false,
+        }
+    };
+    Some(grid.cell_of.iter().map(|cells| cells.iter().map(holds).collect()).collect())
 }
 
 /// How often the best of all comparisons does as well with shifted windows; `None` if too often.

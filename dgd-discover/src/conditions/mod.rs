@@ -9,7 +9,9 @@ mod comparison;
 mod condition;
 mod grid;
 mod known;
+mod regime;
 
 pub(crate) use circumstances::Circumstances;
 pub use condition::{Condition, ConditionKind, condition};
 pub use known::{KnownKind, KnownQuantity};
+pub(crate) use regime::Regime;

@@ -40,6 +40,8 @@ pub struct Discovery {
     pub law: Option<FoundLaw>,
     /// Laws in different equations that explain the recordings alike, with the verdict [`Verdict::Unexplained`].
     pub rivals: Vec<RivalLaw>,
+    /// The condition outside which the base model explains the recordings, with the verdict [`Verdict::Unexplained`].
+    pub regime: Option<FoundRegime>,
     /// Wrong numbers of the model's text and faults of the recordings, with the verdict [`Verdict::Plain`].
     pub plain: Option<PlainCauses>,
     /// Effects that resemble the discrepancy but did not pass the tests.
@@ -126,6 +128,19 @@ pub struct NearForm {
     pub formula: String,
     /// Its root-mean-square residual relative to that of the law.
     pub ratio: f64,
+}
+
+/// A base model that explains the recordings except while a condition holds.
+#[derive(Debug, Clone)]
+pub struct FoundRegime {
+    /// The condition.
+    pub condition: Condition,
+    /// Mean square of the residuals relative to the noise where it does not hold, of the output that stands out most …
+    pub outside: f64,
+    /// … and where it holds, with the same parameters.
+    pub inside: f64,
+    /// Parameters of the base model from where it does not hold.
+    pub parameters: Vec<ParameterValue>,
 }
 
 /// A law that explains the recordings, as another one in other equations does.

@@ -13,6 +13,7 @@ mod model_spread;
 mod plain;
 mod power;
 mod reason;
+mod regime;
 
 pub(crate) use account::{
     gap, given_up, left_over, not_tried, ranking_of, screened, traces, unexplained,
@@ -20,8 +21,9 @@ pub(crate) use account::{
 pub(crate) use corrected::corrected;
 pub(crate) use described::described;
 pub use discovery::{
-    Described, Discovery, FoundEffect, FoundLaw, Gap, NearForm, OutputTrace, ParameterValue,
-    PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace, RivalLaw, Screened, Unexplained,
+    Described, Discovery, FoundEffect, FoundLaw, FoundRegime, Gap, NearForm, OutputTrace,
+    ParameterValue, PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace, RivalLaw, Screened,
+    Unexplained,
 };
 pub(crate) use found::{Found, parameters};
 pub(crate) use law::{found_law, rival_laws};
@@ -30,3 +32,4 @@ pub(crate) use plain::plain_causes;
 pub use power::Power;
 pub(crate) use power::power;
 pub(crate) use reason::{reason, reason_of_law};
+pub(crate) use regime::found_regime;

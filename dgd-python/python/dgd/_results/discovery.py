@@ -46,6 +46,8 @@ class Discovery(Findings):
         #: Wrong numbers of the model's text and faults of the recordings, with the verdict ``"plain"``: the cause, then
         #: its twins, each with its ``kind``, ``name``, ``declared``, ``value``, ``std`` and ``unit``.
         self.plain: list[dict[str, Any]] = (self.result["plain"] or {}).get("causes", [])
+        #: Laws in different equations that explain the recordings alike: ``terms``, ``left`` and ``told_apart_by``.
+        self.rivals: list[dict[str, Any]] = self.result["rivals"]
         #: What no known effect explains: ``target``, ``windows`` and a ``description`` of each.
         self.unexplained: list[dict[str, Any]] = self.result["unexplained"]
         #: For each output its ``unit``, ``noise``, and root-mean-square errors before and after.

@@ -1,6 +1,6 @@
 //! The condition that coincides with windows, in words and for programs.
 
-use dgd_discover::{Condition, ConditionKind};
+use dgd_discover::{Condition, ConditionKind, FoundRegime};
 use dgd_runtime::Unit;
 use serde_json::{Value, json};
 
@@ -13,7 +13,31 @@ const DIGITS: i32 = 3;
 /// In words: ``while `q` falls by more than 1.9 lpm per second, taken over 40 s: 94 % of the windows, 3 %
 /// of the rest``. Names are between backticks.
 pub(super) fn words(condition: &Condition) -> String {
-    let Condition { quantity, kind, share_inside, share_outside, p_value, shifts, .. } = condition;
+    let Condition { share_inside, share_outside, p_value, shifts, .. } = condition;
+    format!(
+        "{}: {} of the windows, {} of the rest ({})",
+        holds(condition),
+        percent(*share_inside),
+        percent(*share_outside),
+        probability(*p_value, *shifts)
+    )
+}
+
+/// The condition outside which the base model holds, as a sentence.
+pub(super) fn regime(regime: &FoundRegime) -> String {
+    let FoundRegime { condition, outside, inside, .. } = regime;
+    format!(
+        "Except {}, the model explains the recordings: it leaves {} times the noise variance there, and {} times while \
+         the condition holds.",
+        holds(condition),
+        rounded(*outside, 2),
+        rounded(*inside, 2),
+    )
+}
+
+/// ``while `q` falls by more than 1.9 lpm per second, taken over 40 s``.
+fn holds(condition: &Condition) -> String {
+    let Condition { quantity, kind, .. } = condition;
     let holds = match kind {
         ConditionKind::Above => format!("is above {}", level(condition)),
         ConditionKind::Below => format!("is below {}", level(condition)),
@@ -22,12 +46,7 @@ pub(super) fn words(condition: &Condition) -> String {
         ConditionKind::Changing => format!("changes by more than {}", slope(condition)),
         ConditionKind::Mode(mode) => format!("is in the mode `{mode}`"),
     };
-    format!(
-        "while `{quantity}` {holds}: {} of the windows, {} of the rest ({})",
-        percent(*share_inside),
-        percent(*share_outside),
-        probability(*p_value, *shifts)
-    )
+    format!("while `{quantity}` {holds}")
 }
 
 /// For programs; `null` where there is none.

@@ -30,6 +30,8 @@ struct Body<'a> {
     sentence: String,
     /// The next step, as markup.
     next: String,
+    /// The condition outside which the model holds, as markup.
+    regime: Option<String>,
     /// Effects that the recordings look like: names, and what there is to say.
     described: Vec<(String, String)>,
     effects: Vec<Effect<'a>>,
@@ -116,6 +118,7 @@ pub(super) fn write(subject: &Subject<'_>, patch: &str) -> Result<String, WorkEr
         verdict: discovery.verdict.word(),
         sentence: prose(&verdict::sentence(discovery)),
         next: prose(&verdict::next(discovery)),
+        regime: discovery.regime.as_ref().map(|regime| prose(&condition::regime(regime))),
         described: (discovery.described.iter())
             .map(|one| {
                 let rows = summary::described_rows(one);

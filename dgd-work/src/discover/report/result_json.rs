@@ -4,8 +4,8 @@
 //! no zero of their own: those of an output in `bara` are in `bar`, those of one in `°C` in `K`.
 
 use dgd_discover::{
-    ClosedPlace, Described, Discovery, FoundEffect, Gap, ParameterValue, PlaceKind, Power, Ranked,
-    Unexplained,
+    ClosedPlace, Described, Discovery, FoundEffect, FoundRegime, Gap, ParameterValue, PlaceKind,
+    Power, Ranked, Unexplained,
 };
 use serde_json::{Map, Value, json};
 
@@ -50,6 +50,7 @@ pub(super) fn value(subject: &Subject<'_>) -> Value {
         "model_file": subject.model.display().to_string(),
         "effects": effects.iter().map(effect).collect::<Vec<_>>(),
         "law": subject.discovery.law.as_ref().map(law::value),
+        "regime": subject.discovery.regime.as_ref().map(regime),
         "rivals": subject.discovery.rivals.iter().map(law::rival).collect::<Vec<_>>(),
         "plain": subject.discovery.plain.as_ref().map(plain::value),
         "described": described,
@@ -121,6 +122,14 @@ fn of_described((k, described): (usize, &Described)) -> Value {
         "left": { "train": tidy(described.left.0), "valid": described.left.1.map(tidy) },
         "file": file,
         "apply": apply,
+    })
+}
+
+fn regime(regime: &FoundRegime) -> Value {
+    json!({
+        "condition": condition::value(Some(&regime.condition)),
+        "left": { "outside": tidy(regime.outside), "inside": tidy(regime.inside) },
+        "parameters": parameters(&regime.parameters),
     })
 }
 

@@ -42,6 +42,9 @@ fn write_text(
     if says_std_model(discovery) {
         writeln!(text, "{STD_MODEL}")?;
     }
+    if let Some(regime) = &discovery.regime {
+        writeln!(text, "{}", condition::regime(regime))?;
+    }
     for words in reservations {
         writeln!(text, "But {words}.")?;
     }

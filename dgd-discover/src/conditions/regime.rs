@@ -1,0 +1,117 @@
+//! A base model that holds outside a condition.
+//!
+//! ```text
+//!   the condition of a place ─► pieces of the recordings in which it does not hold, and those in which it does
+//!     ─► the base model fitted to the former: only noise? ─► with these parameters, more than noise in the latter?
+//! ```
+//!
+//! Each piece begins with states of its own: what is missing while the condition holds has moved them. The idea is that
+//! of Wang (arXiv 2606.23215, 2026), where is my physics wrong, regime by regime.
+
+use dgd_identify::Recording;
+use dgd_runtime::{Direction, System};
+
+use super::circumstances::Circumstances;
+use super::condition::Condition;
+use crate::fit::{Data, Fitted, StartPoint, chi_square};
+use crate::library::Values;
+
+/// Fewest readings of a piece for each start value.
+const FEWEST: usize = 8;
+/// Maximum number of simulations of a fit.
+const EVALUATIONS: usize = 60;
+
+/// A base model that explains the recordings except while a condition holds.
+#[derive(Debug, Clone)]
+pub(crate) struct Regime {
+    pub(crate) condition: Condition,
+    /// Mean squares of the residuals relative to the noise where the condition does not hold, and where it does.
+    pub(crate) left: [f64; 2],
+    /// The base model fitted to where it does not.
+    pub(crate) outside: Fitted,
+}
+
+impl Regime {
+    /// The regime that a condition divides, if the base model explains the recordings outside it, and not inside, to
+    /// within so many times the noise variance.
+    pub(crate) fn of(
+        condition: &Condition,
+        circumstances: &Circumstances,
+        fitted: &Fitted,
+        data: &Data<'_>,
+        explained: f64,
+    ) -> Option<Regime> {
+        let holds = circumstances.holds(condition)?;
+        let system = &fitted.structure.system;
+        let unknowns = &system.signature().unknowns;
+        let is_free = |state: usize| {
+            let free = |direction: &Direction| *direction == Direction::Start(state);
+            system.signature().directions.iter().any(free)
+        };
+        // A state that is held at a start value cannot begin in the middle of a recording.
+        if !unknowns.differential().all(is_free) {
+            return None;
+        }
+        let fewest = FEWEST * unknowns.differential().count();
+        let pieces = |within: bool| -> Vec<Recording> {
+            let of_recording = |(recording, holds): (&Recording, &Vec<bool>)| {
+                pieces(recording, holds, within, fewest)
+            };
+            data.train.iter().zip(&holds).flat_map(of_recording).collect()
+        };
+        let (outside, inside) = (pieces(false), pieces(true));
+        if outside.is_empty() || inside.is_empty() {
+            return None;
+        }
+        let fit = |train: &[Recording], valid: &[Recording], from: &Values| {
+            let counts_from = vec![f64::NEG_INFINITY; valid.len()];
+            let data = Data { train, valid, counts_from, ..data.not_kept() };
+            let structure = fitted.structure.clone();
+            let mut own =
+                Fitted::new(structure, from, &[StartPoint::default()], &data, EVALUATIONS).ok()?;
+            own.hold_out(&data, EVALUATIONS);
+            let squares = |residuals: Vec<Vec<Vec<f64>>>| {
+                let all = chi_square(&residuals, &data.noise);
+                let of_output = all.iter().filter(|(_, n)| *n > 0).map(|(sum, n)| sum / *n as f64);
+                of_output.fold(0.0, f64::max)
+            };
+            let left = squares(own.residuals(&data));
+            let held_out = own.held_out_residuals(&data).map_or(f64::INFINITY, squares);
+            Some((own, [left, held_out]))
+        };
+        let from =
+            Values { starts: vec![Default::default(); outside.len()], ..fitted.values.clone() };
+        let (outside, left) = fit(&outside, &inside, &from)?;
+        let divides = left[0] <= explained && left[1] > explained.powi(2);
+        divides.then(|| Regime { condition: condition.clone(), left, outside })
+    }
+}
+
+/// Runs of samples of a recording within a condition, or outside it, with at least so many readings.
+fn pieces(recording: &Recording, holds: &[bool], within: bool, fewest: usize) -> Vec<Recording> {
+    let mut all = Vec::new();
+    let mut begin = 0;
+    for end in 1..=holds.len() {
+        if end < holds.len() && holds[end] == holds[begin] {
+            continue;
+        }
+        let read = |all: &Option<Vec<f64>>| {
+            all.iter().flat_map(|all| &all[begin..end]).filter(|x| x.is_finite()).count()
+        };
+        let readings: usize = recording.measured.iter().map(read).sum();
+        if holds[begin] == within && readings >= fewest {
+            let own = |all: &[Option<Vec<f64>>]| -> Vec<Option<Vec<f64>>> {
+                all.iter().map(|all| all.as_ref().map(|all| all[begin..end].to_vec())).collect()
+            };
+            all.push(Recording {
+                times: recording.times[begin..end].to_vec(),
+                measured: own(&recording.measured),
+                deviations: own(&recording.deviations),
+                start: Vec::new(),
+                ..recording.clone()
+            });
+        }
+        begin = end;
+    }
+    all
+}
