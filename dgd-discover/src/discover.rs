@@ -268,16 +268,19 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
     let mut search = Search { tried, ..search };
     let outcome = search.run();
     let (plain, beside) = plain_causes_of(prepared, &search, outcome);
-    let is_plain = plain.as_ref().is_some_and(|plain| plain.is_white);
+    let is_plain = plain.as_ref().is_some_and(|plain| plain.is_white && !plain.are_of_recordings());
     let of_law = if is_plain { Answer::Nothing } else { law(prepared, &search, outcome) };
+    let (cost, is_law) = (of_law.cost(), matches!(of_law, Answer::Law(_)));
+    let holds = |plain: &Causes| {
+        let is_asked = is_law || plain.are_of_recordings();
+        cost.filter(|_| is_asked).is_none_or(|cost| plain.holds_against(cost))
+    };
+    let plain = plain.filter(|plain| holds(plain));
     let (law, outcome) = match of_law {
         Answer::Nothing => (None, outcome),
-        Answer::Doubt => (None, Outcome::Unexplained),
+        Answer::Doubt(_) => (None, Outcome::Unexplained),
         Answer::Law(law) => (Some(law), Outcome::Unexplained),
     };
-    let holds =
-        |plain: &Causes| law.as_ref().is_none_or(|law| plain.holds_against(law.inserted.cost()));
-    let plain = plain.filter(|plain| holds(plain));
     let law = law.filter(|_| plain.is_none());
     let outcome = if plain.is_some() { Outcome::Unexplained } else { outcome };
     let first = if prepared.of_library.is_empty() { Open::Templates } else { Open::Library };
@@ -301,10 +304,11 @@ fn plain_causes_of(
         return (None, Vec::new());
     }
     let Prepared { request, model, .. } = prepared;
-    let Request { base, threads, .. } = **request;
+    let Request { base, threads, train: (_, train), valid: (_, valid), .. } = **request;
     // With the noise that the search has found.
     let fitted = search.fitted(StructureId::BASE).unwrap_or(&prepared.fitted);
-    let plain = Plain { base, model, fitted, data: &search.data, threads };
+    let names = [train, valid];
+    let plain = Plain { base, model, fitted, names, data: &search.data, threads };
     match plain.answer(search, outcome) {
         plain::Answer::Nothing => (None, Vec::new()),
         plain::Answer::Beside(all) => (None, all),
@@ -541,7 +545,9 @@ fn report(
         p_value: searched.p_value,
         effects,
         law: law.as_ref().map(|law| found_law(law, &after)),
-        plain: plain.as_ref().map(|causes| plain_causes(causes, &after)),
+        plain: plain
+            .as_ref()
+            .map(|causes| plain_causes(causes, &after, [request.train.1, request.valid.1])),
         described: outcome.described().map_or_else(Vec::new, |one| described(search, one)),
         unexplained,
         gap: gap((&before, &data), (&after, &data_after), &circumstances),

@@ -46,7 +46,8 @@ pub use noise::{
 };
 pub use report::{
     Described, Discovery, FoundEffect, FoundLaw, Gap, NearForm, OutputTrace, ParameterValue,
-    PlainCause, PlainCauses, PlainKind, Power, Ranked, RecordingTrace, Screened, Unexplained,
+    PlainCause, PlainCauses, PlainKind, Power, Ranked, RecordingTrace, RecordingsValue, Screened,
+    StuckSince, Unexplained,
 };
 pub use request::{DiscoverError, Request};
 pub use search::{Alternative, Evidence, Verdict};

@@ -107,13 +107,13 @@ pub(super) fn answer(
         let are_terms = named.targets.iter().all(|target| equations.contains(&&**target));
         let mut all = std::iter::once(&best).chain(&rest);
         let is_doubted = is_hidden && are_terms && all.any(is_elsewhere);
-        return if is_doubted { Answer::Doubt } else { Answer::Nothing };
+        return if is_doubted { Answer::Doubt(best.cost()) } else { Answer::Nothing };
     }
     let is_rival = |other: &Inserted| {
         other.cost() - best.cost() < RIVAL && !best.targets().is_subset(&other.targets())
     };
     if rest.iter().any(is_rival) {
-        return Answer::Doubt;
+        return Answer::Doubt(best.cost());
     }
     let error = |one: &Inserted| one.fitted.error.0;
     let near = rest.iter().take(NEAR);

@@ -83,10 +83,21 @@ enum Begin {
 pub(crate) enum Answer {
     /// No law, or several: an effect keeps its name, and a discrepancy without one stays without.
     Nothing,
-    /// A law in other equations explains the recordings as well as the effects that were named.
-    Doubt,
+    /// A law in other equations explains the recordings as well as the effects that were named; its Σ ε² + k ln N.
+    Doubt(f64),
     /// A law.
     Law(Box<Law>),
+}
+
+impl Answer {
+    /// Σ ε² + k ln N of the best law.
+    pub(crate) fn cost(&self) -> Option<f64> {
+        match self {
+            Answer::Nothing => None,
+            Answer::Doubt(cost) => Some(*cost),
+            Answer::Law(law) => Some(law.inserted.cost()),
+        }
+    }
 }
 
 /// Laws that leave only noise.
@@ -152,7 +163,7 @@ impl Laws<'_> {
         }
         // Effects that leave more than a law does are not named, even if recordings do not confirm the law.
         if laws.is_empty() && named.is_none() && is_hidden && is_unconfirmed {
-            return Answer::Doubt;
+            return Answer::Doubt(f64::INFINITY);
         }
         let labels: Vec<&str> = equations.iter().map(|i| &*places[*i].name).collect();
         judged::answer(laws, named, self.data, &labels, is_hidden)

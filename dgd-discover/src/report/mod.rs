@@ -21,7 +21,8 @@ pub(crate) use corrected::corrected;
 pub(crate) use described::described;
 pub use discovery::{
     Described, Discovery, FoundEffect, FoundLaw, Gap, NearForm, OutputTrace, ParameterValue,
-    PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace, Screened, Unexplained,
+    PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace, RecordingsValue, Screened,
+    StuckSince, Unexplained,
 };
 pub(crate) use found::{Found, parameters};
 pub(crate) use law::found_law;
