@@ -371,3 +371,61 @@ fn an_input_that_is_switched_off_is_not_stuck() {
     let discovery = found(&right(), [train, valid]);
     assert!(discovery.plain.is_none(), "{:?}", discovery.plain);
 }
+
+#[test]
+fn recordings_that_begin_elsewhere_than_the_model_holds_are_named() {
+    let text = right().replace("state w [rad/s] = 0", "state w [rad/s] = 0 fixed");
+    // The rows before are lost.
+    let late = |samples: Samples| -> Samples {
+        let columns = samples.columns.into_iter().map(|(name, all)| (name, all[50..].to_vec()));
+        let times = samples.times[50..].iter().map(|t| t - samples.times[50]).collect();
+        Samples { times, columns: columns.collect() }
+    };
+    let discovery = found(&text, recorded(TRUTH, [1.0, 1.0]).map(late));
+    let own = &causes(&discovery)[0];
+    assert_eq!((&*own.name, own.kind), ("w", PlainKind::Start));
+    let [only] = &*own.values else { panic!("{own:?}") };
+    assert!(
+        only.recordings == ["train1"] && only.value.std.is_some_and(|std| std < 0.1),
+        "{own:?}"
+    );
+}
+
+#[test]
+fn a_clock_that_is_off_by_a_thousandth_is_named_where_the_model_fixes_the_time() {
+    // A float in a harbour: the sum of two tides whose periods are known.
+    let text = "model tide
+constant moon [h] = 12.4206012
+constant sun [h] = 12
+parameter a [m] = 0.8
+parameter b [m] = 0.3
+parameter lag [s] = 5000 in 10 .. 1e6, log
+state h [m] = 0
+equation basin: lag*der(h) = a*sin(2*pi*time/moon) + b*sin(2*pi*time/sun) - h
+output h [m] noise 0.03
+";
+    let record = |seed: u64| {
+        let mut random = Random::new(seed, 5);
+        let (mut h, mut read) = (0.0, Vec::new());
+        let times: Vec<f64> = (0..1500).map(|k| 1200.0 * f64::from(k)).collect();
+        for t in &times {
+            read.push(h + 0.03 * random.normal());
+            let step = 1200.0 / 1.001 / 20.0;
+            for k in 0..20 {
+                let rate = |share: f64, h: f64| {
+                    let t = t / 1.001 + (f64::from(k) + share) * step;
+                    let of = |hours: f64| (std::f64::consts::TAU * t / (3600.0 * hours)).sin();
+                    (of(12.420_601_2) + 0.4 * of(12.0) - h) / 7200.0
+                };
+                let a = rate(0.0, h);
+                let b = rate(0.5, h + 0.5 * step * a);
+                let c = rate(0.5, h + 0.5 * step * b);
+                h += step / 6.0 * (a + 2.0 * (b + c) + rate(1.0, h + step * c));
+            }
+        }
+        Samples { times, columns: vec![("h".to_owned(), read)] }
+    };
+    let discovery = found(text, [1, 2].map(record));
+    let own = &causes(&discovery)[0];
+    is_near(own, "time", PlainKind::Clock, 1.001);
+}

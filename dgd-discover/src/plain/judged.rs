@@ -180,6 +180,7 @@ impl Cause {
             }
             Suspicion::Column(Fault::Stuck { name, .. }) => format!("column `{name}` stuck"),
             Suspicion::Column(Fault::Clock { meant_in }) => format!("times in {}", meant_in.symbol),
+            Suspicion::Start(held) => format!("another start of `{}`", held.state),
             Suspicion::Rate => "another rate of the clock".to_owned(),
             // Never beside an effect of the library.
             Suspicion::Recordings(_) => "recordings that differ".to_owned(),

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //!   the model's text ─► each constant, each parameter that is not estimated      (numbers)
+//!                       start values that are held                                (starts)
 //!                       and the rate of the clock                                 (own_values)
 //!     ─► the model with it estimated, from its value and from those that
 //!        a slip of the unit would give                                           (trial)
@@ -19,6 +20,7 @@ mod differ;
 mod judged;
 mod numbers;
 mod own_values;
+mod starts;
 mod stuck;
 mod trial;
 
@@ -36,6 +38,7 @@ pub(crate) use differ::Difference;
 pub(crate) use judged::{Answer, Causes};
 pub(crate) use numbers::Number;
 pub(crate) use own_values::{Own, RATE, is_brought};
+pub(crate) use starts::Held;
 pub(crate) use stuck::Since;
 
 /// The data for a search.
@@ -57,6 +60,8 @@ pub(crate) enum Suspicion {
     Number(Number),
     /// Recorded columns.
     Column(Fault),
+    /// A start value that is held.
+    Start(Held),
     /// The rate of the clock of all recordings.
     Rate,
     /// Something that is not the same in all recordings.
@@ -128,6 +133,7 @@ impl Plain<'_> {
     fn search(&self, search: &Search<'_>, is_explained: bool) -> Vec<Cause> {
         let mut suspects = numbers::suspects(self.base, self.model, self.fitted);
         if !is_explained {
+            suspects.extend(starts::suspects(self.base, self.model, self.fitted));
             suspects.extend(own_values::rate(self.base));
             suspects.extend(self.likeliest(columns::suspects(self)));
         }

@@ -199,7 +199,7 @@ impl Cause {
     /// Whether the recordings determine what is wrong, and it is.
     fn is_believable(&self) -> bool {
         let (name, declared) = match &self.suspicion {
-            Suspicion::Column(_) | Suspicion::Recordings(_) => return true,
+            Suspicion::Start(_) | Suspicion::Column(_) | Suspicion::Recordings(_) => return true,
             Suspicion::Number(number) => (&*number.name, number.declared),
             Suspicion::Rate => (RATE, 1.0),
         };

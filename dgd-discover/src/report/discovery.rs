@@ -153,7 +153,7 @@ pub struct PlainCause {
     /// The unit in which the number of the text, or the numbers of a column, would be right, if there is one; for an
     /// input, how it goes on between samples.
     pub meant_in: Option<String>,
-    /// Where recordings differ, the values that they have.
+    /// Where recordings differ or begin elsewhere, the values that they have.
     pub values: Vec<RecordingsValue>,
     /// Where a column is stuck; what was read meanwhile is left out.
     pub since: Vec<StuckSince>,
@@ -197,6 +197,8 @@ pub enum PlainKind {
     Interpolation,
     /// The unit of time, or the rate of the clock.
     Clock,
+    /// A start value that is held where recordings begin elsewhere.
+    Start,
     /// A column that stays at one value from some moment on.
     Stuck,
     /// A number of the model that is not the same in all recordings.
@@ -217,6 +219,7 @@ impl PlainKind {
             PlainKind::Exchanged => "exchanged",
             PlainKind::Interpolation => "interpolation",
             PlainKind::Clock => "clock",
+            PlainKind::Start => "start",
             PlainKind::Stuck => "stuck",
             PlainKind::DiffersNumber => "number_differs",
             PlainKind::DiffersOffset => "offset_differs",

@@ -8,7 +8,7 @@ use super::discovery::{
 };
 use crate::fit::Fitted;
 use crate::plain::{
-    Cause, Causes, Difference, Fault, Number, Own, RATE, Since, Suspicion, between,
+    Cause, Causes, Difference, Fault, Held, Number, Own, RATE, Since, Suspicion, between,
 };
 
 /// Plain causes; the first has the values of its last fit. Training and validation recordings have these names.
@@ -38,6 +38,7 @@ fn named(kind: PlainKind, name: &str) -> PlainCause {
 fn reported(cause: &Cause, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause {
     match &cause.suspicion {
         Suspicion::Number(number) => of_number(number, fitted),
+        Suspicion::Start(held) => of_start(held, fitted, names),
         Suspicion::Rate => of_clock(fitted),
         Suspicion::Recordings(difference) => of_recordings(difference, fitted, names),
         Suspicion::Column(Fault::Unit { name, unit, meant_in }) => PlainCause {
@@ -84,6 +85,16 @@ fn of_number(number: &Number, fitted: &Fitted) -> PlainCause {
         meant_in: number.meant_in(value, std).map(|unit| unit.symbol),
         ..named(kind, &number.name)
     }
+}
+
+fn of_start(held: &Held, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause {
+    let values = held.values(fitted).into_iter().map(|(recording, value, std)| RecordingsValue {
+        recordings: vec![names[0][recording].clone()],
+        held_out: Vec::new(),
+        value: valued(&held.state, &held.unit, value, std),
+    });
+    let (unit, values) = (Some(held.unit.symbol.clone()), values.collect());
+    PlainCause { unit, values, ..named(PlainKind::Start, &held.state) }
 }
 
 fn of_clock(fitted: &Fitted) -> PlainCause {

@@ -56,6 +56,20 @@ pub(super) fn words(cause: &PlainCause) -> String {
     }
 }
 
+/// Where the recordings begin.
+pub(super) fn starts(cause: &PlainCause) -> String {
+    let of = |own: &RecordingsValue| {
+        let value = with_unit(Quantity::of(&own.value), &own.value.unit.symbol);
+        format!("{value} in {}", named(&own.recordings))
+    };
+    let all: Vec<String> = cause.values.iter().map(of).collect();
+    let name = &cause.name;
+    format!(
+        "The recordings do not begin where the model has the start of `{name}`: it is {}.",
+        listed(&all)
+    )
+}
+
 /// What to do next.
 pub(super) fn next(cause: &PlainCause) -> String {
     let Some(first) = cause.values.first() else { return String::new() };

@@ -84,6 +84,9 @@ pub(super) fn next(plain: &PlainCauses) -> String {
         ),
     };
     match plain.causes.first() {
+        Some(first) if first.kind == PlainKind::Start => {
+            format!("Leave out `fixed` in the line of `{}`, or start the recordings there.", first.name)
+        }
         Some(first) if !first.values.is_empty() => differing::next(first),
         Some(first) if first.kind == PlainKind::Clock && first.value.is_some() => {
             let look_up = if look_up.is_empty() { look_up } else { format!(" {look_up}") };
@@ -146,6 +149,7 @@ fn first_words(cause: &PlainCause) -> String {
         PlainKind::Clock => {
             format!("The times of the recordings read as if in `{meant_in}`, not in `{unit}`.")
         }
+        PlainKind::Start => differing::starts(cause),
         PlainKind::Stuck => format!(
             "The column `{name}` {}: it reads as if stuck. What was read after that is left out.",
             stays(cause)
@@ -177,6 +181,7 @@ fn twin(cause: &PlainCause) -> String {
             format!("the clock runs {}", differing::rate(cause.value.as_ref()))
         }
         PlainKind::Clock => format!("the times are in `{meant_in}`"),
+        PlainKind::Start => format!("`{name}` starts otherwise"),
         PlainKind::Stuck => format!("the column `{name}` {}", stays(cause)),
         PlainKind::DiffersNumber | PlainKind::DiffersOffset | PlainKind::DiffersClock => {
             differing::words(cause)
