@@ -307,7 +307,7 @@ output w [rpm] = speed noise 0.2
 #[test]
 fn one_recording_unlike_the_others_is_named() {
     let heavy = Motor { inertia: 0.064, ..TRUTH };
-    let all = [heavy, TRUTH, TRUTH].iter().enumerate();
+    let all = [heavy, TRUTH, TRUTH].into_iter().enumerate();
     let train: Vec<Samples> = all.map(|(k, one)| one.record(k as u64 + 1, [1.0, 1.0])).collect();
     let discovery = found_in_recordings(&right(), &train, &TRUTH.record(4, [1.0, 1.0]));
     let own = &causes(&discovery)[0];
