@@ -19,6 +19,8 @@ const HELD_OUT: usize = 12;
 const PROMISING: f64 = 0.5;
 /// And at most this many times as much as the best one, or as noise.
 const HOPEFUL: f64 = 10.0;
+/// Number of slips from which a number is fitted.
+const SLIPS: usize = 2;
 /// Least change of a number, in standard deviations.
 pub(super) const SIGNIFICANT: f64 = 4.0;
 
@@ -99,28 +101,35 @@ impl Plain<'_> {
         gain > search.thresholds.least_gain && self.is_promising(one)
     }
 
-    /// Where fits of a number start: at its value, or at the likeliest of those that it would have in another unit or with
-    /// its decimal point elsewhere.
+    /// Where fits of a number start: at its value, and at the likeliest of those that it would have in another unit or with
+    /// its decimal point elsewhere. The rest of the model has not adapted to these, so that the first may seem better.
     fn elsewhere(
         &self,
         structure: &Structure,
         number: &Number,
         data: &Data<'_>,
     ) -> Vec<StartPoint> {
-        let values = std::iter::once(number.declared).chain(number.in_other_units());
-        let values = values.chain(number.with_other_powers());
         let with = |point: &[(String, f64)], value: f64| {
             let others = point.iter().filter(|(name, _)| *name != number.name).cloned();
             others.chain([(number.name.clone(), value)]).collect::<Vec<_>>()
         };
         let points = self.known(structure);
-        let all = values.flat_map(|value| points.each_ref().map(|point| with(point, value)));
-        self.likeliest_of(structure, all, data)
+        let likeliest = |value: f64| {
+            let all = points.each_ref().map(|point| with(point, value));
+            self.likeliest_of(structure, all.into_iter(), data)
+        };
+        let (_, as_declared) = likeliest(number.declared);
+        let slips = number.in_other_units().chain(number.with_other_powers());
+        let mut slips: Vec<(f64, StartPoint)> = slips.map(likeliest).collect();
+        slips.retain(|(cost, _)| cost.is_finite());
+        slips.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let slips = slips.into_iter().take(SLIPS).map(|(_, point)| point);
+        std::iter::once(as_declared).chain(slips).collect()
     }
 
     /// Where fits of other recordings start.
     fn as_declared(&self, structure: &Structure, data: &Data<'_>) -> Vec<StartPoint> {
-        self.likeliest_of(structure, self.known(structure).into_iter(), data)
+        vec![self.likeliest_of(structure, self.known(structure).into_iter(), data).1]
     }
 
     /// Parameters of the fitted base model, and those of the text: the former have adapted to what is wrong.
@@ -136,16 +145,17 @@ impl Plain<'_> {
         structure: &Structure,
         all: impl Iterator<Item = Vec<(String, f64)>>,
         data: &Data<'_>,
-    ) -> Vec<StartPoint> {
+    ) -> (f64, StartPoint) {
         let cost = |point: Vec<(String, f64)>| {
             let starts = self.fitted.values.starts.clone();
             let values = Values { p: point.iter().cloned().collect(), starts };
             (cost_at(structure, &values, data), point)
         };
         let best = all.map(cost).min_by(|a, b| a.0.total_cmp(&b.0));
+        let (cost, point) = best.unwrap_or((f64::INFINITY, Vec::new()));
         let mut start = StartPoint::default();
-        start.set(best.map(|(_, point)| point).unwrap_or_default().into_iter());
-        vec![start]
+        start.set(point.into_iter());
+        (cost, start)
     }
 }
 
