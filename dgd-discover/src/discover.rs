@@ -275,17 +275,20 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
     let mut search = Search { tried, ..search };
     let outcome = search.run();
     let (plain, beside) = plain_causes_of(prepared, &search, outcome);
-    let is_plain = plain.as_ref().is_some_and(|plain| plain.is_white);
+    let is_plain = plain.as_ref().is_some_and(|plain| plain.is_white && !plain.are_of_recordings());
     let Looked { answer, lacking } =
         if is_plain { Looked::NOTHING } else { law(prepared, &search, outcome) };
+    let (cost, is_law) = (answer.cost(), matches!(answer, Answer::Law(_)));
+    let holds = |plain: &Causes| {
+        let is_asked = is_law || plain.are_of_recordings();
+        cost.filter(|_| is_asked).is_none_or(|cost| plain.holds_against(cost))
+    };
+    let plain = plain.filter(|plain| holds(plain));
     let (law, rivals, outcome) = match answer {
         Answer::Nothing => (None, Vec::new(), outcome),
         Answer::Doubt(rivals) => (None, rivals, Outcome::Unexplained),
         Answer::Law(law) => (Some(law), Vec::new(), Outcome::Unexplained),
     };
-    let holds =
-        |plain: &Causes| law.as_ref().is_none_or(|law| plain.holds_against(law.inserted.cost()));
-    let plain = plain.filter(|plain| holds(plain));
     let law = law.filter(|_| plain.is_none());
     let rivals = if plain.is_some() { Vec::new() } else { rivals };
     let outcome = if plain.is_some() { Outcome::Unexplained } else { outcome };
@@ -310,10 +313,11 @@ fn plain_causes_of(
         return (None, Vec::new());
     }
     let Prepared { request, model, .. } = prepared;
-    let Request { base, threads, .. } = **request;
+    let Request { base, threads, train: (_, train), valid: (_, valid), .. } = **request;
     // With the noise that the search has found.
     let fitted = search.fitted(StructureId::BASE).unwrap_or(&prepared.fitted);
-    let plain = Plain { base, model, fitted, data: &search.data, threads };
+    let names = [train, valid];
+    let plain = Plain { base, model, fitted, names, data: &search.data, threads };
     match plain.answer(search, outcome) {
         plain::Answer::Nothing => (None, Vec::new()),
         plain::Answer::Beside(all) => (None, all),
@@ -490,7 +494,9 @@ fn report(
         law: law.as_ref().map(|law| found_law(law, &after)),
         regime: regime.map(found_regime),
         rivals: rival_laws(&searched.rivals, &data),
-        plain: plain.as_ref().map(|causes| plain_causes(causes, &after)),
+        plain: plain
+            .as_ref()
+            .map(|causes| plain_causes(causes, &after, [request.train.1, request.valid.1])),
         described: outcome.described().map_or_else(Vec::new, |one| described(search, one)),
         unexplained,
         gap: gap((&before, &data), (&after, &data_after), &circumstances),

@@ -181,6 +181,18 @@ def test_a_discovery_is_the_commands(command: Callable[..., str], tmp_path: Path
     assert "booster_u_tubing" in repr(d) and "booster_u_tubing" in str(d) and "<table>" in d._repr_html_()
 
 
+def test_a_plain_cause_is_listed() -> None:
+    m = dgd.parse(COOLING.replace("100 in 1 .. 1e4", "100 fixed"))
+    d = m.discover([cup(112, 1)], valid=[cup(112, 2)])
+    assert d.verdict == "plain" and not d.effects and not d.law
+    cause = d.plain[0]
+    assert (cause["kind"], cause["name"], cause["unit"], cause["declared"]) == ("parameter", "tau", "s", 100)
+    assert abs(cause["value"] - 112) < 4 * cause["std"] < 2
+    assert repr(d) == "<dgd.Discovery: plain: tau>"
+    # The corrected model has the value.
+    assert "tau" in d.diff and d.model.simulate(until=400.0)["T"][-1] < 80 * math.exp(-400 / 115)
+
+
 def test_words_name_arguments_and_not_options_of_the_command() -> None:
     train = columns(DATA / "booster_stop.train.csv")
     m = dgd.load(MODEL)

@@ -103,6 +103,17 @@ impl Looked {
     pub(crate) const NOTHING: Looked = Looked { answer: Answer::Nothing, lacking: Vec::new() };
 }
 
+impl Answer {
+    /// Σ ε² + k ln N of the best law, infinite if the validation recordings confirm none.
+    pub(crate) fn cost(&self) -> Option<f64> {
+        match self {
+            Answer::Nothing => None,
+            Answer::Doubt(rivals) => Some(rivals.first().map_or(f64::INFINITY, Inserted::cost)),
+            Answer::Law(law) => Some(law.inserted.cost()),
+        }
+    }
+}
+
 /// Laws that leave only noise.
 struct Explaining {
     /// Those that the validation recordings confirm, the best first.

@@ -13,6 +13,30 @@ pub(crate) fn with_further_inputs(
     further: usize,
     write: impl Fn(f64, Side, &mut [f64]),
 ) -> Result<Inputs, InputError> {
+    let (samples, columns) = sampled(inputs, times, further, write);
+    recorded(&samples, &columns)
+}
+
+/// A recording's inputs with further ones that are constant, each at its position among all, in ascending order.
+pub(crate) fn with_constant_inputs(
+    inputs: &Inputs,
+    times: &[f64],
+    further: &[(usize, f64)],
+) -> Result<Inputs, InputError> {
+    let (samples, mut columns) = sampled(inputs, times, 0, |_, _, _| {});
+    for (position, value) in further {
+        columns.insert(*position, vec![*value; samples.len()]);
+    }
+    recorded(&samples, &columns)
+}
+
+/// Samples on both sides of each time, and of each jump or kink of the inputs.
+fn sampled(
+    inputs: &Inputs,
+    times: &[f64],
+    further: usize,
+    write: impl Fn(f64, Side, &mut [f64]),
+) -> (Vec<f64>, Vec<Vec<f64>>) {
     let (from, until) = (times[0], times[times.len() - 1]);
     let mut grid = times.to_vec();
     grid.extend_from_slice(inputs.breakpoints(from, until));
@@ -36,9 +60,13 @@ pub(crate) fn with_further_inputs(
             }
         }
     }
+    (samples, columns)
+}
+
+fn recorded(samples: &[f64], columns: &[Vec<f64>]) -> Result<Inputs, InputError> {
     let columns: Vec<Column<'_>> = columns
         .iter()
         .map(|values| Column { name: "input", interpolation: Interpolation::Linear, values })
         .collect();
-    Inputs::recorded(&samples, &columns)
+    Inputs::recorded(samples, &columns)
 }

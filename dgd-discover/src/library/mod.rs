@@ -18,7 +18,7 @@ mod templates;
 
 pub(crate) use adapted::{Adapted, Measure, adapted};
 pub(crate) use candidates::{Candidate, candidates, generic, unbound};
-pub(crate) use further_inputs::with_further_inputs;
+pub(crate) use further_inputs::{with_constant_inputs, with_further_inputs};
 pub(crate) use levels::{Ranges, range_of};
 pub(crate) use number::signed;
 pub use scale::Scales;

@@ -11,13 +11,14 @@ use dgd_runtime::signature::Interpolation;
 use dgd_runtime::{Column, Inputs, Side, Signature, System};
 use dgd_screen::noise::{Colour, SensorNoise};
 
+use super::stuck::{self, Since};
 use super::{Changed, Plain, Suspect, Suspicion};
 use crate::library::BaseModel;
 use crate::noise::{noise_of, readings};
 
 /// A recorded column: an input or an output, by its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Signal {
+pub(super) enum Signal {
     Input(usize),
     Output(usize),
 }
@@ -31,6 +32,8 @@ pub(crate) enum Fault {
     Exchanged([String; 2]),
     /// Between samples an input goes on otherwise than declared.
     Between { name: String, is: Interpolation },
+    /// A column stays at one value, and what was read meanwhile is left out: this many readings.
+    Stuck { name: String, unit: Unit, since: Vec<Since>, lost: usize },
     /// Times are in another unit than seconds, of all recordings.
     Clock { meant_in: Unit },
 }
@@ -96,7 +99,9 @@ pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
         let change = Change::Clock { factor: meant_in.factor };
         all.push((Fault::Clock { meant_in }, change));
     }
-    all.into_iter().filter_map(|(fault, change)| suspect(plain, signature, fault, change)).collect()
+    let changed =
+        all.into_iter().filter_map(|(fault, change)| suspect(plain, signature, fault, change));
+    changed.chain(stuck::suspects(plain)).collect()
 }
 
 fn suspect(
@@ -127,7 +132,7 @@ fn suspect(
 }
 
 /// Recorded columns with their units.
-fn signals(plain: &Plain<'_>, signature: &Signature) -> Vec<(Signal, String, Unit)> {
+pub(super) fn signals(plain: &Plain<'_>, signature: &Signature) -> Vec<(Signal, String, Unit)> {
     let inputs = signature.inputs.iter().enumerate();
     let inputs = inputs.map(|(i, own)| (Signal::Input(i), &own.name, &own.unit));
     let outputs = signature.outputs.iter().enumerate().zip(&plain.data.noise);
@@ -161,10 +166,7 @@ impl Change {
                 }
             }
             Change::Exchanged(one, other) => {
-                let value = |of: Signal| match of {
-                    Signal::Input(i) => Some(columns[i].clone()),
-                    Signal::Output(i) => recording.measured[i].clone(),
-                };
+                let value = |of: Signal| signal_of(recording, of, &columns);
                 for (to, from) in [(one, value(other)?), (other, value(one)?)] {
                     match to {
                         Signal::Input(i) => columns[i] = from,
@@ -212,7 +214,7 @@ impl Change {
 }
 
 /// Values of the inputs at the samples; of two samples at one time, the first is before a jump.
-fn columns(recording: &Recording, inputs: usize) -> Vec<Vec<f64>> {
+pub(super) fn columns(recording: &Recording, inputs: usize) -> Vec<Vec<f64>> {
     let mut columns = vec![Vec::with_capacity(recording.times.len()); inputs];
     let mut u = vec![0.0; inputs];
     for (k, t) in recording.times.iter().enumerate() {
@@ -222,6 +224,18 @@ fn columns(recording: &Recording, inputs: usize) -> Vec<Vec<f64>> {
         columns.iter_mut().zip(&u).for_each(|(column, u)| column.push(*u));
     }
     columns
+}
+
+/// One of these values, or of the readings.
+pub(super) fn signal_of(
+    recording: &Recording,
+    signal: Signal,
+    columns: &[Vec<f64>],
+) -> Option<Vec<f64>> {
+    match signal {
+        Signal::Input(i) => columns.get(i).cloned(),
+        Signal::Output(i) => recording.measured[i].clone(),
+    }
 }
 
 /// Whether inputs are the same between samples, but for rounding.

@@ -41,7 +41,12 @@ pub(crate) struct Causes {
 impl Causes {
     /// Whether it stays the answer beside a law with this cost.
     pub(crate) fn holds_against(&self, law: f64) -> bool {
-        self.cost < law + RIVAL
+        if self.are_of_recordings() { self.cost + RIVAL < law } else { self.cost < law + RIVAL }
+    }
+
+    /// Whether recordings differ, which a law may explain with one value for all.
+    pub(crate) fn are_of_recordings(&self) -> bool {
+        self.all.iter().all(|one| matches!(one.suspicion, Suspicion::Recordings(_)))
     }
 }
 
@@ -50,19 +55,45 @@ impl Plain<'_> {
     pub(crate) fn answer(&self, search: &Search<'_>, outcome: Outcome) -> Answer {
         let named = outcome.structure();
         let is_generic = named.effects().all(|effect| search.candidates[effect].is_generic);
+        match self.one_for_all(search, named, is_generic) {
+            Answer::Nothing if is_generic => self.one_for_each(search, named),
+            answer => answer,
+        }
+    }
+
+    /// Recordings that differ, if templates do not explain them about as well with one value for all.
+    fn one_for_each(&self, search: &Search<'_>, named: StructureId) -> Answer {
+        let mut all = self.differing(search);
+        let of = Cause::criterion;
+        let Some(best) = all.iter().map(of).reduce(f64::min) else { return Answer::Nothing };
+        all.retain(|one| of(one) < best + RIVAL);
+        all.sort_by_key(|one| (of(one) > best + search.thresholds.even, one.position));
+        let of_named = self.cost_of(search, named).filter(|(_, explains)| *explains);
+        if of_named.is_some_and(|(cost, _)| cost <= best + RIVAL) {
+            return Answer::Nothing;
+        }
+        self.first(search, all, Vec::new(), best)
+    }
+
+    /// The criterion of named effects after a fit as long as that of a cause, and whether they explain the recordings.
+    fn cost_of(&self, search: &Search<'_>, named: StructureId) -> Option<(f64, bool)> {
+        let fitted = search.fitted(named).filter(|_| !named.is_base())?;
+        let finished = fitted.continued(&self.data.not_kept(), EVALUATIONS);
+        let cost = finished.map_or(f64::INFINITY, |one| one.criterion());
+        Some((cost.min(fitted.criterion()), search.leaves_nothing(fitted)))
+    }
+
+    /// Causes with one value for all recordings.
+    fn one_for_all(&self, search: &Search<'_>, named: StructureId, is_generic: bool) -> Answer {
         let is_explained = !is_generic && search.explains(named);
         let mut all = self.search(search, is_explained);
-        let of = |one: &Cause| one.fitted.criterion();
+        let of = Cause::criterion;
         let Some(best) = all.iter().map(of).reduce(f64::min) else { return Answer::Nothing };
         all.retain(|one| of(one) < best + RIVAL);
         // The order of the text, within what rounding decides.
         all.sort_by_key(|one| (one.rank(of(one) > best + search.thresholds.even), one.position));
-        let of_named = search.fitted(named).filter(|_| !named.is_base()).map(|fitted| {
-            let finished = fitted.continued(&self.data.not_kept(), EVALUATIONS);
-            let of_named = finished.map_or(f64::INFINITY, |one| one.criterion());
-            (of_named.min(fitted.criterion()), search.leaves_nothing(fitted))
-        });
-        let explained = of_named.filter(|(_, explains)| *explains).map(|(cost, _)| cost);
+        let explained =
+            self.cost_of(search, named).filter(|(_, explains)| *explains).map(|(cost, _)| cost);
         match explained {
             Some(of_named) if !is_generic && best >= of_named - BETTER => {
                 all.retain(|one| of(one) < of_named + RIVAL);
@@ -77,16 +108,26 @@ impl Plain<'_> {
             // A sensor is wrong more often than a constant of nature.
             Some(_) if is_generic && all.iter().all(Cause::is_well_known) => Answer::Nothing,
             _ => {
-                let first = &all[0];
-                let data = first.data(self.data).not_kept();
-                let residuals = first.fitted.residuals(&data);
-                let own = Search::new(search.base, &[], data.clone(), 1, search.seed);
-                let is_white = own.leaves_noise(&residuals, &data.noise);
                 let is_tied = explained.is_some_and(|of_named| of_named < best + RIVAL);
                 let effects = if is_tied { effects(search, named) } else { Vec::new() };
-                Answer::First(Box::new(Causes { all, effects, is_white, cost: best }))
+                self.first(search, all, effects, best)
             }
         }
+    }
+
+    fn first(
+        &self,
+        search: &Search<'_>,
+        all: Vec<Cause>,
+        effects: Vec<String>,
+        cost: f64,
+    ) -> Answer {
+        let first = &all[0];
+        let data = first.data(self.data).not_kept();
+        let residuals = first.fitted.residuals(&data);
+        let own = Search::new(search.base, &[], data.clone(), 1, search.seed);
+        let is_white = own.leaves_noise(&residuals, &data.noise);
+        Answer::First(Box::new(Causes { all, effects, is_white, cost }))
     }
 
     /// Causes as alternatives to an effect.
@@ -112,7 +153,7 @@ impl Cause {
     fn rank(&self, is_less_likely: bool) -> (bool, bool) {
         match &self.suspicion {
             Suspicion::Number(number) => (number.is_well_known(), is_less_likely),
-            Suspicion::Column(_) => (false, is_less_likely),
+            _ => (false, is_less_likely),
         }
     }
 
@@ -137,7 +178,12 @@ impl Cause {
             Suspicion::Column(Fault::Between { name, is }) => {
                 format!("`{name}` as {}", between(*is))
             }
+            Suspicion::Column(Fault::Stuck { name, .. }) => format!("column `{name}` stuck"),
             Suspicion::Column(Fault::Clock { meant_in }) => format!("times in {}", meant_in.symbol),
+            Suspicion::Start(held) => format!("another start of `{}`", held.state),
+            Suspicion::Rate => "another rate of the clock".to_owned(),
+            // Never beside an effect of the library.
+            Suspicion::Recordings(_) => "recordings that differ".to_owned(),
         }
     }
 }

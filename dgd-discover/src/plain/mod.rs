@@ -2,18 +2,26 @@
 //!
 //! ```text
 //!   the model's text ─► each constant, each parameter that is not estimated      (numbers)
+//!                       start values that are held                                (starts)
+//!                       and the rate of the clock                                 (own_values)
 //!     ─► the model with it estimated, from its value and from those that
 //!        a slip of the unit would give                                           (trial)
 //!   the recordings   ─► columns in another unit, exchanged, held or not, times    (columns)
+//!                       and columns that are stuck                                (stuck)
 //!     ─► the model fitted to them as they would have been                         (trial)
 //!     ─► those that leave only noise, the likeliest first, with their twins      (judged)
+//!   otherwise, recordings that differ in one thing                               (differ, own_values)
 //! ```
 //!
 //! A cause is an answer only if it leaves no more than noise, and if no effect or law is clearly more likely.
 
 mod columns;
+mod differ;
 mod judged;
 mod numbers;
+mod own_values;
+mod starts;
+mod stuck;
 mod trial;
 
 use std::sync::Arc;
@@ -26,8 +34,12 @@ use crate::fit::{Data, Fitted};
 use crate::library::BaseModel;
 use crate::search::Search;
 pub(crate) use columns::{Fault, between};
+pub(crate) use differ::Difference;
 pub(crate) use judged::{Answer, Causes};
 pub(crate) use numbers::Number;
+pub(crate) use own_values::{Own, RATE, is_brought};
+pub(crate) use starts::Held;
+pub(crate) use stuck::Since;
 
 /// The data for a search.
 #[derive(Clone, Copy)]
@@ -35,6 +47,8 @@ pub(crate) struct Plain<'a> {
     pub(crate) base: &'a BaseModel,
     pub(crate) model: &'a Model,
     pub(crate) fitted: &'a Fitted,
+    /// Names of the training and of the validation recordings.
+    pub(crate) names: [&'a [String]; 2],
     pub(crate) data: &'a Data<'a>,
     pub(crate) threads: usize,
 }
@@ -46,6 +60,12 @@ pub(crate) enum Suspicion {
     Number(Number),
     /// Recorded columns.
     Column(Fault),
+    /// A start value that is held.
+    Start(Held),
+    /// The rate of the clock of all recordings.
+    Rate,
+    /// Something that is not the same in all recordings.
+    Recordings(Difference),
 }
 
 /// Recordings as they would have been without a fault.
@@ -88,6 +108,19 @@ pub(crate) struct Cause {
 }
 
 impl Cause {
+    /// Σ ε² + k ln N of the training recordings; readings that were left out count as if they were noise about numbers of
+    /// their own.
+    fn criterion(&self) -> f64 {
+        let lost = match &self.suspicion {
+            Suspicion::Column(Fault::Stuck { since, lost, .. }) => {
+                let numbers = since.iter().filter(|one| !one.is_held_out).count() as f64;
+                *lost as f64 + numbers * ((self.fitted.error.1 + lost) as f64).ln()
+            }
+            _ => 0.0,
+        };
+        self.fitted.criterion() + lost
+    }
+
     /// The data that it was fitted to.
     pub(crate) fn data<'a>(&'a self, data: &Data<'a>) -> Data<'a> {
         self.changed.as_ref().map_or_else(|| data.clone(), |changed| changed.data(data))
@@ -100,6 +133,8 @@ impl Plain<'_> {
     fn search(&self, search: &Search<'_>, is_explained: bool) -> Vec<Cause> {
         let mut suspects = numbers::suspects(self.base, self.model, self.fitted);
         if !is_explained {
+            suspects.extend(starts::suspects(self.base, self.model, self.fitted));
+            suspects.extend(own_values::rate(self.base));
             suspects.extend(self.likeliest(columns::suspects(self)));
         }
         for (position, suspect) in suspects.iter_mut().enumerate() {

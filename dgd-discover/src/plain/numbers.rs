@@ -52,10 +52,24 @@ impl Number {
         })
     }
 
+    /// Whether a fit estimates it.
+    pub(super) fn is_estimated(&self, fitted: &Fitted) -> bool {
+        let mut estimates = fitted.estimates.iter().filter(|one| one.recording.is_none());
+        estimates.any(|one| one.name == self.name)
+    }
+
     /// Values that it would have in SI if the number was meant in another unit.
     pub(super) fn in_other_units(&self) -> impl Iterator<Item = f64> {
         let number = self.unit.from_si(self.declared);
         mistaken(&self.unit).into_iter().map(move |other| other.to_si(number))
+    }
+
+    /// Values with another power of ten.
+    pub(super) fn with_other_powers(&self) -> impl Iterator<Item = f64> {
+        /// Most places that a decimal point has moved.
+        const PLACES: i32 = 3;
+        let powers = (-PLACES..=PLACES).filter(|power| *power != 0);
+        powers.map(move |power| self.declared * 10_f64.powi(power))
     }
 
     /// The unit in which the number of the text is right, given its value and how well that is known, SI.
@@ -77,24 +91,28 @@ impl Number {
 
 /// All numbers that may be wrong, in the order of the text.
 pub(super) fn suspects(base: &BaseModel, model: &Model, fitted: &Fitted) -> Vec<Suspect> {
+    let all = all(base, model).into_iter();
+    let held = all.filter(|number| !number.is_estimated(fitted));
+    held.map(|number| Suspect {
+        position: 0,
+        base: Some(estimating(base, &number)),
+        suspicion: Suspicion::Number(number),
+        changed: None,
+    })
+    .collect()
+}
+
+/// Constants that are plain numbers, and parameters, in the order of the text.
+pub(super) fn all(base: &BaseModel, model: &Model) -> Vec<Number> {
     let mut all = Vec::new();
     visit::items(&base.asts[0].items, &mut |item| {
-        let number = match &item.kind {
+        all.extend(match &item.kind {
             ItemKind::Constant { name, value, .. } if is_number(value) => of_constant(model, name),
             ItemKind::Parameter { name, value, .. } if is_number(value) => {
-                of_parameter(base, model, fitted, name)
+                of_parameter(base, model, name)
             }
             _ => None,
-        };
-        all.extend(number.map(|number| {
-            let base = estimating(base, &number);
-            Suspect {
-                position: 0,
-                suspicion: Suspicion::Number(number),
-                base: Some(base),
-                changed: None,
-            }
-        }));
+        });
     });
     all
 }
@@ -105,11 +123,10 @@ fn of_constant(model: &Model, name: &Name) -> Option<Number> {
     Some(Number { name, is_constant: true, declared, unit })
 }
 
-/// A parameter that is not estimated, unless the user asked that it is not.
-fn of_parameter(base: &BaseModel, model: &Model, fitted: &Fitted, name: &Name) -> Option<Number> {
+/// A parameter, unless the user asked that it is not estimated.
+fn of_parameter(base: &BaseModel, model: &Model, name: &Name) -> Option<Number> {
     let own = model.parameters.iter().find(|own| own.declared.name == name.text)?;
-    let mut estimates = fitted.estimates.iter().filter(|one| one.recording.is_none());
-    if estimates.any(|one| one.name == name.text) || base.fix.contains(&name.text) {
+    if base.fix.contains(&name.text) {
         return None;
     }
     let (name, unit, declared) = (name.text.clone(), own.declared.unit.clone(), own.value);
@@ -118,36 +135,42 @@ fn of_parameter(base: &BaseModel, model: &Model, fitted: &Fitted, name: &Name) -
 
 /// The model with a number estimated.
 fn estimating(base: &BaseModel, number: &Number) -> BaseModel {
-    let mut base = base.clone();
-    let items = &mut base.asts[0].items;
-    if number.is_constant {
-        let others = dependants(items, &number.name);
-        visit::items_mut(items, &mut |item| {
-            if let ItemKind::Constant { name, unit, value } = &item.kind {
-                let (name, unit, value) = (name.clone(), unit.clone(), value.clone());
-                if name.text == number.name {
-                    // Its sign is not in doubt.
-                    let log = AttributeKind::Log;
-                    let log = Attribute { span: value.span, kind: log };
-                    let attributes = if number.declared > 0.0 { vec![log] } else { Vec::new() };
-                    item.kind = ItemKind::Parameter { name, unit, value, attributes };
-                } else if others.contains(&name.text) {
-                    item.kind = ItemKind::Let { name, unit, value };
-                }
-            }
-        });
-    } else {
-        visit::items_mut(items, &mut |item| {
-            if let ItemKind::Parameter { name, attributes, .. } = &mut item.kind
-                && name.text == number.name
-            {
-                attributes.retain(|attribute| attribute.kind != AttributeKind::Fixed);
-            }
-        });
-    }
+    let mut base = as_parameter(base, number);
+    visit::items_mut(&mut base.asts[0].items, &mut |item| {
+        if let ItemKind::Parameter { name, attributes, .. } = &mut item.kind
+            && name.text == number.name
+        {
+            attributes.retain(|attribute| attribute.kind != AttributeKind::Fixed);
+        }
+    });
     if !base.free.is_empty() {
         base.free.push(number.name.clone());
     }
+    base
+}
+
+/// The model with a constant as a parameter.
+pub(super) fn as_parameter(base: &BaseModel, number: &Number) -> BaseModel {
+    let mut base = base.clone();
+    if !number.is_constant {
+        return base;
+    }
+    let items = &mut base.asts[0].items;
+    let others = dependants(items, &number.name);
+    visit::items_mut(items, &mut |item| {
+        if let ItemKind::Constant { name, unit, value } = &item.kind {
+            let (name, unit, value) = (name.clone(), unit.clone(), value.clone());
+            if name.text == number.name {
+                // Its sign is not in doubt.
+                let log = AttributeKind::Log;
+                let log = Attribute { span: value.span, kind: log };
+                let attributes = if number.declared > 0.0 { vec![log] } else { Vec::new() };
+                item.kind = ItemKind::Parameter { name, unit, value, attributes };
+            } else if others.contains(&name.text) {
+                item.kind = ItemKind::Let { name, unit, value };
+            }
+        }
+    });
     base
 }
 

@@ -3,7 +3,7 @@
 use dgd_runtime::System;
 use dgd_runtime::parallel::in_parallel;
 
-use super::{Cause, Number, Plain, Suspect, Suspicion};
+use super::{Cause, Number, Plain, RATE, Suspect, Suspicion};
 use crate::fit::{Data, Fitted, StartPoint, cost_at};
 use crate::library::{Structure, StructureId, Values};
 use crate::search::Search;
@@ -19,15 +19,17 @@ const HELD_OUT: usize = 12;
 const PROMISING: f64 = 0.5;
 /// And at most this many times as much as the best one, or as noise.
 const HOPEFUL: f64 = 10.0;
+/// Number of slips from which a number is fitted.
+const SLIPS: usize = 2;
 /// Least change of a number, in standard deviations.
-const SIGNIFICANT: f64 = 4.0;
+pub(super) const SIGNIFICANT: f64 = 4.0;
 
 impl Plain<'_> {
     /// Those of many suspects that come nearest to their recordings without a fit.
     pub(super) fn likeliest(&self, suspects: Vec<Suspect>) -> Vec<Suspect> {
-        let Plain { base, model, data, threads, .. } = *self;
+        let Plain { base, model, names, data, threads, .. } = *self;
         let costs = in_parallel(self.fitted, suspects.len(), threads, |fitted, k| {
-            let plain = Plain { base, model, fitted, data, threads };
+            let plain = Plain { base, model, fitted, names, data, threads };
             if data.is_over() { f64::INFINITY } else { plain.cost_without_fit(&suspects[k]) }
         });
         let mut all: Vec<(f64, Suspect)> = costs.into_iter().zip(suspects).collect();
@@ -48,7 +50,7 @@ impl Plain<'_> {
         all.iter().map(|of| cost_at(&structure, of, &data)).fold(f64::INFINITY, f64::min)
     }
 
-    fn structure(&self, suspect: &Suspect) -> Option<Structure> {
+    pub(super) fn structure(&self, suspect: &Suspect) -> Option<Structure> {
         match &suspect.base {
             Some(base) => base.structure(&[], StructureId::BASE).ok(),
             None => Some(self.fitted.structure.clone()),
@@ -57,19 +59,27 @@ impl Plain<'_> {
 
     /// Causes that leave only noise, the likeliest first.
     pub(super) fn explaining(&self, search: &Search<'_>, suspects: &[Suspect]) -> Vec<Cause> {
-        let Plain { base, model, data, threads, .. } = *self;
+        let mut finished = self.finished(suspects, begun);
+        finished.retain_mut(|one| {
+            self.is_gain(search, one) && one.is_believable() && one.explains(search)
+        });
+        finished
+    }
+
+    /// Fits of suspects that have begun well, the likeliest first.
+    pub(super) fn finished(
+        &self,
+        suspects: &[Suspect],
+        begin: impl Fn(&Plain<'_>, &Suspect) -> Option<Cause> + Sync,
+    ) -> Vec<Cause> {
+        let Plain { base, model, names, data, threads, .. } = *self;
         let begun = in_parallel(self.fitted, suspects.len(), threads, |fitted, k| {
-            let plain = Plain { base, model, fitted, data, threads };
-            (!data.is_over()).then(|| plain.begun(&suspects[k])).flatten()
+            let plain = Plain { base, model, fitted, names, data, threads };
+            (!data.is_over()).then(|| begin(&plain, &suspects[k])).flatten()
         });
         let mut begun: Vec<Cause> = begun.into_iter().flatten().collect();
-        let left = |fitted: &Fitted| fitted.error.0 / fitted.error.1 as f64;
-        let all = left(self.fitted) - 1.0;
         let least = begun.iter().map(|one| left(&one.fitted)).fold(f64::INFINITY, f64::min);
-        begun.retain(|one| {
-            let left = left(&one.fitted);
-            left - 1.0 <= PROMISING * all && left <= HOPEFUL * least.max(1.0)
-        });
+        begun.retain(|one| self.is_promising(one) && left(&one.fitted) <= HOPEFUL * least.max(1.0));
         let mut finished = in_parallel(&begun, begun.len(), threads, |begun, k| {
             let fitted = begun[k].fitted.continued(&begun[k].data(data).not_kept(), EVALUATIONS);
             let fitted = fitted.unwrap_or_else(|_| begun[k].fitted.clone());
@@ -77,53 +87,53 @@ impl Plain<'_> {
         });
         finished.sort_by(|a, b| a.fitted.error.0.total_cmp(&b.fitted.error.0));
         finished.truncate(HELD_OUT);
-        finished.retain_mut(|one| {
-            let gain = self.fitted.criterion() - one.fitted.criterion();
-            gain > search.thresholds.least_gain
-                && left(&one.fitted) - 1.0 <= PROMISING * all
-                && one.is_believable()
-                && one.explains(search)
-        });
         finished
     }
 
-    /// A fit of a suspect that begins; `None` if it cannot be fitted.
-    fn begun(&self, suspect: &Suspect) -> Option<Cause> {
-        let structure = self.structure(suspect)?;
-        let data = suspect.data(self.data).not_kept();
-        let points = match &suspect.suspicion {
-            Suspicion::Number(number) => self.in_other_units(&structure, number, &data),
-            Suspicion::Column(_) => self.as_declared(&structure, &data),
-        };
-        let fitted = Fitted::new(structure, &self.fitted.values, &points, &data, BEGINNING).ok()?;
-        let Suspect { position, suspicion, changed, .. } = suspect.clone();
-        Some(Cause { position, suspicion, fitted, changed })
+    /// Whether it leaves at most half of the base model's excess over noise.
+    fn is_promising(&self, one: &Cause) -> bool {
+        left(&one.fitted) - 1.0 <= PROMISING * (left(self.fitted) - 1.0)
     }
 
-    /// Where fits of a number start: at its value, or at the likeliest of those that it would have in another unit.
-    fn in_other_units(
+    /// Whether it is worth its numbers.
+    pub(super) fn is_gain(&self, search: &Search<'_>, one: &Cause) -> bool {
+        let gain = self.fitted.criterion() - one.criterion();
+        gain > search.thresholds.least_gain && self.is_promising(one)
+    }
+
+    /// Where fits of a number start: at its value, and at the likeliest of those that it would have in another unit or with
+    /// its decimal point elsewhere. The rest of the model has not adapted to these, so that the first may seem better.
+    fn elsewhere(
         &self,
         structure: &Structure,
         number: &Number,
         data: &Data<'_>,
     ) -> Vec<StartPoint> {
-        let values = std::iter::once(number.declared).chain(number.in_other_units());
         let with = |point: &[(String, f64)], value: f64| {
             let others = point.iter().filter(|(name, _)| *name != number.name).cloned();
             others.chain([(number.name.clone(), value)]).collect::<Vec<_>>()
         };
         let points = self.known(structure);
-        let all = values.flat_map(|value| points.each_ref().map(|point| with(point, value)));
-        self.likeliest_of(structure, all, data)
+        let likeliest = |value: f64| {
+            let all = points.each_ref().map(|point| with(point, value));
+            self.likeliest_of(structure, all.into_iter(), data)
+        };
+        let (_, as_declared) = likeliest(number.declared);
+        let slips = number.in_other_units().chain(number.with_other_powers());
+        let mut slips: Vec<(f64, StartPoint)> = slips.map(likeliest).collect();
+        slips.retain(|(cost, _)| cost.is_finite());
+        slips.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let slips = slips.into_iter().take(SLIPS).map(|(_, point)| point);
+        std::iter::once(as_declared).chain(slips).collect()
     }
 
     /// Where fits of other recordings start.
     fn as_declared(&self, structure: &Structure, data: &Data<'_>) -> Vec<StartPoint> {
-        self.likeliest_of(structure, self.known(structure).into_iter(), data)
+        vec![self.likeliest_of(structure, self.known(structure).into_iter(), data).1]
     }
 
     /// Parameters of the fitted base model, and those of the text: the former have adapted to what is wrong.
-    fn known(&self, structure: &Structure) -> [Vec<(String, f64)>; 2] {
+    pub(super) fn known(&self, structure: &Structure) -> [Vec<(String, f64)>; 2] {
         let signature = structure.system.signature();
         let declared = signature.parameters.iter().map(|own| (own.name.to_string(), own.value));
         let adapted = self.fitted.values.p.iter().map(|(name, value)| (name.clone(), *value));
@@ -135,28 +145,58 @@ impl Plain<'_> {
         structure: &Structure,
         all: impl Iterator<Item = Vec<(String, f64)>>,
         data: &Data<'_>,
-    ) -> Vec<StartPoint> {
+    ) -> (f64, StartPoint) {
         let cost = |point: Vec<(String, f64)>| {
             let starts = self.fitted.values.starts.clone();
             let values = Values { p: point.iter().cloned().collect(), starts };
             (cost_at(structure, &values, data), point)
         };
         let best = all.map(cost).min_by(|a, b| a.0.total_cmp(&b.0));
+        let (cost, point) = best.unwrap_or((f64::INFINITY, Vec::new()));
         let mut start = StartPoint::default();
-        start.set(best.map(|(_, point)| point).unwrap_or_default().into_iter());
-        vec![start]
+        start.set(point.into_iter());
+        (cost, start)
     }
 }
 
+/// A fit of a suspect that begins; `None` if it cannot be fitted.
+fn begun(plain: &Plain<'_>, suspect: &Suspect) -> Option<Cause> {
+    let structure = plain.structure(suspect)?;
+    let data = suspect.data(plain.data).not_kept();
+    let points = match &suspect.suspicion {
+        Suspicion::Number(number) => plain.elsewhere(&structure, number, &data),
+        _ => plain.as_declared(&structure, &data),
+    };
+    suspect.fitted(structure, &plain.fitted.values, &points, &data)
+}
+
+/// Mean square of what is left.
+fn left(fitted: &Fitted) -> f64 {
+    fitted.error.0 / fitted.error.1 as f64
+}
+
 impl Suspect {
-    fn data<'a>(&'a self, data: &Data<'a>) -> Data<'a> {
+    /// A fit to its recordings that begins; `None` if that fails.
+    pub(super) fn fitted(
+        &self,
+        structure: Structure,
+        from: &Values,
+        points: &[StartPoint],
+        data: &Data<'_>,
+    ) -> Option<Cause> {
+        let fitted = Fitted::new(structure, from, points, data, BEGINNING).ok()?;
+        let Suspect { position, suspicion, changed, .. } = self.clone();
+        Some(Cause { position, suspicion, fitted, changed })
+    }
+
+    pub(super) fn data<'a>(&'a self, data: &Data<'a>) -> Data<'a> {
         self.changed.as_ref().map_or_else(|| data.clone(), |changed| changed.data(data))
     }
 }
 
 impl Cause {
     /// Simulates the validation recordings; whether nothing but noise is left.
-    fn explains(&mut self, search: &Search<'_>) -> bool {
+    pub(super) fn explains(&mut self, search: &Search<'_>) -> bool {
         let changed = self.changed.clone();
         let data =
             changed.as_ref().map_or_else(|| search.data.clone(), |own| own.data(&search.data));
@@ -168,17 +208,16 @@ impl Cause {
 
     /// Whether the recordings determine what is wrong, and it is.
     fn is_believable(&self) -> bool {
-        match &self.suspicion {
-            Suspicion::Column(_) => true,
-            Suspicion::Number(number) => {
-                let own = self.fitted.estimates.iter();
-                let mut own = own.filter(|e| e.recording.is_none() && e.name == number.name);
-                own.any(|own| {
-                    let off = (own.value - number.declared).abs();
-                    own.std.is_some_and(|std| off > SIGNIFICANT * std)
-                        && !self.fitted.is_at_bound(own)
-                })
-            }
-        }
+        let (name, declared) = match &self.suspicion {
+            Suspicion::Start(_) | Suspicion::Column(_) | Suspicion::Recordings(_) => return true,
+            Suspicion::Number(number) => (&*number.name, number.declared),
+            Suspicion::Rate => (RATE, 1.0),
+        };
+        let own = self.fitted.estimates.iter();
+        let mut own = own.filter(|e| e.recording.is_none() && e.name == name);
+        own.any(|own| {
+            let off = (own.value - declared).abs();
+            own.std.is_some_and(|std| off > SIGNIFICANT * std) && !self.fitted.is_at_bound(own)
+        })
     }
 }

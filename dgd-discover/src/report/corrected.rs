@@ -12,6 +12,7 @@ use dgd_runtime::System;
 
 use crate::fit::Fitted;
 use crate::library::BaseModel;
+use crate::plain::is_brought;
 
 /// Digits of a parameter, far more than any data determines.
 const DIGITS: usize = 9;
@@ -51,7 +52,7 @@ pub(crate) fn corrected(
         |name: &str| fitted.estimates.iter().any(|e| e.recording.is_none() && e.name == name);
     let values: Vec<NewValue> = parameters
         .zip(&fitted.p)
-        .filter(|(parameter, _)| estimated(&parameter.name))
+        .filter(|(parameter, _)| estimated(&parameter.name) && !is_brought(&parameter.name))
         .flat_map(|(parameter, value)| {
             let unit = &parameter.unit;
             let text = number(unit.from_si(*value));
@@ -78,7 +79,9 @@ fn with_interpolations(base: &Ast, other: &Ast, text: &str) -> String {
     fn declared(ast: &Ast) -> Vec<&Attribute> {
         let mut all = Vec::new();
         visit::items(&ast.items, &mut |item| {
-            if let ItemKind::Input { attributes, .. } = &item.kind {
+            if let ItemKind::Input { name, attributes, .. } = &item.kind
+                && !is_brought(&name.text)
+            {
                 all.extend(
                     attributes.iter().filter(|one| {
                         matches!(one.kind, AttributeKind::Hold | AttributeKind::Linear)

@@ -174,13 +174,40 @@ pub struct PlainCause {
     pub with: Option<String>,
     /// A number's value in the text, SI.
     pub declared: Option<f64>,
-    /// The value of a number that fits the recordings.
+    /// The value of a number that fits the recordings; of a clock, recorded seconds for each true one.
     pub value: Option<ParameterValue>,
     /// The unit that is declared for the numbers of a column.
     pub unit: Option<String>,
     /// The unit in which the number of the text, or the numbers of a column, would be right, if there is one; for an
     /// input, how it goes on between samples.
     pub meant_in: Option<String>,
+    /// Where recordings differ or begin elsewhere, the values that they have.
+    pub values: Vec<RecordingsValue>,
+    /// Where a column is stuck; what was read meanwhile is left out.
+    pub since: Vec<StuckSince>,
+}
+
+/// Where a column stays at one value to the end.
+#[derive(Debug, Clone)]
+pub struct StuckSince {
+    /// Name of the recording.
+    pub recording: String,
+    /// The last time at which the column was read, s.
+    pub time: f64,
+    /// The value at which it stays.
+    pub value: ParameterValue,
+}
+
+/// A value that some recordings have, and others do not.
+#[derive(Debug, Clone)]
+pub struct RecordingsValue {
+    /// Names of the training recordings.
+    pub recordings: Vec<String>,
+    /// Names of the validation recordings that it explains best.
+    pub held_out: Vec<String>,
+    /// The value, with the unit of differences for an offset; without a standard deviation where it is as the model has
+    /// it.
+    pub value: ParameterValue,
 }
 
 /// What kind of thing is wrong.
@@ -196,8 +223,18 @@ pub enum PlainKind {
     Exchanged,
     /// How an input goes on between samples.
     Interpolation,
-    /// The unit of time.
+    /// The unit of time, or the rate of the clock.
     Clock,
+    /// A start value that is held where recordings begin elsewhere.
+    Start,
+    /// A column that stays at one value from some moment on.
+    Stuck,
+    /// A number of the model that is not the same in all recordings.
+    DiffersNumber,
+    /// The offset of a sensor that is not.
+    DiffersOffset,
+    /// The rate of the clock that is not.
+    DiffersClock,
 }
 
 impl PlainKind {
@@ -210,6 +247,11 @@ impl PlainKind {
             PlainKind::Exchanged => "exchanged",
             PlainKind::Interpolation => "interpolation",
             PlainKind::Clock => "clock",
+            PlainKind::Start => "start",
+            PlainKind::Stuck => "stuck",
+            PlainKind::DiffersNumber => "number_differs",
+            PlainKind::DiffersOffset => "offset_differs",
+            PlainKind::DiffersClock => "clock_differs",
         }
     }
 }

@@ -22,8 +22,8 @@ pub(crate) use corrected::corrected;
 pub(crate) use described::described;
 pub use discovery::{
     Described, Discovery, FoundEffect, FoundLaw, FoundRegime, Gap, NearForm, OutputTrace,
-    ParameterValue, PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace, RivalLaw, Screened,
-    Unexplained,
+    ParameterValue, PlainCause, PlainCauses, PlainKind, Ranked, RecordingTrace, RecordingsValue,
+    RivalLaw, Screened, StuckSince, Unexplained,
 };
 pub(crate) use found::{Found, parameters};
 pub(crate) use law::{found_law, rival_laws};

@@ -1,23 +1,28 @@
 //! Reports plain causes.
 
+use dgd_compiler::units;
 use dgd_runtime::Unit;
 
-use super::discovery::{ParameterValue, PlainCause, PlainCauses, PlainKind};
+use super::discovery::{
+    ParameterValue, PlainCause, PlainCauses, PlainKind, RecordingsValue, StuckSince,
+};
 use crate::fit::Fitted;
-use crate::plain::{Cause, Causes, Fault, Number, Suspicion, between};
+use crate::plain::{
+    Cause, Causes, Difference, Fault, Held, Number, Own, RATE, Since, Suspicion, between,
+};
 
-/// Plain causes; the first has the values of its last fit.
-pub(crate) fn plain_causes(causes: &Causes, last: &Fitted) -> PlainCauses {
+/// Plain causes; the first has the values of its last fit. Training and validation recordings have these names.
+pub(crate) fn plain_causes(causes: &Causes, last: &Fitted, names: [&[String]; 2]) -> PlainCauses {
     let fitted = std::iter::once(last).chain(causes.all.iter().skip(1).map(|one| &one.fitted));
     let all = causes.all.iter().zip(fitted);
     PlainCauses {
-        causes: all.map(|(cause, fitted)| reported(cause, fitted)).collect(),
+        causes: all.map(|(cause, fitted)| reported(cause, fitted, names)).collect(),
         effects: causes.effects.clone(),
     }
 }
 
-fn reported(cause: &Cause, fitted: &Fitted) -> PlainCause {
-    let named = |kind: PlainKind, name: &str| PlainCause {
+fn named(kind: PlainKind, name: &str) -> PlainCause {
+    PlainCause {
         kind,
         name: name.to_owned(),
         with: None,
@@ -25,9 +30,17 @@ fn reported(cause: &Cause, fitted: &Fitted) -> PlainCause {
         value: None,
         unit: None,
         meant_in: None,
-    };
+        values: Vec::new(),
+        since: Vec::new(),
+    }
+}
+
+fn reported(cause: &Cause, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause {
     match &cause.suspicion {
         Suspicion::Number(number) => of_number(number, fitted),
+        Suspicion::Start(held) => of_start(held, fitted, names),
+        Suspicion::Rate => of_clock(fitted),
+        Suspicion::Recordings(difference) => of_recordings(difference, fitted, names),
         Suspicion::Column(Fault::Unit { name, unit, meant_in }) => PlainCause {
             unit: Some(unit.symbol.clone()),
             meant_in: Some(meant_in.symbol.clone()),
@@ -40,6 +53,18 @@ fn reported(cause: &Cause, fitted: &Fitted) -> PlainCause {
             meant_in: Some(between(*is).to_owned()),
             ..named(PlainKind::Interpolation, name)
         },
+        Suspicion::Column(Fault::Stuck { name, unit, since, .. }) => {
+            let of = |one: &Since| StuckSince {
+                recording: names[usize::from(one.is_held_out)][one.recording].clone(),
+                time: one.time,
+                value: valued(name, unit, one.value, None),
+            };
+            PlainCause {
+                unit: Some(unit.symbol.clone()),
+                since: since.iter().map(of).collect(),
+                ..named(PlainKind::Stuck, name)
+            }
+        }
         Suspicion::Column(Fault::Clock { meant_in }) => PlainCause {
             unit: Some("s".to_owned()),
             meant_in: Some(meant_in.symbol.clone()),
@@ -52,16 +77,60 @@ fn of_number(number: &Number, fitted: &Fitted) -> PlainCause {
     let own = fitted.estimates.iter().find(|e| e.recording.is_none() && e.name == number.name);
     let value = own.map_or(number.declared, |own| own.value);
     let std = own.and_then(|own| own.std);
-    let (factor, offset) = (number.unit.factor, number.unit.offset);
-    let unit = Unit { symbol: number.unit.symbol.clone().into(), factor, offset };
-    let name = number.name.clone();
+    let kind = if number.is_constant { PlainKind::Constant } else { PlainKind::Parameter };
     PlainCause {
-        kind: if number.is_constant { PlainKind::Constant } else { PlainKind::Parameter },
-        name: name.clone(),
-        with: None,
         declared: Some(number.declared),
-        value: Some(ParameterValue { name, unit, value, std, std_model: None }),
+        value: Some(valued(&number.name, &number.unit, value, std)),
         unit: Some(number.unit.symbol.clone()),
         meant_in: number.meant_in(value, std).map(|unit| unit.symbol),
+        ..named(kind, &number.name)
     }
+}
+
+fn of_start(held: &Held, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause {
+    let values = held.values(fitted).into_iter().map(|(recording, value, std)| RecordingsValue {
+        recordings: vec![names[0][recording].clone()],
+        held_out: Vec::new(),
+        value: valued(&held.state, &held.unit, value, std),
+    });
+    let (unit, values) = (Some(held.unit.symbol.clone()), values.collect());
+    PlainCause { unit, values, ..named(PlainKind::Start, &held.state) }
+}
+
+fn of_clock(fitted: &Fitted) -> PlainCause {
+    let own = fitted.estimates.iter().find(|e| e.recording.is_none() && e.name == RATE);
+    let unit = units::Unit::one();
+    let value = own.map(|own| valued("clock", &unit, own.value, own.std));
+    PlainCause {
+        declared: Some(1.0),
+        value,
+        unit: Some(unit.symbol),
+        ..named(PlainKind::Clock, "time")
+    }
+}
+
+fn valued(name: &str, unit: &units::Unit, value: f64, std: Option<f64>) -> ParameterValue {
+    let (factor, offset) = (unit.factor, unit.offset);
+    let unit = Unit { symbol: unit.symbol.clone().into(), factor, offset };
+    ParameterValue { name: name.to_owned(), unit, value, std, std_model: None }
+}
+
+fn of_recordings(difference: &Difference, fitted: &Fitted, names: [&[String]; 2]) -> PlainCause {
+    let (kind, name, unit) = match &difference.own {
+        Own::Number(number, _) => (PlainKind::DiffersNumber, &*number.name, number.unit.clone()),
+        Own::Offset(output, unit) => (PlainKind::DiffersOffset, &**output, unit.of_differences()),
+        Own::Clock => (PlainKind::DiffersClock, "time", units::Unit::one()),
+    };
+    let of = |groups: &[usize], names: &[String], group: usize| -> Vec<String> {
+        let both = groups.iter().zip(names).filter(|(own, _)| **own == group);
+        both.map(|(_, name)| name.clone()).collect()
+    };
+    let values = difference.values(fitted).into_iter().enumerate();
+    let values = values.map(|(group, (value, std))| RecordingsValue {
+        recordings: of(&difference.train, names[0], group),
+        held_out: of(&difference.valid, names[1], group),
+        value: valued(name, &unit, value, std),
+    });
+    let values = values.collect();
+    PlainCause { unit: Some(unit.symbol.clone()), values, ..named(kind, name) }
 }

@@ -44,7 +44,8 @@ class Discovery(Findings):
         #: Terms that equations lacked, with the verdict ``"law"``: ``target``, ``formula`` and ``coefficients``.
         self.law: list[dict[str, Any]] = (self.result["law"] or {}).get("terms", [])
         #: Wrong numbers of the model's text and faults of the recordings, with the verdict ``"plain"``: the cause, then
-        #: its twins, each with its ``kind``, ``name``, ``declared``, ``value``, ``std`` and ``unit``.
+        #: its twins, each with its ``kind``, ``name``, ``declared``, ``value``, ``std`` and ``unit``; where recordings
+        #: differ, the ``values`` that they have, and ``since`` when a column is stuck.
         self.plain: list[dict[str, Any]] = (self.result["plain"] or {}).get("causes", [])
         #: Laws in different equations that explain the recordings alike: ``terms``, ``left`` and ``told_apart_by``.
         self.rivals: list[dict[str, Any]] = self.result["rivals"]

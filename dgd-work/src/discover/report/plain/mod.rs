@@ -1,8 +1,10 @@
 //! Wrong numbers of the model's text and faults of the recordings, in words and for programs.
 
+mod differing;
+
 use std::fmt::Write;
 
-use dgd_discover::{PlainCause, PlainCauses, PlainKind};
+use dgd_discover::{PlainCause, PlainCauses, PlainKind, RecordingsValue, StuckSince};
 use serde_json::{Value, json};
 
 use super::result_json::tidy;
@@ -23,11 +25,32 @@ pub(super) fn value(plain: &PlainCauses) -> Value {
             "std": std,
             "unit": cause.unit,
             "meant_in": cause.meant_in,
+            "since": cause.since.iter().map(stuck).collect::<Vec<_>>(),
+            "values": cause.values.iter().map(of_recordings).collect::<Vec<_>>(),
         })
     };
     json!({
         "causes": plain.causes.iter().map(cause).collect::<Vec<_>>(),
         "effects": plain.effects,
+    })
+}
+
+fn stuck(own: &StuckSince) -> Value {
+    let value = &own.value;
+    json!({
+        "recording": own.recording,
+        "time": tidy(own.time),
+        "value": tidy(value.unit.from_si(value.value)),
+    })
+}
+
+fn of_recordings(own: &RecordingsValue) -> Value {
+    let value = &own.value;
+    json!({
+        "recordings": own.recordings,
+        "held_out": own.held_out,
+        "value": tidy(value.unit.from_si(value.value)),
+        "std": value.std.map(|std| tidy(std / value.unit.factor)),
     })
 }
 
@@ -49,7 +72,7 @@ pub(super) fn sentence(plain: &PlainCauses) -> String {
 
 /// What to do next.
 pub(super) fn next(plain: &PlainCauses) -> String {
-    let is_number = |one: &&PlainCause| one.value.is_some();
+    let is_number = |one: &&PlainCause| one.value.is_some() && one.kind != PlainKind::Clock;
     let numbers = plain.causes.iter().filter(is_number).map(|one| format!("`{}`", one.name));
     let numbers: Vec<String> = numbers.collect();
     let look_up = match numbers.as_slice() {
@@ -61,8 +84,22 @@ pub(super) fn next(plain: &PlainCauses) -> String {
         ),
     };
     match plain.causes.first() {
+        Some(first) if first.kind == PlainKind::Start => {
+            format!("Leave out `fixed` in the line of `{}`, or start the recordings there.", first.name)
+        }
+        Some(first) if !first.values.is_empty() => differing::next(first),
+        Some(first) if first.kind == PlainKind::Clock && first.value.is_some() => {
+            let look_up = if look_up.is_empty() { look_up } else { format!(" {look_up}") };
+            format!(
+                "Compare the clock of the recorder with another one.{look_up} The corrected model is for true times."
+            )
+        }
         Some(first) if first.value.is_some() => {
             format!("{look_up} The corrected model has the value of `{}` that fits.", first.name)
+        }
+        Some(first) if first.kind == PlainKind::Stuck => {
+            "Look up how the recordings were made, and leave out these rows. The corrected model is fitted to the others."
+                .to_owned()
         }
         Some(first) if first.kind == PlainKind::Interpolation => {
             "Look up how the recorder fills the time between rows. The corrected model has the input as it fits."
@@ -106,8 +143,19 @@ fn first_words(cause: &PlainCause) -> String {
         PlainKind::Interpolation => {
             format!("The input `{name}` fits as `{meant_in}`: its line should end with that.")
         }
+        PlainKind::Clock if cause.value.is_some() => {
+            format!("The clock of the recordings runs {}.", differing::rate(cause.value.as_ref()))
+        }
         PlainKind::Clock => {
             format!("The times of the recordings read as if in `{meant_in}`, not in `{unit}`.")
+        }
+        PlainKind::Start => differing::starts(cause),
+        PlainKind::Stuck => format!(
+            "The column `{name}` {}: it reads as if stuck. What was read after that is left out.",
+            stays(cause)
+        ),
+        PlainKind::DiffersNumber | PlainKind::DiffersOffset | PlainKind::DiffersClock => {
+            differing::first_words(cause)
         }
     }
 }
@@ -129,8 +177,26 @@ fn twin(cause: &PlainCause) -> String {
             cause.with.as_deref().unwrap_or_default()
         ),
         PlainKind::Interpolation => format!("the input `{name}` is `{meant_in}`"),
+        PlainKind::Clock if cause.value.is_some() => {
+            format!("the clock runs {}", differing::rate(cause.value.as_ref()))
+        }
         PlainKind::Clock => format!("the times are in `{meant_in}`"),
+        PlainKind::Start => format!("`{name}` starts otherwise"),
+        PlainKind::Stuck => format!("the column `{name}` {}", stays(cause)),
+        PlainKind::DiffersNumber | PlainKind::DiffersOffset | PlainKind::DiffersClock => {
+            differing::words(cause)
+        }
     }
+}
+
+/// `stays at 0.31 V after 25 s in `b``.
+fn stays(cause: &PlainCause) -> String {
+    let of = |own: &StuckSince| {
+        let unit = &own.value.unit;
+        let value = with_unit(short(unit.from_si(own.value.value), 4), &unit.symbol);
+        format!("stays at {value} after {} s in `{}`", short(own.time, 6), own.recording)
+    };
+    cause.since.iter().map(of).collect::<Vec<_>>().join(", and ")
 }
 
 fn fitted(cause: &PlainCause) -> String {

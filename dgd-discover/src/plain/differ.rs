@@ -1,0 +1,345 @@
+//! Recordings that differ: each is explained by the model, with its own value of a number, offset of a sensor or rate of
+//! the clock, and all of them together are not.
+//!
+//! ```text
+//!   the base model fitted to each recording alone: which does it explain?
+//!     ─► all:   each parameter that is estimated, with its own value in each recording
+//!     ─► one:   what is not estimated, as it is in that recording, and another in each of the others
+//!     ─► values that are alike become one, and the fit is repeated
+//! ```
+
+use std::sync::Arc;
+
+use dgd_identify::Recording;
+use dgd_runtime::System;
+use dgd_runtime::parallel::in_parallel;
+
+use super::own_values::{Own, selector, with_own};
+use super::trial::{EVALUATIONS, SIGNIFICANT};
+use super::{Cause, Changed, Plain, Suspect, Suspicion, numbers};
+use crate::fit::{Data, Fitted, StartPoint, cost_at, whitened_square};
+use crate::library::{Structure, StructureId, Values, with_constant_inputs};
+use crate::search::Search;
+
+/// Number of recordings that are tried as the one that is as the text has it: at most one of two is unlike all others.
+const REFERENCES: usize = 2;
+
+/// Groups of recordings, each with its own value of something.
+#[derive(Debug, Clone)]
+pub(crate) struct Difference {
+    pub(crate) own: Own,
+    /// The group of each training recording, from 0 …
+    pub(crate) train: Vec<usize>,
+    /// … and of each validation recording.
+    pub(crate) valid: Vec<usize>,
+    /// What is estimated in each group after the first.
+    names: Vec<String>,
+}
+
+/// A value of a group with its standard deviation, SI; none where it is as the text has it.
+type OwnValue = (f64, Option<f64>);
+
+impl Difference {
+    /// The value of each group.
+    pub(crate) fn values(&self, fitted: &Fitted) -> Vec<OwnValue> {
+        let nothing = (self.own.nothing(), None);
+        let of = |name: Option<&str>| match name {
+            None => nothing,
+            Some(name) => {
+                let mut all = fitted.estimates.iter().filter(|e| e.recording.is_none());
+                let found = all.find(|estimate| estimate.name == name);
+                found.map_or(nothing, |estimate| (estimate.value, estimate.std))
+            }
+        };
+        self.parameters().map(of).collect()
+    }
+
+    /// The parameter of each group; `None` for a first group that is as the text has it.
+    fn parameters(&self) -> impl Iterator<Item = Option<&str>> {
+        std::iter::once(self.own.of_first()).chain(self.names.iter().map(|name| Some(&**name)))
+    }
+
+    /// Whether a group's value is at a bound.
+    fn is_at_bound(&self, fitted: &Fitted) -> bool {
+        let mut all = fitted.estimates.iter().filter(|e| e.recording.is_none());
+        all.any(|estimate| {
+            self.parameters().flatten().any(|name| name == estimate.name)
+                && fitted.is_at_bound(estimate)
+        })
+    }
+
+    /// Groups by ascending value, and whether the recordings distinguish each from the next.
+    fn ranked(&self, fitted: &Fitted, data: &Data<'_>) -> Option<(Vec<usize>, Vec<bool>)> {
+        let covariance = fitted.covariance(data)?;
+        let places = fitted.fitted_directions();
+        let place = |name: &str| {
+            places.iter().position(|e| {
+                fitted.estimates[*e].recording.is_none() && fitted.estimates[*e].name == name
+            })
+        };
+        let own: Vec<Option<Option<usize>>> = self
+            .parameters()
+            .map(|name| match name {
+                None => Some(None),
+                Some(name) => place(name).map(Some),
+            })
+            .collect();
+        let own: Vec<Option<usize>> = own.into_iter().collect::<Option<_>>()?;
+        let values: Vec<f64> = self.values(fitted).into_iter().map(|(value, _)| value).collect();
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+        let shared = |a: Option<usize>, b: Option<usize>| match (a, b) {
+            (Some(a), Some(b)) => covariance[(a, b)],
+            _ => 0.0,
+        };
+        let is_apart = |pair: &[usize]| {
+            let [a, b] = [own[pair[0]], own[pair[1]]];
+            let variance = shared(a, a) + shared(b, b) - 2.0 * shared(a, b);
+            values[pair[1]] - values[pair[0]] > SIGNIFICANT * variance.max(0.0).sqrt()
+        };
+        let apart = order.windows(2).map(is_apart).collect();
+        Some((order, apart))
+    }
+}
+
+impl Plain<'_> {
+    /// Differences between recordings that leave only noise, the likeliest first.
+    pub(super) fn differing(&self, search: &Search<'_>) -> Vec<Cause> {
+        if self.data.train.len() < 2 || self.data.is_over() {
+            return Vec::new();
+        }
+        let alone = self.alone(search);
+        let suspects = self.differences(&alone);
+        let finished =
+            self.finished(&suspects, |plain, suspect| plain.begun_apart(suspect, &alone));
+        let mut causes: Vec<Cause> =
+            finished.iter().filter_map(|cause| self.with_groups(cause)).collect();
+        causes.retain_mut(|one| {
+            self.is_gain(search, one) && self.is_told_apart(one) && validates(search, one)
+        });
+        causes
+    }
+
+    /// Whether the recordings distinguish all groups.
+    fn is_told_apart(&self, cause: &Cause) -> bool {
+        let Suspicion::Recordings(difference) = &cause.suspicion else { return false };
+        let data = cause.data(self.data).not_kept();
+        let is_apart = |(_, apart): (Vec<usize>, Vec<bool>)| apart.iter().all(|apart| *apart);
+        !difference.is_at_bound(&cause.fitted)
+            && difference.ranked(&cause.fitted, &data).is_some_and(is_apart)
+    }
+
+    /// The base model fitted to each recording alone, where it explains it.
+    fn alone(&self, search: &Search<'_>) -> Vec<Option<Values>> {
+        let Plain { base, model, fitted, names, data, threads } = *self;
+        let (of, seed) = (search.base, search.seed);
+        in_parallel(fitted, data.train.len(), threads, |fitted, r| {
+            let plain = Plain { base, model, fitted, names, data, threads };
+            if data.is_over() {
+                return None;
+            }
+            let own = Data {
+                train: &data.train[r..=r],
+                valid: &[],
+                counts_from: Vec::new(),
+                ..data.not_kept()
+            };
+            let starts = fitted.values.starts.get(r).cloned().into_iter().collect();
+            let from = Values { p: fitted.values.p.clone(), starts };
+            let points: Vec<StartPoint> = (plain.known(&fitted.structure).into_iter())
+                .map(|point| {
+                    let mut start = StartPoint::default();
+                    start.set(point.into_iter());
+                    start
+                })
+                .collect();
+            let alone = Fitted::new(fitted.structure.clone(), &from, &points, &own, EVALUATIONS);
+            let alone = alone.ok()?;
+            let explains = Search::new(of, &[], own, 1, seed).leaves_nothing(&alone);
+            explains.then_some(alone.values)
+        })
+    }
+
+    fn differences(&self, alone: &[Option<Values>]) -> Vec<Suspect> {
+        let Plain { base, model, fitted, data, .. } = *self;
+        let count = data.train.len();
+        let mut all = Vec::new();
+        let (estimated, held): (Vec<_>, Vec<_>) =
+            numbers::all(base, model).into_iter().partition(|number| number.is_estimated(fitted));
+        if alone.iter().all(Option::is_some) {
+            let of = |number| (Own::Number(number, true), (0..count).collect());
+            all.extend(estimated.into_iter().map(of));
+        }
+        let outputs = model.outputs.iter().zip(&data.noise);
+        let offsets = outputs
+            .filter(|(_, noise)| noise.is_some())
+            .map(|(own, _)| Own::Offset(own.declared.name.clone(), own.declared.unit.clone()));
+        let held = held.into_iter().map(|number| Own::Number(number, false));
+        let held: Vec<Own> = held.chain(offsets).chain(std::iter::once(Own::Clock)).collect();
+        for reference in (0..count.min(REFERENCES)).filter(|r| alone[*r].is_some()) {
+            let groups = |r: usize| match r {
+                r if r == reference => 0,
+                r if r < reference => r + 1,
+                r => r,
+            };
+            all.extend(held.iter().map(|own| (own.clone(), (0..count).map(groups).collect())));
+        }
+        let suspects = all.into_iter().filter_map(|(own, train)| self.apart(own, train));
+        suspects.enumerate().map(|(position, one)| Suspect { position, ..one }).collect()
+    }
+
+    /// Recordings in these groups, each with its own value.
+    fn apart(&self, own: Own, train: Vec<usize>) -> Option<Suspect> {
+        let Plain { base, data, names: [called, _], .. } = *self;
+        let groups = train.iter().max()? + 1;
+        let name = |group: usize| {
+            let of_group = train.iter().zip(called).filter(|(own, _)| **own == group);
+            let all: Vec<&str> = of_group.map(|(_, name)| &**name).collect();
+            own.called(&all.join(", "))
+        };
+        let names: Vec<String> = (1..groups).map(name).collect();
+        let base = with_own(base, &own, &names)?;
+        let valid = vec![0; data.valid.len()];
+        let difference = Difference { own, train, valid, names };
+        let structure = base.structure(&[], StructureId::BASE).ok()?;
+        let changed = difference.changed(&structure, data)?;
+        Some(Suspect {
+            position: 0,
+            suspicion: Suspicion::Recordings(difference),
+            base: Some(base),
+            changed: Some(Arc::new(changed)),
+        })
+    }
+
+    /// A fit that begins where the base model is fitted to all recordings, or where it is to each alone.
+    fn begun_apart(&self, suspect: &Suspect, alone: &[Option<Values>]) -> Option<Cause> {
+        let Suspicion::Recordings(difference) = &suspect.suspicion else { return None };
+        let structure = self.structure(suspect)?;
+        let data = suspect.data(self.data).not_kept();
+        let reference = difference.train.iter().position(|group| *group == 0)?;
+        let together = self.fitted.values.clone();
+        let mut apart = alone[reference].clone().unwrap_or_default();
+        apart.starts.clone_from(&together.starts);
+        for (starts, own) in apart.starts.iter_mut().zip(alone) {
+            if let Some(own) = own.as_ref().and_then(|own| own.starts.first()) {
+                starts.clone_from(own);
+            }
+        }
+        let mut points = [together, apart];
+        for (group, name) in difference.parameters().enumerate() {
+            let (Some(name), Some(number)) = (name, difference.own.of_first()) else { continue };
+            let first = difference.train.iter().position(|own| *own == group)?;
+            let value = alone[first].as_ref().and_then(|own| own.p.get(number)).copied();
+            let adapted = points[0].p.get(number).copied();
+            points[0].p.extend(adapted.map(|value| (name.to_owned(), value)));
+            points[1].p.extend(value.map(|value| (name.to_owned(), value)));
+        }
+        let costs = points.each_ref().map(|point| cost_at(&structure, point, &data));
+        let from = &points[usize::from(costs[1] < costs[0])];
+        let points = [StartPoint::default()];
+        suspect.fitted(structure, from, &points, &data)
+    }
+
+    /// The same with one value for recordings that are alike in it; `None` if all are.
+    fn with_groups(&self, cause: &Cause) -> Option<Cause> {
+        let Suspicion::Recordings(difference) = &cause.suspicion else { return None };
+        let data = cause.data(self.data).not_kept();
+        let (order, apart) = difference.ranked(&cause.fitted, &data)?;
+        let mut clusters = vec![0; order.len()];
+        for (k, group) in order.iter().enumerate() {
+            clusters[*group] = apart[..k].iter().filter(|apart| **apart).count();
+        }
+        let count = 1 + apart.iter().filter(|apart| **apart).count();
+        if count == 1 {
+            return None;
+        }
+        if count == order.len() {
+            return Some(cause.clone());
+        }
+        // The first group stays the first, and the others are in the order of the recordings.
+        let mut known = vec![clusters[0]];
+        for group in &difference.train {
+            if !known.contains(&clusters[*group]) {
+                known.push(clusters[*group]);
+            }
+        }
+        let place = |group: &usize| known.iter().position(|cluster| *cluster == clusters[*group]);
+        let train = difference.train.iter().map(place).collect::<Option<Vec<usize>>>()?;
+        let suspect = self.apart(difference.own.clone(), train)?;
+        let Suspicion::Recordings(grouped) = &suspect.suspicion else { return None };
+        let mut from = cause.fitted.values.clone();
+        let values = difference.values(&cause.fitted);
+        for (new, name) in grouped.parameters().enumerate() {
+            let old = (0..clusters.len()).find(|old| clusters[*old] == known[new])?;
+            from.p.extend(name.map(|name| (name.to_owned(), values[old].0)));
+        }
+        let data = suspect.data(self.data).not_kept();
+        let structure = self.structure(&suspect)?;
+        let begun = suspect.fitted(structure, &from, &[StartPoint::default()], &data)?;
+        let fitted = begun.fitted.continued(&data, EVALUATIONS).unwrap_or(begun.fitted);
+        Some(Cause { position: cause.position, fitted, ..begun })
+    }
+}
+
+/// Finds the group that each validation recording resembles; whether nothing but noise is left there, too.
+fn validates(search: &Search<'_>, cause: &mut Cause) -> bool {
+    let Suspicion::Recordings(difference) = &cause.suspicion else { return false };
+    let count = search.data.valid.len();
+    let mut best = vec![(f64::INFINITY, 0); count];
+    if count > 0 {
+        for group in 0..=difference.names.len() {
+            let one = Difference { valid: vec![group; count], ..difference.clone() };
+            let Some(changed) = one.changed(&cause.fitted.structure, &search.data) else {
+                return false;
+            };
+            let data = changed.data(&search.data).not_kept();
+            let mut fitted = cause.fitted.clone();
+            fitted.hold_out(&data, EVALUATIONS);
+            let Some(left) = fitted.held_out_residuals(&data) else { continue };
+            for (r, best) in best.iter_mut().enumerate() {
+                let own = r..=r;
+                let left = whitened_square(&data.valid[own.clone()], &left[own], &data.noise).0;
+                if left < best.0 {
+                    *best = (left, group);
+                }
+            }
+        }
+    }
+    let valid = best.into_iter().map(|(_, group)| group).collect();
+    let difference = Difference { valid, ..difference.clone() };
+    let Some(changed) = difference.changed(&cause.fitted.structure, &search.data) else {
+        return false;
+    };
+    cause.changed = Some(Arc::new(changed));
+    cause.suspicion = Suspicion::Recordings(difference);
+    cause.explains(search)
+}
+
+impl Difference {
+    /// The recordings with an input that is one in each group after the first.
+    fn changed(&self, structure: &Structure, data: &Data<'_>) -> Option<Changed> {
+        let inputs = &structure.system.signature().inputs;
+        let place = |group: usize| inputs.iter().position(|input| *input.name == *selector(group));
+        let places: Vec<usize> =
+            (1..=self.names.len()).map(place).collect::<Option<Vec<usize>>>()?;
+        let all = |recordings: &[Recording], groups: &[usize]| -> Option<Vec<Recording>> {
+            let both = recordings.iter().zip(groups);
+            both.map(|(recording, own)| {
+                let further = places.iter().enumerate();
+                let further: Vec<(usize, f64)> = further
+                    .map(|(k, place)| (*place, if *own == k + 1 { 1.0 } else { 0.0 }))
+                    .collect();
+                let Recording { inputs, times, .. } = recording;
+                let inputs = with_constant_inputs(inputs, times, &further).ok()?;
+                Some(Recording { inputs, ..recording.clone() })
+            })
+            .collect()
+        };
+        Some(Changed {
+            train: all(data.train, &self.train)?,
+            valid: all(data.valid, &self.valid)?,
+            noise: data.noise.clone(),
+            counts_from: data.counts_from.clone(),
+        })
+    }
+}

@@ -1,0 +1,121 @@
+//! Columns that stay at one value from some moment on.
+//!
+//! ```text
+//!   p = (1 + n₌)/(2 + n):   share of n earlier readings that are equal to the one before
+//!   p^(m−1):                chance of m equal readings at the end
+//! ```
+//!
+//! A schedule that has ended is at rest, at an end of its range, where it jumps to or where it has been before: none of
+//! these is suspected. What is read while an input is stuck says nothing about the model, and is left out.
+
+use dgd_identify::Recording;
+use dgd_runtime::{Signature, System};
+
+use super::columns::{Fault, Signal, columns, signal_of, signals};
+use super::{Changed, Plain, Suspect, Suspicion};
+use crate::noise::{noise_of, readings};
+use std::sync::Arc;
+
+/// Chance of equal readings below which a column may be stuck: as for other false alarms.
+const CHANCE: f64 = 1e-4;
+
+/// Where a column is stuck.
+#[derive(Debug, Clone)]
+pub(crate) struct Since {
+    /// Whether in a validation recording.
+    pub(crate) is_held_out: bool,
+    /// The position of the recording.
+    pub(crate) recording: usize,
+    /// The last time at which it was read, s.
+    pub(crate) time: f64,
+    /// The value at which it stays, SI.
+    pub(crate) value: f64,
+}
+
+/// Columns that may be stuck.
+pub(super) fn suspects(plain: &Plain<'_>) -> Vec<Suspect> {
+    let Plain { fitted, data, .. } = *plain;
+    let signature = fitted.structure.system.signature();
+    let all = signals(plain, signature);
+    let tests = (all.len() * (data.train.len() + data.valid.len())).max(1) as f64;
+    all.iter()
+        .filter_map(|(signal, name, unit)| {
+            let of = |recordings: &[Recording], is_held_out: bool| {
+                let all = recordings.iter().enumerate();
+                let found = all.filter_map(|(recording, own)| {
+                    let (k, value) = since(own, *signal, signature, CHANCE / tests)?;
+                    Some(Since { is_held_out, recording, time: own.times[k], value })
+                });
+                found.collect::<Vec<_>>()
+            };
+            let since = [of(data.train, false), of(data.valid, true)].concat();
+            if since.iter().all(|one| one.is_held_out) {
+                return None;
+            }
+            let (changed, lost) = without(plain, *signal, &since);
+            let (name, unit) = (name.clone(), unit.clone());
+            let fault = Fault::Stuck { name, unit, since, lost };
+            Some(Suspect {
+                position: 0,
+                suspicion: Suspicion::Column(fault),
+                base: None,
+                changed: Some(Arc::new(changed)),
+            })
+        })
+        .collect()
+}
+
+/// The recordings without what was read while a column was stuck, and how many readings that are.
+fn without(plain: &Plain<'_>, signal: Signal, since: &[Since]) -> (Changed, usize) {
+    let data = plain.data;
+    let mut lost = 0;
+    let mut all = |recordings: &[Recording], is_held_out: bool| -> Vec<Recording> {
+        let mut changed = recordings.to_vec();
+        for one in since.iter().filter(|one| one.is_held_out == is_held_out) {
+            let Recording { times, measured, .. } = &mut changed[one.recording];
+            let from = times.partition_point(|t| *t <= one.time);
+            for (output, read) in measured.iter_mut().enumerate() {
+                if matches!(signal, Signal::Output(own) if own != output) {
+                    continue;
+                }
+                for value in read.iter_mut().flat_map(|read| &mut read[from..]) {
+                    lost += usize::from(value.is_finite() && !is_held_out);
+                    *value = f64::NAN;
+                }
+            }
+        }
+        changed
+    };
+    let (train, valid) = (all(data.train, false), all(data.valid, true));
+    let mut noise = data.noise.clone();
+    if let Signal::Output(own) = signal {
+        noise[own] = noise_of(&train, &readings(&train))[own];
+    }
+    (Changed { train, valid, noise, counts_from: data.counts_from.clone() }, lost)
+}
+
+/// The sample from which a column is stuck, and its value.
+fn since(
+    recording: &Recording,
+    signal: Signal,
+    signature: &Signature,
+    chance: f64,
+) -> Option<(usize, f64)> {
+    let column = signal_of(recording, signal, &columns(recording, signature.inputs.len()))?;
+    let read: Vec<(usize, f64)> =
+        column.into_iter().enumerate().filter(|(_, x)| x.is_finite()).collect();
+    let value = read.last()?.1;
+    let begin = read.iter().rposition(|(_, x)| *x != value)? + 1;
+    let before: Vec<f64> = read[..begin].iter().map(|(_, x)| *x).collect();
+    let steps: Vec<f64> = before.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let equal = steps.iter().filter(|step| **step == 0.0).count();
+    let share = (1 + equal) as f64 / (2 + steps.len()) as f64;
+    let again = (read.len() - begin - 1) as f64;
+    let largest = steps.iter().fold(0.0, |most: f64, step| most.max(*step));
+    let is_within = before.iter().any(|x| *x > value) && before.iter().any(|x| *x < value);
+    let has_been_held = before.windows(2).any(|pair| pair[0] == value && pair[1] == value);
+    let is_rest = value == 0.0 || !is_within || has_been_held;
+    let has_jumped = (value - before[begin - 1]).abs() > largest;
+    let is_sure = again * share.ln() < chance.ln();
+    (is_sure && !is_rest && !has_jumped).then_some((read[begin].0, value))
+}
