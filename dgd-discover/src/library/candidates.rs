@@ -303,12 +303,19 @@ impl Candidate<'_> {
         declared.is_some() && declared == null
     }
 
-    /// What it changes: an equation, an output, or a name of the model.
+    /// What it changes: an equation, an output, or a name of the model. A template that replaces a name in equations
+    /// changes what the name stands for.
     pub(crate) fn target(&self) -> String {
         let effect = self.application.effect;
+        let slots = match &effect.target {
+            Target::Template(slots) => slots.as_slice(),
+            Target::Model(_) => &[],
+        };
+        let is_slot = |name: &Name| slots.iter().any(|slot| slot.name.text == name.text);
         let changed =
             effect.ast.effect.iter().flat_map(|header| &header.clauses).find_map(|clause| {
                 match &clause.kind {
+                    ClauseKind::Replace { name, .. } if is_slot(name) => Some(&name.text),
                     ClauseKind::Replace { equation: Some(equation), .. }
                     | ClauseKind::Add { equation, .. } => Some(&equation.text),
                     ClauseKind::Replace { name, .. } => Some(&name.text),
@@ -317,10 +324,6 @@ impl Candidate<'_> {
                 }
             });
         let Some(name) = changed else { return String::new() };
-        let slots = match &effect.target {
-            Target::Template(slots) => slots.as_slice(),
-            Target::Model(_) => &[],
-        };
         let slot = slots.iter().position(|slot| slot.name.text == *name);
         let argument = slot.and_then(|slot| self.application.arguments.get(slot));
         argument.map_or_else(|| name.clone(), |argument| argument.text.clone())

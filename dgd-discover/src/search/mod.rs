@@ -21,6 +21,7 @@ mod alternatives;
 mod cancelling;
 #[cfg(test)]
 mod draining;
+mod elsewhere;
 mod evidence;
 mod measures;
 mod ranking;
@@ -185,6 +186,7 @@ impl Search<'_> {
         }
         self.try_near_forms();
         self.try_other_forms();
+        self.try_elsewhere();
         self.finish_rivals();
         self.explaining()
     }

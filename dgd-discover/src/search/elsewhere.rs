@@ -1,0 +1,122 @@
+//! Fits the best structures again from other values of the constants of their effects.
+//!
+//! Where an effect has a kink, a jump or a moment, the misfit has several minima over its constants, and a fit ends in the
+//! nearest. Each constant is moved over its range, the rest of the model adapts to it, and then all is fitted.
+
+use dgd_runtime::System;
+
+use super::refits::{HeldOut, Wanted};
+use super::tried::Search;
+use crate::fit::{StartPoint, cost_at};
+use crate::library::{StructureId, Values};
+
+/// Number of values of a constant, and of a moment, from which fits may begin.
+const VALUES: usize = 6;
+const MOMENTS: usize = 24;
+
+/// Number of values that are worth a fit: those that leave least before it.
+const WORTH_A_FIT: usize = 4;
+
+/// Maximum number of simulations of a fit from elsewhere; half as many before it while the constant is held.
+const EVALUATIONS: usize = 20;
+
+/// Factor by which a constant without bounds is less or more.
+const FACTOR: f64 = 5.0;
+
+/// Fraction of the misfit to which a fit from elsewhere must come for it to count as another minimum.
+const ANOTHER: f64 = 0.999;
+
+impl Search<'_> {
+    /// Fits the best structure, and the best with one effect, from other values of their constants.
+    pub(crate) fn try_elsewhere(&mut self) {
+        let mut best = self.ranked();
+        best.retain(|one| !one.is_base() && self.may_be_said(*one));
+        let first = best.first().copied();
+        let alone = best.iter().copied().find(|one| one.len() == 1);
+        for one in [alone, first].into_iter().flatten() {
+            // A structure is its own part here: it has been fitted from elsewhere.
+            if self.settled.insert((one, one)) && !self.data.is_spent() {
+                self.fit_from_elsewhere(one);
+            }
+        }
+    }
+
+    fn fit_from_elsewhere(&mut self, structure: StructureId) {
+        let points = self.points_elsewhere(structure);
+        let Some(before) = self.tried.get(&structure).cloned().filter(|_| !points.is_empty())
+        else {
+            return;
+        };
+        let least = self.training_sum(structure);
+        let wanted = Wanted { structure, from: self.values(structure), points };
+        self.refit(vec![wanted], EVALUATIONS, HeldOut::Later);
+        let is_better =
+            self.fitted(structure).is_some() && self.training_sum(structure) < ANOTHER * least;
+        if !is_better {
+            self.tried.insert(structure, before);
+            return;
+        }
+        self.screens.retain(|(_, known), _| *known != structure);
+        self.finish(&[structure]);
+    }
+
+    /// Values of the constants of its effects that may lead to another minimum.
+    fn points_elsewhere(&self, structure: StructureId) -> Vec<StartPoint> {
+        let Some(fitted) = self.fitted(structure) else { return Vec::new() };
+        let parameters = &fitted.structure.system.signature().parameters;
+        let times = self.data.train.iter().flat_map(|recording| &recording.times);
+        let until = times.fold(0.0, |last: f64, t| last.max(*t));
+        let mut found: Vec<(bool, f64, StartPoint)> = Vec::new();
+        for (effect, brought) in structure.effects().zip(&fitted.structure.brought) {
+            let own = &self.candidates[effect];
+            if !(own.has_kink() || own.has_inner || own.brings_unknowns) {
+                continue;
+            }
+            for name in &brought.parameters {
+                let Some(declared) = parameters.iter().find(|known| *known.name == **name) else {
+                    continue;
+                };
+                let is_onset = (brought.names.iter())
+                    .any(|(of_effect, new)| new == name && own.onsets.contains(of_effect));
+                let value = fitted.values.p.get(name).copied().unwrap_or(declared.value);
+                let [mut lower, mut upper] = [declared.lower, declared.upper];
+                if is_onset {
+                    [lower, upper] = [lower.max(0.0), upper.min(until)];
+                } else {
+                    let ends = [value / FACTOR, value * FACTOR];
+                    lower = if lower.is_finite() { lower } else { ends[0].min(ends[1]) };
+                    upper = if upper.is_finite() { upper } else { ends[0].max(ends[1]) };
+                }
+                if declared.fixed || lower >= upper {
+                    continue;
+                }
+                let is_log = declared.log && lower > 0.0;
+                let n = if is_onset { MOMENTS } else { VALUES };
+                let share = |k: usize| (k as f64 + 0.5) / n as f64;
+                let at = |k: usize| match is_log {
+                    true => lower * (upper / lower).powf(share(k)),
+                    false => lower + share(k) * (upper - lower),
+                };
+                let cost = |k: usize| {
+                    let mut values: Values = fitted.values.clone();
+                    values.p.insert(name.clone(), at(k));
+                    cost_at(&fitted.structure, &values, &self.data)
+                };
+                let costs: Vec<f64> = (0..n).map(cost).collect();
+                let is_less = |k: usize, other: Option<usize>| {
+                    other.and_then(|other| costs.get(other)).is_none_or(|other| costs[k] < *other)
+                };
+                for k in (0..n).filter(|k| costs[*k].is_finite()) {
+                    let is_least = is_less(k, k.checked_sub(1)) && is_less(k, Some(k + 1));
+                    let values = vec![(name.clone(), at(k))];
+                    let (at_nothing, held) = (values.clone(), vec![name.clone()]);
+                    let point = StartPoint { values, at_nothing, held, ..StartPoint::default() };
+                    found.push((!is_least, costs[k], point));
+                }
+            }
+        }
+        found.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        found.truncate(WORTH_A_FIT);
+        found.into_iter().map(|(.., point)| point).collect()
+    }
+}
