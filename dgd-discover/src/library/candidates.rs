@@ -87,6 +87,19 @@ impl Candidate<'_> {
         has_kink(self.application.effect)
     }
 
+    /// The constants of its file that are not fixed.
+    pub(crate) fn free_constants(&self) -> Vec<&str> {
+        let items = self.application.effect.ast.items.iter();
+        let free = items.filter_map(|item| match &item.kind {
+            ItemKind::Parameter { name, attributes, .. } => {
+                let mut all = attributes.iter();
+                (!all.any(|one| one.kind == AttributeKind::Fixed)).then_some(name.text.as_str())
+            }
+            _ => None,
+        });
+        free.collect()
+    }
+
     /// Whether it scales what it changes: one of its parameters is one where it vanishes.
     pub(crate) fn scales(&self) -> bool {
         let clauses = self.application.effect.ast.effect.iter().flat_map(|header| &header.clauses);

@@ -41,6 +41,35 @@ impl Search<'_> {
         }
     }
 
+    /// Fits near forms of the templates that do best, but leave more than noise, from where those ended, if they share a
+    /// constant: what is read now and then is late by half of the time in between, so its fit begins at that of a delay.
+    pub(crate) fn try_forms_from_the_best(&mut self) {
+        let mut best = self.ranked();
+        best.retain(|one| !one.is_base() && self.may_be_said(*one));
+        let Some(first) = best.first().copied().filter(|first| !self.explains(*first)) else {
+            return;
+        };
+        let alone = best.into_iter().find(|one| one.len() == 1);
+        for whole in alone.into_iter().chain((first.len() > 1).then_some(first)) {
+            for effect in whole.effects() {
+                for near in self.range(self.open) {
+                    let form = whole.without(effect).with(near);
+                    let is_new = !whole.contains(near) && self.fitted(form).is_some();
+                    if is_new && self.are_near(near, effect) && self.share_a_constant(near, effect)
+                    {
+                        self.settle(form, whole);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether two candidates with the same arguments have a constant of one name.
+    fn share_a_constant(&self, one: usize, other: usize) -> bool {
+        let [one_names, other_names] = [one, other].map(|c| self.candidates[c].free_constants());
+        self.have_one_place(one, other) && one_names.iter().any(|name| other_names.contains(name))
+    }
+
     fn fit_from_elsewhere(&mut self, structure: StructureId) {
         let points = self.points_elsewhere(structure);
         let Some(before) = self.tried.get(&structure).cloned().filter(|_| !points.is_empty())

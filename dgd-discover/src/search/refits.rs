@@ -373,9 +373,6 @@ impl Search<'_> {
                 })
             });
             let alike = alike.map(|c| self.unscreened(rest, *c));
-            let whole = rest.with(effect);
-            let new = new.map(|wanted| self.also_from(whole, wanted));
-            let alike = alike.map(|wanted| self.also_from(whole, wanted));
             let is_new = |wanted: &Wanted| !self.tried.contains_key(&wanted.structure);
             wanted.extend(alike.chain(new).filter(is_new).take(NEAR_FORMS));
         }
@@ -534,17 +531,6 @@ impl Search<'_> {
             points.push(StartPoint::default().afresh());
         }
         Wanted { structure: structure.with(candidate), from: self.values(structure), points }
-    }
-
-    /// A structure that is also to be fitted from where another ended: constants of near forms have one name where they
-    /// mean the same, such as the delay of what is read now and then.
-    fn also_from(&self, other: StructureId, mut wanted: Wanted) -> Wanted {
-        if self.fitted(other).is_some() {
-            let values: Vec<(String, f64)> = self.values(other).p.into_iter().collect();
-            let at_nothing = values.clone();
-            wanted.points.push(StartPoint { values, at_nothing, ..StartPoint::default() });
-        }
-        wanted
     }
 
     /// Whether the base model was fitted to values far from those of its file, so that fits also begin at the latter.
