@@ -87,6 +87,18 @@ impl Candidate<'_> {
         has_kink(self.application.effect)
     }
 
+    /// Whether a constant of its file is in the time between the moments of an `every`.
+    pub(crate) fn is_clock(&self, constant: &str) -> bool {
+        fn reads(expr: &Expr, name: &str) -> bool {
+            matches!(&expr.kind, ExprKind::Name(own) if own == name)
+                || visit::operands(expr).into_iter().any(|operand| reads(operand, name))
+        }
+        self.application.effect.ast.items.iter().any(|item| match &item.kind {
+            ItemKind::Every { period, .. } => reads(period, constant),
+            _ => false,
+        })
+    }
+
     /// The constants of its file that are not fixed.
     pub(crate) fn free_constants(&self) -> Vec<&str> {
         let items = self.application.effect.ast.items.iter();

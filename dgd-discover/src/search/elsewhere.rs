@@ -4,15 +4,19 @@
 //! nearest. Each constant is moved over its range, the rest of the model adapts to it, and then all is fitted.
 
 use dgd_runtime::System;
+use dgd_screen::usual_spacing;
 
 use super::refits::{HeldOut, Wanted};
 use super::tried::Search;
-use crate::fit::{StartPoint, cost_at};
-use crate::library::{StructureId, Values};
+use crate::fit::{Fitted, StartPoint, cost_at};
+use crate::library::{Candidate, StructureId, Values};
 
 /// Number of values of a constant, and of a moment, from which fits may begin.
 const VALUES: usize = 6;
 const MOMENTS: usize = 24;
+
+/// Number of multiples of half a sample interval to either side of a time between readings.
+const TICKS: usize = 32;
 
 /// Number of values that are worth a fit: those that leave least before it.
 const WORTH_A_FIT: usize = 4;
@@ -58,6 +62,12 @@ impl Search<'_> {
                     if is_new && self.are_near(near, effect) && self.share_a_constant(near, effect)
                     {
                         self.settle(form, whole);
+                        let own = &self.candidates[near];
+                        let has_clock =
+                            own.free_constants().iter().any(|own_name| own.is_clock(own_name));
+                        if has_clock && self.settled.insert((form, form)) {
+                            self.fit_from_elsewhere(form);
+                        }
                     }
                 }
             }
@@ -89,12 +99,10 @@ impl Search<'_> {
         self.finish(&[structure]);
     }
 
-    /// Values of the constants of its effects that may lead to another minimum.
+    /// Values of the constants of its effects that may lead to another minimum: those at which the misfit has one while
+    /// the rest stays, then others, the better ones first.
     fn points_elsewhere(&self, structure: StructureId) -> Vec<StartPoint> {
         let Some(fitted) = self.fitted(structure) else { return Vec::new() };
-        let parameters = &fitted.structure.system.signature().parameters;
-        let times = self.data.train.iter().flat_map(|recording| &recording.times);
-        let until = times.fold(0.0, |last: f64, t| last.max(*t));
         let mut found: Vec<(bool, f64, StartPoint)> = Vec::new();
         for (effect, brought) in structure.effects().zip(&fitted.structure.brought) {
             let own = &self.candidates[effect];
@@ -102,42 +110,21 @@ impl Search<'_> {
                 continue;
             }
             for name in &brought.parameters {
-                let Some(declared) = parameters.iter().find(|known| *known.name == **name) else {
-                    continue;
-                };
-                let is_onset = (brought.names.iter())
-                    .any(|(of_effect, new)| new == name && own.onsets.contains(of_effect));
-                let value = fitted.values.p.get(name).copied().unwrap_or(declared.value);
-                let [mut lower, mut upper] = [declared.lower, declared.upper];
-                if is_onset {
-                    [lower, upper] = [lower.max(0.0), upper.min(until)];
-                } else {
-                    let ends = [value / FACTOR, value * FACTOR];
-                    lower = if lower.is_finite() { lower } else { ends[0].min(ends[1]) };
-                    upper = if upper.is_finite() { upper } else { ends[0].max(ends[1]) };
-                }
-                if declared.fixed || lower >= upper {
-                    continue;
-                }
-                let is_log = declared.log && lower > 0.0;
-                let n = if is_onset { MOMENTS } else { VALUES };
-                let share = |k: usize| (k as f64 + 0.5) / n as f64;
-                let at = |k: usize| match is_log {
-                    true => lower * (upper / lower).powf(share(k)),
-                    false => lower + share(k) * (upper - lower),
-                };
-                let cost = |k: usize| {
+                let of_effect = brought.names.iter().find(|(_, new)| new == name);
+                let of_effect = of_effect.map_or("", |(of_effect, _)| of_effect.as_str());
+                let grid = self.grid(own, of_effect, fitted, name);
+                let cost = |at: &f64| {
                     let mut values: Values = fitted.values.clone();
-                    values.p.insert(name.clone(), at(k));
+                    values.p.insert(name.clone(), *at);
                     cost_at(&fitted.structure, &values, &self.data)
                 };
-                let costs: Vec<f64> = (0..n).map(cost).collect();
+                let costs: Vec<f64> = grid.iter().map(cost).collect();
                 let is_less = |k: usize, other: Option<usize>| {
                     other.and_then(|other| costs.get(other)).is_none_or(|other| costs[k] < *other)
                 };
-                for k in (0..n).filter(|k| costs[*k].is_finite()) {
+                for (k, at) in grid.iter().enumerate().filter(|(k, _)| costs[*k].is_finite()) {
                     let is_least = is_less(k, k.checked_sub(1)) && is_less(k, Some(k + 1));
-                    let values = vec![(name.clone(), at(k))];
+                    let values = vec![(name.clone(), *at)];
                     let (at_nothing, held) = (values.clone(), vec![name.clone()]);
                     let point = StartPoint { values, at_nothing, held, ..StartPoint::default() };
                     found.push((!is_least, costs[k], point));
@@ -148,4 +135,50 @@ impl Search<'_> {
         found.truncate(WORTH_A_FIT);
         found.into_iter().map(|(.., point)| point).collect()
     }
+
+    /// Values of a constant, which the effect's file calls `own_name`, over its range; none if it has no range.
+    fn grid(&self, own: &Candidate<'_>, own_name: &str, fitted: &Fitted, name: &str) -> Vec<f64> {
+        let mut parameters = fitted.structure.system.signature().parameters.iter();
+        let declared = parameters.find(|known| *known.name == *name && !known.fixed);
+        let Some(declared) = declared else { return Vec::new() };
+        let is_onset = own.onsets.iter().any(|onset| onset == own_name);
+        let value = fitted.values.p.get(name).copied().unwrap_or(declared.value);
+        let mut ends = [value / FACTOR, value * FACTOR];
+        if is_onset {
+            let times = self.data.train.iter().flat_map(|recording| &recording.times);
+            ends = [0.0, times.fold(0.0, |last: f64, t| last.max(*t))];
+        }
+        ends.sort_by(f64::total_cmp);
+        let [mut lower, mut upper] = [declared.lower, declared.upper];
+        lower = if lower.is_finite() && !is_onset { lower } else { lower.max(ends[0]) };
+        upper = if upper.is_finite() && !is_onset { upper } else { upper.min(ends[1]) };
+        if lower >= upper {
+            return Vec::new();
+        }
+        if own.is_clock(own_name) {
+            return ticks(value, [lower, upper], &self.data.train[0].times);
+        }
+        let is_log = declared.log && lower > 0.0;
+        spread([lower, upper], is_log, if is_onset { MOMENTS } else { VALUES })
+    }
+}
+
+/// Values over a range.
+fn spread([lower, upper]: [f64; 2], is_log: bool, n: usize) -> Vec<f64> {
+    let share = |k: usize| (k as f64 + 0.5) / n as f64;
+    let at = |k: usize| match is_log {
+        true => lower * (upper / lower).powf(share(k)),
+        false => lower + share(k) * (upper - lower),
+    };
+    (0..n).map(at).collect()
+}
+
+/// Multiples of half the usual time between samples that are closest to a value: what is read now and then by the clock
+/// of a recording is read at its samples.
+fn ticks(value: f64, [lower, upper]: [f64; 2], times: &[f64]) -> Vec<f64> {
+    let Some(step) = usual_spacing(times).map(|interval| 0.5 * interval) else { return Vec::new() };
+    let middle = (value / step).round();
+    let first = (middle - TICKS as f64).max((lower / step).ceil()).max(1.0);
+    let all = (0..=2 * TICKS).map(|k| step * (first + k as f64));
+    all.take_while(|at| *at <= upper).collect()
 }
