@@ -21,7 +21,6 @@ mod alternatives;
 mod cancelling;
 #[cfg(test)]
 mod draining;
-mod elsewhere;
 mod evidence;
 mod measures;
 mod ranking;

@@ -6,10 +6,10 @@
 use dgd_runtime::System;
 use dgd_screen::usual_spacing;
 
-use super::refits::{HeldOut, Wanted};
-use super::tried::Search;
+use super::{HeldOut, Wanted};
 use crate::fit::{Fitted, StartPoint, cost_at};
 use crate::library::{Candidate, StructureId, Values};
+use crate::search::tried::Search;
 
 /// Number of values of a constant, and of a moment, from which fits may begin.
 const VALUES: usize = 6;

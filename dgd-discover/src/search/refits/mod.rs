@@ -1,5 +1,7 @@
 //! Chooses which structures are fitted, from which starting points, and how far.
 
+mod elsewhere;
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -74,10 +76,10 @@ pub(crate) enum HeldOut {
 /// A structure to fit, and its starting points.
 #[derive(Debug, Clone)]
 pub(crate) struct Wanted {
-    pub(super) structure: StructureId,
+    structure: StructureId,
     /// Initial values.
-    pub(super) from: Values,
-    pub(super) points: Vec<StartPoint>,
+    from: Values,
+    points: Vec<StartPoint>,
 }
 
 /// Sorts the most promising first.
