@@ -17,7 +17,7 @@ macro_rules! texts {
     };
 }
 
-const TEXTS: [(&str, &str); 61] = texts![
+const TEXTS: [(&str, &str); 62] = texts![
     "sensor/sensor_gain",
     "sensor/sensor_offset",
     "sensor/sensor_drift",
@@ -37,6 +37,7 @@ const TEXTS: [(&str, &str); 61] = texts![
     "input/rate_limit",
     "input/backlash",
     "input/stuck",
+    "input/actuator_fault",
     "input/sampled",
     "parameter/parameter_step",
     "parameter/parameter_drift",

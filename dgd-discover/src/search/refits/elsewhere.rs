@@ -15,6 +15,9 @@ use crate::search::tried::Search;
 const VALUES: usize = 6;
 const MOMENTS: usize = 24;
 
+/// Number of structures with one effect from which near forms are fitted.
+const DONORS: usize = 3;
+
 /// Number of multiples of half a sample interval to either side of a time between readings.
 const TICKS: usize = 32;
 
@@ -53,7 +56,9 @@ impl Search<'_> {
         let Some(first) = best.first().copied().filter(|first| !self.explains(*first)) else {
             return;
         };
-        let alone = best.into_iter().find(|one| one.len() == 1);
+        // A form that does worse at the place of the best may have the constant.
+        let alone = best.into_iter().filter(|one| one.len() == 1).take(DONORS);
+        let alone: Vec<StructureId> = alone.collect();
         for whole in alone.into_iter().chain((first.len() > 1).then_some(first)) {
             for effect in whole.effects() {
                 for near in self.range(self.open) {
