@@ -22,5 +22,6 @@ mod elsewhere;
 mod laws;
 mod places;
 mod plain;
+mod templates;
 mod terms;
 mod uneven;

@@ -77,6 +77,7 @@ fn candidates<'a>(slot: &Slot, model: &'a Model) -> Vec<&'a str> {
             let all = inputs.chain(model.unknowns.iter().map(|unknown| &unknown.declared));
             all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()
         }
+        SlotKind::Let => model.lets.iter().map(|own| (own.name.as_str(), own.dimension)).collect(),
         SlotKind::Parameter => {
             let all = model.parameters.iter().map(|parameter| &parameter.declared);
             all.map(|declared| (declared.name.as_str(), declared.unit.dimension)).collect()

@@ -41,9 +41,10 @@ impl Declarations {
                     | ItemKind::Unit { .. }
                     | ItemKind::Start(_)
                     | ItemKind::Saturate { .. } => return,
-                    ItemKind::Constant { name, unit, .. }
-                    | ItemKind::Let { name, unit, .. }
-                    | ItemKind::Array { name, unit, .. } => {
+                    ItemKind::Let { name, unit, .. } => {
+                        (Namespace::Value, name, unit.clone(), Some(SlotKind::Let))
+                    }
+                    ItemKind::Constant { name, unit, .. } | ItemKind::Array { name, unit, .. } => {
                         (Namespace::Value, name, unit.clone(), None)
                     }
                     ItemKind::Function { name, .. }
@@ -78,8 +79,8 @@ impl Declarations {
         all
     }
 
-    /// Gives equations the unit in which the model's are added up: that of an unknown or an unknown's
-    /// rate, or in SI units as the model spells them.
+    /// Gives equations the unit in which the model's are added up, and a `let` without a unit one of what it stands
+    /// for: that of an unknown or an unknown's rate, or in SI units as the model spells them.
     pub(super) fn give_units(&mut self, model: &Model) {
         let second = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
         let measured = |dimension: Dimension| {
@@ -89,11 +90,15 @@ impl Declarations {
             same.map(|unit| unit.symbol.clone())
                 .or_else(|| rate().map(|unit| format!("({})/s", unit.symbol)))
         };
-        for equation in model.all_equations() {
-            let key = (Namespace::Equation, equation.label.clone());
+        let equations = model
+            .all_equations()
+            .map(|own| ((Namespace::Equation, own.label.clone()), own.dimension));
+        let lets = model.lets.iter();
+        let lets = lets.map(|own| ((Namespace::Value, own.name.clone()), own.dimension));
+        for (key, dimension) in equations.chain(lets) {
             if let Some(declared) = self.names.get_mut(&key) {
-                let text = measured(equation.dimension);
-                let text = text.unwrap_or_else(|| model.spelling(equation.dimension));
+                let text = measured(dimension);
+                let text = text.unwrap_or_else(|| model.spelling(dimension));
                 declared.unit.get_or_insert(Unit::new(declared.span, text));
             }
         }
@@ -139,9 +144,11 @@ pub(super) fn namespace_of(kind: SlotKind) -> Namespace {
     match kind {
         SlotKind::Output => Namespace::Output,
         SlotKind::Equation => Namespace::Equation,
-        SlotKind::Input | SlotKind::State | SlotKind::Parameter | SlotKind::Quantity => {
-            Namespace::Value
-        }
+        SlotKind::Input
+        | SlotKind::State
+        | SlotKind::Parameter
+        | SlotKind::Quantity
+        | SlotKind::Let => Namespace::Value,
     }
 }
 
@@ -154,5 +161,6 @@ pub(super) fn noun(kind: SlotKind) -> &'static str {
         SlotKind::Equation => "an equation",
         SlotKind::Parameter => "a parameter",
         SlotKind::Quantity => "an input, a state or an unknown",
+        SlotKind::Let => "a `let`",
     }
 }

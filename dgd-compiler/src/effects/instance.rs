@@ -349,7 +349,7 @@ fn bound<'a>(
 
 /// An argument measures what the template asks for.
 fn verify_dimension(slot: &Slot, argument: &Name, declared: &Declarations, own: &mut Diagnostics) {
-    if slot.kind == SlotKind::Equation {
+    if matches!(slot.kind, SlotKind::Equation | SlotKind::Let) {
         return; // which is known when its units are checked
     }
     let symbol = declared.unit(namespace_of(slot.kind), &argument.text);

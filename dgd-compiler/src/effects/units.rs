@@ -22,15 +22,16 @@ pub(super) fn each(ast: &Ast, visit: &mut dyn FnMut(&Unit)) {
     }
 }
 
-/// Whether an effect takes the unit of an equation.
+/// Whether an effect takes the unit of an equation or of a `let`, which the text need not declare.
 pub(super) fn of_equations(effect: &Effect) -> bool {
     let Target::Template(slots) = &effect.target else { return false };
-    let is_equation = |name: &str| {
-        slots.iter().any(|slot| slot.name.text == name && slot.kind == SlotKind::Equation)
+    let is_inferred = |name: &str| {
+        let is_one = |kind: SlotKind| matches!(kind, SlotKind::Equation | SlotKind::Let);
+        slots.iter().any(|slot| slot.name.text == name && is_one(slot.kind))
     };
     let mut found = false;
     each(&effect.ast, &mut |unit| {
-        found |= arguments_in(&unit.text).into_iter().any(is_equation);
+        found |= arguments_in(&unit.text).into_iter().any(is_inferred);
     });
     found
 }

@@ -84,17 +84,20 @@ pub enum SlotKind {
     Parameter,
     /// `quantity`: an input, a state or an unknown
     Quantity,
+    /// `let`
+    Let,
 }
 
 impl SlotKind {
     /// Every kind, with its word.
-    pub const ALL: [(&'static str, SlotKind); 6] = [
+    pub const ALL: [(&'static str, SlotKind); 7] = [
         ("input", SlotKind::Input),
         ("output", SlotKind::Output),
         ("state", SlotKind::State),
         ("equation", SlotKind::Equation),
         ("parameter", SlotKind::Parameter),
         ("quantity", SlotKind::Quantity),
+        ("let", SlotKind::Let),
     ];
 
     /// Whether something of this kind may stand where another is asked for.

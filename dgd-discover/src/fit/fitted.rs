@@ -212,20 +212,39 @@ impl Ended {
     ) -> Result<Ended, NoFit> {
         let system = &structure.system;
         let signature = system.signature();
-        let recordings = with_starts(data.train, from, structure);
+        let of_the_file = Values::default();
+        let begun = |from: &Values| with_starts(data.train, from, structure);
+        let [on, afresh] = [false, true].map(|is_afresh| {
+            let from = if is_afresh { &of_the_file } else { from };
+            let is_wanted = points.iter().any(|point| point.is_afresh == is_afresh);
+            (from, if is_wanted { begun(from) } else { Vec::new() })
+        });
         let mut best: Option<(Fit, Moments)> = None;
         let mut failure = None;
         for point in points {
+            let (from, recordings) = if point.is_afresh { &afresh } else { &on };
             let at = |values: &[(String, f64)]| {
-                let mut all = from.clone();
+                let mut all = (*from).clone();
                 all.p.extend(values.iter().cloned());
                 let mut p = all.parameters(system);
                 clip(&mut p, signature);
                 p
             };
             let (suggested, nothing) = (at(&point.values), at(&point.at_nothing));
-            let problem = problem(structure, &suggested, &recordings, data, evaluations);
-            match fitted(&problem, &nothing, &point.held, structure, data.own_weights) {
+            let attempt = |p: &[f64]| {
+                let problem = problem(structure, p, recordings, data, evaluations);
+                fitted(&problem, &nothing, &point.held, structure, data.own_weights)
+            };
+            let mut found = attempt(&suggested);
+            for share in MOVED {
+                let between = |(a, b): (&f64, &f64)| a + share * (b - a);
+                let moved: Vec<f64> = nothing.iter().zip(&suggested).map(between).collect();
+                if !matches!(found, Err(EstimateError::Start(_))) || nothing == suggested {
+                    break;
+                }
+                found = attempt(&moved);
+            }
+            match found {
                 Ok(found) if best.as_ref().is_none_or(|(best, _)| found.0.cost < best.cost) => {
                     best = Some(found);
                 }
@@ -259,6 +278,9 @@ impl Kept for NoFit {
         Some(Self(Kept::read(bytes)?))
     }
 }
+
+/// Shares of the way from no effect to a suggested start that cannot be simulated, from which a fit begins in its place.
+const MOVED: [f64; 3] = [0.3, 0.1, 0.0];
 
 /// Maximum number of rounds in which moments are moved and the rest is refitted.
 const MOST_ROUNDS: usize = 4;

@@ -12,9 +12,18 @@ pub(crate) struct StartPoint {
     pub at_nothing: Vec<(String, f64)>,
     /// Names among them that are held until the rest of the model has adapted to them.
     pub held: Vec<String>,
+    /// Whether everything else begins at the values of the model's file and not where the fit of a part of it ended: a
+    /// model that lacks something may have been fitted to absurd values, from which no way leads back.
+    pub is_afresh: bool,
 }
 
 impl StartPoint {
+    /// The same point beside the values of the model's file, with the candidate at its null.
+    pub(crate) fn afresh(&self) -> StartPoint {
+        let values = self.at_nothing.clone();
+        StartPoint { at_nothing: values.clone(), values, held: Vec::new(), is_afresh: true }
+    }
+
     /// Sets inner constants.
     pub(crate) fn set(&mut self, inner: impl Iterator<Item = (String, f64)>) {
         for constant in inner {
@@ -30,4 +39,4 @@ impl StartPoint {
     }
 }
 
-keep_by_fields!(StartPoint { values, at_nothing, held });
+keep_by_fields!(StartPoint { values, at_nothing, held, is_afresh });

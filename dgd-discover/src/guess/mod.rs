@@ -411,7 +411,7 @@ impl Guessing<'_> {
         let suggested = names.iter().cloned().zip(ranked.terms.iter().map(|(_, c)| *c));
         let values: Vec<(String, f64)> = suggested.collect();
         let at_nothing = names.iter().map(|name| (name.clone(), 0.0)).collect();
-        let mut point = StartPoint { values, at_nothing, held: Vec::new() };
+        let mut point = StartPoint { values, at_nothing, ..StartPoint::default() };
         let of_terms = inner.iter().zip(&ranked.terms);
         point.set(of_terms.filter_map(|(name, (shape, _))| Some((name.clone()?, shape.inner?))));
         let after = Fitted::new(structure, from, &[point], &data, evaluations).ok()?;

@@ -15,18 +15,23 @@
 //! | `loss(x, e)` | zero if e is the balance of x, from which a loss can only take; no bound otherwise |
 //! | `own_loss(x, e)` | the same, and the template is not for other balances |
 //! | `alike(x, u)` | zero, if x and u have one dimension; the template is for no others |
+//! | `reads(q, x)` | one, if the `let` q reads x; the template is for no others |
 //!
 //! in a value, a bound, a nominal or a null; numbers replace these names before it is tried. Ranges are those of the
 //! fitted base model and of the recordings. A template that needs a value that does not exist is not tried.
+//!
+//! `replace x in all by …` stands for one such clause for each equation that reads x and is not exact: outputs go on
+//! reading x itself.
 //!
 //! What a template adds to a balance flows into the store, on whichever side of the equation that is.
 
 use std::collections::BTreeMap;
 
 use dgd_compiler::effects::{Effect, bind};
+use dgd_compiler::expr::{ExprId, Symbol};
 use dgd_compiler::model::{Declared, Model};
 use dgd_compiler::syntax::ast::{
-    AttributeKind, ClauseKind, Expr, ExprKind, Factor, ItemKind, Target,
+    AttributeKind, Clause, ClauseKind, Expr, ExprKind, Factor, ItemKind, Target,
 };
 use dgd_compiler::units::Dimension;
 use dgd_identify::Recording;
@@ -93,6 +98,9 @@ pub(crate) fn adapted(
                 ("alike", [one, other]) => {
                     Some(are_alike(model, named(one)?, named(other)?).then_some(0.0))
                 }
+                ("reads", [one, other]) => {
+                    Some(reads(model, named(one)?, named(other)?).then_some(1.0))
+                }
                 ("period", []) => Some(measure.period),
                 (_, []) => times.get(name).map(|time| Some(*time)),
                 ("loss", [state, equation]) => {
@@ -107,7 +115,8 @@ pub(crate) fn adapted(
             };
             let mut effect = template.clone();
             turn(&mut effect, |slot| direction(model, named(slot)?, |_| true));
-            if let Some(()) = settle_all(&mut effect, &value) {
+            let is_spread = spread(&mut effect, |slot| named(slot).cloned(), model);
+            if is_spread && settle_all(&mut effect, &value).is_some() {
                 all.push(Adapted { effect, arguments });
             }
         }
@@ -121,6 +130,62 @@ fn are_alike(model: &Model, state: &str, input: &str) -> bool {
     let input = model.inputs.iter().find(|own| own.declared.name == input);
     let both = state.zip(input);
     both.is_some_and(|(a, b)| a.declared.unit.dimension == b.declared.unit.dimension)
+}
+
+/// Whether a `let` reads an unknown.
+fn reads(model: &Model, name: &str, unknown: &str) -> bool {
+    let own = model.lets.iter().find(|own| own.name == name);
+    own.is_some_and(|own| is_read_in(model, own.value, unknown))
+}
+
+/// Whether an unknown or a `let` is read in an expression, as it is or through others.
+fn is_read_in(model: &Model, root: ExprId, name: &str) -> bool {
+    if let Some(own) = model.lets.iter().find(|own| own.name == name) {
+        return model.graph.reachable([root]).contains(&own.value);
+    }
+    let place = model.unknowns.iter().position(|own| own.declared.name == name);
+    place.is_some_and(|i| model.graph.symbols(root).contains(&Symbol::Unknown(i as u32)))
+}
+
+/// The word for all equations that read what a clause replaces.
+const ALL: &str = "all";
+
+/// Gives a clause that replaces a name in all equations the equations. Returns whether there are any.
+fn spread(effect: &mut Effect, named: impl Fn(&str) -> Option<String>, model: &Model) -> bool {
+    let mut are_there = true;
+    if let Some(header) = &mut effect.ast.effect {
+        let clauses = std::mem::take(&mut header.clauses);
+        header.clauses = (clauses.into_iter())
+            .flat_map(|clause| {
+                let ClauseKind::Replace { name, equation: Some(label), .. } = &clause.kind else {
+                    return vec![clause];
+                };
+                let Some(own) = named(&name.text).filter(|_| label.text == ALL) else {
+                    return vec![clause];
+                };
+                let mut labels: Vec<&String> = Vec::new();
+                for equation in model.all_equations().filter(|equation| !equation.is_exact) {
+                    let sides = [equation.left, equation.right];
+                    let is_new = !labels.contains(&&equation.label);
+                    if is_new && sides.iter().any(|side| is_read_in(model, *side, &own)) {
+                        labels.push(&equation.label);
+                    }
+                }
+                are_there &= !labels.is_empty();
+                labels.into_iter().map(|label| in_equation(&clause, label)).collect()
+            })
+            .collect();
+    }
+    are_there
+}
+
+/// A clause that replaces something in this equation.
+fn in_equation(clause: &Clause, label: &str) -> Clause {
+    let mut own = clause.clone();
+    if let ClauseKind::Replace { equation: Some(equation), .. } = &mut own.kind {
+        label.clone_into(&mut equation.text);
+    }
+    own
 }
 
 /// Lower bound of the coefficient of a loss of a state from a balance.

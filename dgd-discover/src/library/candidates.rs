@@ -87,6 +87,31 @@ impl Candidate<'_> {
         has_kink(self.application.effect)
     }
 
+    /// Whether a constant of its file is in the time between the moments of an `every`.
+    pub(crate) fn is_clock(&self, constant: &str) -> bool {
+        fn reads(expr: &Expr, name: &str) -> bool {
+            matches!(&expr.kind, ExprKind::Name(own) if own == name)
+                || visit::operands(expr).into_iter().any(|operand| reads(operand, name))
+        }
+        self.application.effect.ast.items.iter().any(|item| match &item.kind {
+            ItemKind::Every { period, .. } => reads(period, constant),
+            _ => false,
+        })
+    }
+
+    /// The constants of its file that are not fixed.
+    pub(crate) fn free_constants(&self) -> Vec<&str> {
+        let items = self.application.effect.ast.items.iter();
+        let free = items.filter_map(|item| match &item.kind {
+            ItemKind::Parameter { name, attributes, .. } => {
+                let mut all = attributes.iter();
+                (!all.any(|one| one.kind == AttributeKind::Fixed)).then_some(name.text.as_str())
+            }
+            _ => None,
+        });
+        free.collect()
+    }
+
     /// Whether it scales what it changes: one of its parameters is one where it vanishes.
     pub(crate) fn scales(&self) -> bool {
         let clauses = self.application.effect.ast.effect.iter().flat_map(|header| &header.clauses);
@@ -303,12 +328,19 @@ impl Candidate<'_> {
         declared.is_some() && declared == null
     }
 
-    /// What it changes: an equation, an output, or a name of the model.
+    /// What it changes: an equation, an output, or a name of the model. A template that replaces a name in equations
+    /// changes what the name stands for.
     pub(crate) fn target(&self) -> String {
         let effect = self.application.effect;
+        let slots = match &effect.target {
+            Target::Template(slots) => slots.as_slice(),
+            Target::Model(_) => &[],
+        };
+        let is_slot = |name: &Name| slots.iter().any(|slot| slot.name.text == name.text);
         let changed =
             effect.ast.effect.iter().flat_map(|header| &header.clauses).find_map(|clause| {
                 match &clause.kind {
+                    ClauseKind::Replace { name, .. } if is_slot(name) => Some(&name.text),
                     ClauseKind::Replace { equation: Some(equation), .. }
                     | ClauseKind::Add { equation, .. } => Some(&equation.text),
                     ClauseKind::Replace { name, .. } => Some(&name.text),
@@ -317,10 +349,6 @@ impl Candidate<'_> {
                 }
             });
         let Some(name) = changed else { return String::new() };
-        let slots = match &effect.target {
-            Target::Template(slots) => slots.as_slice(),
-            Target::Model(_) => &[],
-        };
         let slot = slots.iter().position(|slot| slot.name.text == *name);
         let argument = slot.and_then(|slot| self.application.arguments.get(slot));
         argument.map_or_else(|| name.clone(), |argument| argument.text.clone())

@@ -7,16 +7,25 @@ use dgd_compiler::model::Model;
 use dgd_compiler::units::{Dimension, Unit};
 
 /// Templates of mechanics and their neutral twins, by name.
-const TWINS: [[&str; 2]; 5] = [
+const TWINS: [[&str; 2]; 6] = [
     ["dry_friction", "zero_order_loss"],
     ["stribeck_friction", "falling_loss"],
     ["cubic_stiffness", "cubic_term"],
     ["quadratic_stiffness", "quadratic_term"],
     ["end_stop", "loss_beyond"],
+    ["hysteresis", "loss_with_memory"],
 ];
 
 /// Whether a template with these arguments, a state and an equation, has the name that its place asks for.
 pub(super) fn is_of_the_field(template: &str, arguments: &[String], model: &Model) -> bool {
+    let own = |name: &String| model.unknowns.iter().find(|own| own.declared.name == *name);
+    if let Some(state) = arguments.first().and_then(own) {
+        match template {
+            "play" => return is_position(&state.declared.unit),
+            "dead_band" => return !is_position(&state.declared.unit),
+            _ => {}
+        }
+    }
     let Some(twins) = TWINS.iter().find(|twins| twins.contains(&template)) else { return true };
     let [state, equation] = arguments else { return true };
     let is_of_mechanics = template == twins[0];
@@ -42,6 +51,12 @@ fn is_mechanical(model: &Model, state: &str, equation: &str) -> bool {
         _ if balance == angular_acceleration => turns,
         _ => false,
     }
+}
+
+/// Whether a unit is one of lengths or angles.
+fn is_position(unit: &Unit) -> bool {
+    let is_number = unit.dimension == Dimension::ONE;
+    unit.dimension == dimension([1, 0, 0]) || (is_number && is_angle(unit))
 }
 
 /// Whether a unit is one of angles, whose dimension is that of numbers.

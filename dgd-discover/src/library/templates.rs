@@ -17,12 +17,13 @@ macro_rules! texts {
     };
 }
 
-const TEXTS: [(&str, &str); 55] = texts![
+const TEXTS: [(&str, &str); 62] = texts![
     "sensor/sensor_gain",
     "sensor/sensor_offset",
     "sensor/sensor_drift",
     "sensor/sensor_delay",
     "sensor/sensor_lag",
+    "sensor/sensor_sampled",
     "sensor/sensor_saturation",
     "sensor/sensor_floor",
     "input/input_gain",
@@ -36,6 +37,8 @@ const TEXTS: [(&str, &str); 55] = texts![
     "input/rate_limit",
     "input/backlash",
     "input/stuck",
+    "input/actuator_fault",
+    "input/sampled",
     "parameter/parameter_step",
     "parameter/parameter_drift",
     "parameter/curved",
@@ -46,6 +49,9 @@ const TEXTS: [(&str, &str); 55] = texts![
     "surroundings/loss_to",
     "surroundings/loss_to_level",
     "surroundings/play",
+    "surroundings/contact",
+    "neutral/dead_band_of_state",
+    "neutral/dead_band_of_let",
     "balance/end_stop",
     "neutral/loss_beyond",
     "balance/power_loss",
@@ -60,6 +66,7 @@ const TEXTS: [(&str, &str); 55] = texts![
     "neutral/cubic_term",
     "neutral/quadratic_term",
     "balance/hysteresis",
+    "neutral/loss_with_memory",
     "balance/periodic_disturbance",
     "balance/overflow",
     "balance/saturation",

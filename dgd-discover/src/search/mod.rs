@@ -185,6 +185,8 @@ impl Search<'_> {
         }
         self.try_near_forms();
         self.try_other_forms();
+        self.try_forms_from_the_best();
+        self.try_elsewhere();
         self.finish_rivals();
         self.explaining()
     }

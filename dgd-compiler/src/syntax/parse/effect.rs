@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! header  = "effect" name ("on" name | "(" slot ("," slot)* ")")
-//! slot    = name ":" ("input" | "output" | "state" | "equation" | "parameter" | "quantity") unit?
+//! slot    = name ":" ("input" | "output" | "state" | "equation" | "parameter" | "quantity" | "let") unit?
 //! clause  = "kind" ("plant" | "sensor" | "input")
 //!         | "form" name
 //!         | "null" name "=" expression

@@ -1,5 +1,7 @@
 //! Chooses which structures are fitted, from which starting points, and how far.
 
+mod elsewhere;
+
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -20,8 +22,16 @@ const OTHER_PLACES: usize = 3;
 /// Number of near forms of a template that are tried.
 const NEAR_FORMS: usize = 8;
 
+/// Share of the largest promise in the base model with which a candidate is fitted, and the most that are: a screen
+/// around a base model that has strayed ranks them poorly.
+const NEAR_THE_MOST: f64 = 0.5;
+const MOST_REFITTED: usize = 16;
+
 /// Number of templates of each kind that are fitted, whatever others promise.
 const OF_EACH_KIND: usize = 2;
+
+/// Share of its size by which a parameter of the base model differs from its file where fits also begin there.
+const STRAYED: f64 = 0.1;
 
 /// Number of twins tried for each effect of the best structure.
 const EXCHANGED: usize = 3;
@@ -92,12 +102,17 @@ impl Search<'_> {
             let sayable: Vec<&Score> = scores.iter().filter(is_sayable).collect();
             let of_kinds = if structure.is_base() { self.first_of_kinds(&sayable) } else { vec![] };
             let mut counted = Vec::new();
+            let most = sayable.first().map_or(0.0, |score| score.gain);
+            let is_near = |score: &Score, n: usize| {
+                structure.is_base() && score.gain >= NEAR_THE_MOST * most && n < MOST_REFITTED
+            };
             for score in sayable {
                 let own = score.candidate;
                 // More forms of one template at one place are tried once it is among the best.
                 let is_first = !counted.iter().any(|other| self.are_forms(*other, own));
                 let is_counted = !self.candidates[own].is_generic || is_first;
-                let is_ranked = is_counted && counted.len() < refitted;
+                let has_place = counted.len() < refitted || is_near(score, counted.len());
+                let is_ranked = is_counted && has_place;
                 if is_counted {
                     counted.push(own);
                 }
@@ -504,13 +519,32 @@ impl Search<'_> {
     /// A structure with one more effect, to be fitted from the points that its screen suggests.
     fn extended(&self, structure: StructureId, score: &Score) -> Wanted {
         let longer = structure.with(score.candidate);
-        Wanted { structure: longer, from: self.values(structure), points: score.points.clone() }
+        let mut points = score.points.clone();
+        if self.has_strayed(structure) {
+            points.extend(points.first().map(StartPoint::afresh));
+        }
+        Wanted { structure: longer, from: self.values(structure), points }
     }
 
     /// A structure with one more effect, to be fitted from the values in its file.
     fn unscreened(&self, structure: StructureId, candidate: usize) -> Wanted {
-        let points = vec![StartPoint::default()];
+        let mut points = vec![StartPoint::default()];
+        if self.has_strayed(structure) {
+            points.push(StartPoint::default().afresh());
+        }
         Wanted { structure: structure.with(candidate), from: self.values(structure), points }
+    }
+
+    /// Whether the base model was fitted to values far from those of its file, so that fits also begin at the latter.
+    fn has_strayed(&self, structure: StructureId) -> bool {
+        let Some(fitted) = self.fitted(structure).filter(|_| structure.is_base()) else {
+            return false;
+        };
+        let mut parameters = fitted.structure.system.signature().parameters.iter().zip(&fitted.p);
+        parameters.any(|(declared, value)| {
+            let size = value.abs().max(declared.value.abs());
+            (value - declared.value).abs() > STRAYED * size
+        })
     }
 
     /// A structure to be fitted from the end point of its fit.
