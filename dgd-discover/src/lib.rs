@@ -47,8 +47,8 @@ pub use noise::{
 };
 pub use report::{
     Described, Discovery, FoundEffect, FoundLaw, FoundRegime, Gap, NearForm, OutputTrace,
-    ParameterValue, PlainCause, PlainCauses, PlainKind, Power, Ranked, RecordingTrace, RecordingsValue,
-    RivalLaw, Screened, StuckSince, Unexplained,
+    ParameterValue, PlainCause, PlainCauses, PlainKind, Power, Ranked, RecordingTrace,
+    RecordingsValue, RivalLaw, Screened, StuckSince, Unexplained,
 };
 pub use request::{DiscoverError, Request};
 pub use search::{Alternative, Evidence, Verdict};

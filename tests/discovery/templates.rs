@@ -493,8 +493,7 @@ state v [m/s] = 0
 equation force: m*der(v) = F + D - b*v
 output v [m/s] noise 0.01
 ";
-    // All states are measured, so that a term in the equation comes first: it adds nineteen times the input.
-    is_law(&plant.found(model), "force", "F", 19.0);
+    is_named(&plant.found(model), "input_gain(F)", 20.0);
 }
 
 #[test]

@@ -398,6 +398,8 @@ fn with_a_constant_that_is_off() -> Discovery {
             std_model: None,
         }),
         meant_in: (kind == PlainKind::Constant).then(|| "1/min".to_owned()),
+        values: Vec::new(),
+        since: Vec::new(),
     };
     let causes = vec![
         cause("k", PlainKind::Constant, 0.3, 0.005, 1e-5, &unit("1/s", 1.0)),
