@@ -164,8 +164,10 @@ struct Searched<'a> {
     outcome: Outcome,
     /// A law, if no effect explains the recordings.
     law: Option<Box<Law>>,
-    /// Laws in different equations that explain them alike.
+    /// Laws in different equations that explain them alike …
     rivals: Vec<Inserted>,
+    /// … and effects that do, and are not named for that; the base model if there are none.
+    doubted: StructureId,
     /// Equations that lack something together.
     lacking: Vec<String>,
     /// Plain causes, if they explain the recordings and come before effects and laws.
@@ -284,6 +286,10 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
         cost.filter(|_| is_asked).is_none_or(|cost| plain.holds_against(cost))
     };
     let plain = plain.filter(|plain| holds(plain));
+    let doubted = match answer {
+        Answer::Doubt(_) if plain.is_none() => outcome.structure(),
+        _ => StructureId::BASE,
+    };
     let (law, rivals, outcome) = match answer {
         Answer::Nothing => (None, Vec::new(), outcome),
         Answer::Doubt(rivals) => (None, rivals, Outcome::Unexplained),
@@ -300,7 +306,19 @@ fn search<'a>(prepared: &'a Prepared<'a>, candidates: &'a [Candidate<'a>]) -> Se
         screens.push(search.screen_of_the_base(Open::Templates));
     }
     let evidence = search.evidence(outcome.structure());
-    Searched { search, outcome, law, rivals, lacking, plain, beside, evidence, screens, p_value }
+    Searched {
+        search,
+        outcome,
+        law,
+        rivals,
+        doubted,
+        lacking,
+        plain,
+        beside,
+        evidence,
+        screens,
+        p_value,
+    }
 }
 
 /// Plain causes, if they come first, or those beside an effect of the library.
@@ -493,7 +511,7 @@ fn report(
         effects,
         law: law.as_ref().map(|law| found_law(law, &after)),
         regime: regime.map(found_regime),
-        rivals: rival_laws(&searched.rivals, &data),
+        rivals: rival_laws(&searched.rivals, search, searched.doubted),
         plain: plain
             .as_ref()
             .map(|causes| plain_causes(causes, &after, [request.train.1, request.valid.1])),

@@ -98,7 +98,7 @@ impl WithoutName<'_> {
                     guess,
                     is_joint: class == Class::Joint,
                     left: Some(found.left),
-                    objection: self.objection(found),
+                    objection: objection(found),
                     told_apart_by: self.told_apart_by(most, class, found).filter(|_| is_tied),
                     ..unexplained(&found.missing, condition, is_tied)
                 };
@@ -156,15 +156,6 @@ impl WithoutName<'_> {
         !is_clearly_less(left(PlaceKind::Output), left(PlaceKind::Equation))
     }
 
-    fn objection(&self, found: &FoundPlace) -> Option<String> {
-        let name = &found.missing.place.name;
-        Some(match found.objection? {
-            Objection::Sign => format!("`{name}` would change its sign"),
-            Objection::Bounds => format!("`{name}` would leave its bounds"),
-            Objection::Size => format!("`{name}` would be off by more than its readings vary"),
-        })
-    }
-
     /// The measurement that separates a place from the first one.
     fn told_apart_by(
         &self,
@@ -189,6 +180,16 @@ impl WithoutName<'_> {
             |apart| format!("a measurement of `{}`", apart.name),
         ))
     }
+}
+
+/// What speaks against a place.
+fn objection(found: &FoundPlace) -> Option<String> {
+    let name = &found.missing.place.name;
+    Some(match found.objection? {
+        Objection::Sign => format!("`{name}` would change its sign"),
+        Objection::Bounds => format!("`{name}` would leave its bounds"),
+        Objection::Size => format!("`{name}` would be off by more than its readings vary"),
+    })
 }
 
 /// Moves a place to the front whose formula, or whose course, leaves much less than that of the first.

@@ -19,6 +19,9 @@ enum Moves {
 /// What acts at every so many samples: on states, with inputs.
 type Tick = (usize, fn(&mut [f64], &[f64]));
 
+/// An output: its name, its value for states and inputs, and the standard deviation of its noise.
+type Seen<'a> = (&'a str, fn(&[f64], &[f64]) -> f64, f64);
+
 /// A plant, integrated by Runge–Kutta steps that are far shorter than the samples.
 struct Plant<'a> {
     inputs: &'a [(&'a str, Moves)],
@@ -27,7 +30,7 @@ struct Plant<'a> {
     rates: fn(f64, &[f64], &[f64]) -> Vec<f64>,
     tick: Option<Tick>,
     /// Each with its noise.
-    outputs: &'a [(&'a str, fn(&[f64], &[f64]) -> f64, f64)],
+    outputs: &'a [Seen<'a>],
     interval: f64,
     samples: usize,
 }
@@ -159,7 +162,7 @@ const SUNNY: [(&str, Moves); 3] = [
     ("G", Moves::Waves(300.0, 200.0, [30.0, 200.0])),
 ];
 
-const TEMPERATURE: (&str, fn(&[f64], &[f64]) -> f64, f64) = ("T", |x, _| x[0], 0.05);
+const TEMPERATURE: Seen<'static> = ("T", |x, _| x[0], 0.05);
 
 #[test]
 fn a_recorded_quantity_that_the_model_does_not_use_acts_in_an_equation() {

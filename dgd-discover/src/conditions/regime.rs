@@ -8,6 +8,8 @@
 //! Each piece begins with states of its own: what is missing while the condition holds has moved them. The idea is that
 //! of Wang (arXiv 2606.23215, 2026), where is my physics wrong, regime by regime.
 
+use std::collections::BTreeMap;
+
 use dgd_identify::Recording;
 use dgd_runtime::{Direction, System};
 
@@ -80,7 +82,7 @@ impl Regime {
             Some((own, [left, held_out]))
         };
         let from =
-            Values { starts: vec![Default::default(); outside.len()], ..fitted.values.clone() };
+            Values { starts: vec![BTreeMap::default(); outside.len()], ..fitted.values.clone() };
         let (outside, left) = fit(&outside, &inside, &from)?;
         let divides = left[0] <= explained && left[1] > explained.powi(2);
         divides.then(|| Regime { condition: condition.clone(), left, outside })

@@ -74,7 +74,8 @@ impl Laws<'_> {
 /// The answer, from laws that explain the recordings, the best first, for a model with these equations. `is_hidden` says
 /// that there are more of them than outputs, so that one may take the place of another.
 ///
-/// Where all states are read, a plant cannot be distinguished from its sensor, and the plant comes first.
+/// Where all states are read, a plant cannot be distinguished from its sensor, and the plant comes first. Where they are
+/// not, a law that explains the recordings as a sensor does is a rival of it.
 pub(super) fn answer(
     laws: Vec<Inserted>,
     named: Option<&Named<'_>>,
@@ -106,7 +107,8 @@ pub(super) fn answer(
         };
         let are_terms = named.targets.iter().all(|target| equations.contains(&&**target));
         let all = || std::iter::once(&best).chain(&rest);
-        let is_doubted = is_hidden && are_terms && all().any(is_elsewhere);
+        let may_be_elsewhere = is_hidden && (are_terms || named.are_sensors);
+        let is_doubted = may_be_elsewhere && all().any(is_elsewhere);
         return if is_doubted { Answer::Doubt(rivals(all(), cost)) } else { Answer::Nothing };
     }
     let is_rival = |other: &Inserted| {

@@ -378,7 +378,7 @@ impl Joint<'_> {
         }
         let leaning = both().map(|(recorded, resting)| {
             let (own, path) = resting.as_ref()?;
-            let next = self.leaning(own, path);
+            let next = leaning(own, path);
             self.path(recorded, &next).map(|path| (next, path))
         });
         let of_readings = self.rounds(recordings, leaning.collect(), MOST_LOSS);
@@ -419,33 +419,6 @@ impl Joint<'_> {
     fn likelihood(&self, paths: &[Path], q: &[f64]) -> f64 {
         let of_path = |path: &Path| path.chain.whitening(self.places, q).log_likelihood();
         paths.iter().map(of_path).sum()
-    }
-
-    /// States moved as the readings of their own sample ask for, from a course; between readings as at the last one.
-    fn leaning(&self, (x, d): &Estimated, path: &Path) -> Estimated {
-        let chain = &path.chain;
-        let mut moved = DVector::zeros(chain.n());
-        let mut all = Vec::with_capacity(x.len());
-        for (k, (x, readings)) in x.iter().zip(&chain.readings).enumerate() {
-            if !readings.is_empty() {
-                let squares: Vec<f64> = chain.sizes.iter().map(|size| size * size).collect();
-                let mut p = DMatrix::from_diagonal(&DVector::from_vec(squares));
-                moved.fill(0.0);
-                for reading in readings {
-                    let column = &p * &reading.states;
-                    let variance = reading.states.dot(&column) + reading.variance;
-                    let innovation = reading.value - reading.states.dot(&moved);
-                    moved.axpy(innovation / variance, &column, 1.0);
-                    p -= &column * column.transpose() / variance;
-                }
-            }
-            let own = DVector::from_fn(chain.n(), |i, _| {
-                let is_kept = k == 0 && !chain.is_free[i];
-                if is_kept { x[i] } else { x[i] + moved[i] }
-            });
-            all.push(own);
-        }
-        (all, d.clone())
     }
 
     /// The smoothed states and inputs of a recording, with the path along them, as near to the last path as it takes (an
@@ -651,6 +624,33 @@ impl Joint<'_> {
         let u_between = times.windows(2).flat_map(|ends| mean([ends[0], ends[1]])).collect();
         Some(Path { trajectory, u, u_between, chain })
     }
+}
+
+/// A course with states moved as the readings of their own sample ask for, between readings as at the last one.
+fn leaning((x, d): &Estimated, path: &Path) -> Estimated {
+    let chain = &path.chain;
+    let mut moved = DVector::zeros(chain.n());
+    let mut all = Vec::with_capacity(x.len());
+    for (k, (x, readings)) in x.iter().zip(&chain.readings).enumerate() {
+        if !readings.is_empty() {
+            let squares: Vec<f64> = chain.sizes.iter().map(|size| size * size).collect();
+            let mut p = DMatrix::from_diagonal(&DVector::from_vec(squares));
+            moved.fill(0.0);
+            for reading in readings {
+                let column = &p * &reading.states;
+                let variance = reading.states.dot(&column) + reading.variance;
+                let innovation = reading.value - reading.states.dot(&moved);
+                moved.axpy(innovation / variance, &column, 1.0);
+                p -= &column * column.transpose() / variance;
+            }
+        }
+        let own = DVector::from_fn(chain.n(), |i, _| {
+            let is_kept = k == 0 && !chain.is_free[i];
+            if is_kept { x[i] } else { x[i] + moved[i] }
+        });
+        all.push(own);
+    }
+    (all, d.clone())
 }
 
 /// Γ d₀ of an interval.

@@ -143,11 +143,13 @@ pub struct FoundRegime {
     pub parameters: Vec<ParameterValue>,
 }
 
-/// A law that explains the recordings, as another one in other equations does.
+/// A law, or effects, that explain the recordings as another law in other equations does.
 #[derive(Debug, Clone)]
 pub struct RivalLaw {
     /// The terms.
     pub terms: Vec<LawTerm>,
+    /// Names of the effects, if it has no terms.
+    pub effects: Vec<String>,
     /// Mean square of the residuals relative to the noise: of training data, and of validation data.
     pub left: (f64, Option<f64>),
     /// The measurement that separates it from the first; `None` for the first.

@@ -1,11 +1,12 @@
 //! Reports a law.
 
-use dgd_identify::Recording;
+use std::collections::BTreeSet;
 
 use super::discovery::{FoundLaw, NearForm, RivalLaw};
-use crate::fit::{Data, Fitted};
+use crate::fit::Fitted;
 use crate::law::{Inserted, Law};
-use crate::search::largest_disagreement;
+use crate::library::{Candidate, StructureId};
+use crate::search::{Search, largest_disagreement};
 
 /// A law with the constants of its last fit.
 pub(crate) fn found_law(law: &Law, fitted: &Fitted) -> FoundLaw {
@@ -19,23 +20,52 @@ pub(crate) fn found_law(law: &Law, fitted: &Fitted) -> FoundLaw {
     }
 }
 
-/// Laws that explain the recordings alike.
-pub(crate) fn rival_laws(all: &[Inserted], data: &Data<'_>) -> Vec<RivalLaw> {
-    let apart = |k: usize, recording: &Recording| {
-        let [first, other] = [&all[0].fitted, &all[k].fitted];
-        let apart = largest_disagreement(first, other, recording, &data.options);
-        apart.map_or_else(
+/// Laws that explain the recordings alike, and effects that do so too, if a structure has any.
+pub(crate) fn rival_laws(
+    laws: &[Inserted],
+    search: &Search<'_>,
+    doubted: StructureId,
+) -> Vec<RivalLaw> {
+    let Some(first) = laws.first() else { return Vec::new() };
+    let data = &search.data;
+    let told_apart_by = |other: &Fitted| {
+        let train = data.train.first()?;
+        let apart = largest_disagreement(&first.fitted, other, train, &data.options);
+        Some(apart.map_or_else(
             || "a test with other inputs".to_owned(),
             |apart| format!("a measurement of `{}`", apart.name),
-        )
+        ))
     };
-    let rival = |(k, law): (usize, &Inserted)| {
-        let (sum, n) = law.fitted.error;
+    let rival = |fitted: &Fitted| {
+        let (sum, n) = fitted.error;
         RivalLaw {
-            terms: law.terms(&law.fitted),
-            left: (sum / n as f64, law.fitted.held_out_square(data)),
-            told_apart_by: data.train.first().filter(|_| k > 0).map(|first| apart(k, first)),
+            terms: Vec::new(),
+            effects: Vec::new(),
+            left: (sum / n as f64, fitted.held_out_square(data)),
+            told_apart_by: None,
         }
     };
-    all.iter().enumerate().map(rival).collect()
+    let of_law = |(k, law): (usize, &Inserted)| RivalLaw {
+        terms: law.terms(&law.fitted),
+        told_apart_by: if k > 0 { told_apart_by(&law.fitted) } else { None },
+        ..rival(&law.fitted)
+    };
+    let mut all: Vec<RivalLaw> = laws.iter().enumerate().map(of_law).collect();
+    let effects = || doubted.effects().map(|effect| &search.candidates[effect]);
+    // A law in the same equations says the same.
+    let targets: BTreeSet<String> = effects().map(Candidate::target).collect();
+    let is_law = |law: &Inserted| law.targets().iter().copied().eq(targets.iter());
+    let is_told = doubted.is_base() || laws.iter().any(is_law);
+    if let Some(fitted) = search.fitted(doubted).filter(|_| !is_told) {
+        let sensor = effects().find(|effect| effect.kind() == "sensor");
+        all.push(RivalLaw {
+            effects: doubted.effects().map(|effect| search.called(effect)).collect(),
+            told_apart_by: match sensor {
+                Some(sensor) => Some(format!("a second sensor of `{}`", sensor.target())),
+                None => told_apart_by(fitted),
+            },
+            ..rival(fitted)
+        });
+    }
+    all
 }

@@ -171,9 +171,12 @@ impl Search<'_> {
 /// Values over a range.
 fn spread([lower, upper]: [f64; 2], is_log: bool, n: usize) -> Vec<f64> {
     let share = |k: usize| (k as f64 + 0.5) / n as f64;
-    let at = |k: usize| match is_log {
-        true => lower * (upper / lower).powf(share(k)),
-        false => lower + share(k) * (upper - lower),
+    let at = |k: usize| {
+        if is_log {
+            lower * (upper / lower).powf(share(k))
+        } else {
+            lower + share(k) * (upper - lower)
+        }
     };
     (0..n).map(at).collect()
 }

@@ -20,6 +20,7 @@ pub(super) fn value(law: &FoundLaw) -> Value {
 pub(super) fn rival(law: &RivalLaw) -> Value {
     json!({
         "terms": law.terms.iter().map(term).collect::<Vec<_>>(),
+        "effects": law.effects,
         "left": { "train": tidy(law.left.0), "valid": law.left.1.map(tidy) },
         "told_apart_by": law.told_apart_by,
     })
@@ -59,9 +60,18 @@ pub(super) fn formula(terms: &[LawTerm]) -> String {
     terms.iter().map(term).collect::<Vec<_>>().join(" and ")
 }
 
+/// The terms of one of several laws, or its effects.
+pub(super) fn rival_name(law: &RivalLaw) -> String {
+    match law.effects.as_slice() {
+        [] => formula(&law.terms),
+        effects => effects.join(" and "),
+    }
+}
+
 /// Rows of one of several laws.
 pub(super) fn rival_rows(law: &RivalLaw) -> Vec<[String; 2]> {
-    let mut rows = vec![["terms".to_owned(), formula(&law.terms)]];
+    let name = if law.effects.is_empty() { "terms" } else { "effect" };
+    let mut rows = vec![[name.to_owned(), rival_name(law)]];
     rows.extend(constant_rows(&law.terms));
     let (training, validation) = law.left;
     let validation = validation

@@ -57,7 +57,7 @@ fn write_text(
         write_table(text, &law::rows(law), &[])?;
     }
     for (k, rival) in discovery.rivals.iter().enumerate() {
-        writeln!(text, "\n{}", if k == 0 { "a law" } else { "or" })?;
+        writeln!(text, "\n{}", if k == 0 { "either" } else { "or" })?;
         write_table(text, &law::rival_rows(rival), &[])?;
     }
     for described in &discovery.described {

@@ -1,8 +1,6 @@
 //! What was found, in a sentence.
 
-use std::collections::BTreeSet;
-
-use dgd_discover::{Discovery, FoundEffect, RivalLaw, Verdict};
+use dgd_discover::{Discovery, FoundEffect, Verdict};
 
 use super::{law, plain};
 
@@ -25,6 +23,10 @@ pub(super) fn sentence(discovery: &Discovery) -> String {
     if let Some(law) = &discovery.law {
         return format!("Missing from the model: {}.", law::formula(&law.terms));
     }
+    if !discovery.rivals.is_empty() {
+        let all: Vec<String> = discovery.rivals.iter().map(law::rival_name).collect();
+        return format!("Missing from the model: {}.", all.join(", or "));
+    }
     let places = places(discovery);
     match (found, places.is_empty()) {
         (None, true) if discovery.verdict == Verdict::Unexplained => {
@@ -37,22 +39,9 @@ pub(super) fn sentence(discovery: &Discovery) -> String {
     }
 }
 
-/// The places where something without a name is missing: those of rival laws, those that lack something together, or
-/// the best one with those that are about as likely.
+/// The places where something without a name is missing: those that lack something together, or the best one with those
+/// that are about as likely.
 fn places(discovery: &Discovery) -> String {
-    if !discovery.rivals.is_empty() {
-        let targets = |law: &RivalLaw| {
-            let all: BTreeSet<&str> = law.terms.iter().map(|term| term.target.as_str()).collect();
-            all.into_iter().collect::<Vec<_>>().join(" and ")
-        };
-        let mut all: Vec<String> = Vec::new();
-        for one in discovery.rivals.iter().map(targets) {
-            if !all.contains(&one) {
-                all.push(one);
-            }
-        }
-        return all.join(" or ");
-    }
     let told = &discovery.unexplained;
     let is_joint = told.first().is_some_and(|first| first.is_joint);
     let chosen = told
@@ -81,7 +70,7 @@ pub(super) fn next(discovery: &Discovery) -> String {
         (Verdict::Unexplained, _) if !discovery.rivals.is_empty() => {
             let test = discovery.rivals.iter().find_map(|law| law.told_apart_by.as_ref());
             let test = test.map_or("a test with other inputs", String::as_str);
-            format!("Each of the laws below explains the recordings. To tell them apart, take {test}.")
+            format!("Each of these explains the recordings. To tell them apart, take {test}.")
         }
         (Verdict::Unexplained, _) => match discovery.unexplained.first() {
             None => "Record more, with inputs that move, or measure another quantity.".to_owned(),
