@@ -105,7 +105,7 @@ fn discovered(
     let searched = search(&prepared, &candidates);
     let refined = refine(&prepared, &searched)?;
     let explained = explain(&prepared, &searched, &refined);
-    let discovery = report(&prepared, &searched, refined, explained, diagnostics)?;
+    let discovery = report(&prepared, &searched, refined, explained)?;
     Ok(Discovery { lonely, uneven, ..discovery })
 }
 
@@ -469,7 +469,6 @@ fn report(
     searched: &Searched<'_>,
     refined: Refined<'_>,
     explained: Explained,
-    diagnostics: &mut Diagnostics,
 ) -> Result<Discovery, DiscoverError> {
     let Prepared { request, model, .. } = prepared;
     let Searched { search, outcome, law, plain, screens, .. } = searched;
@@ -526,8 +525,7 @@ fn report(
         screened: screened(search, screens),
         base_parameters: parameters(&before, &of_base, &[]),
         corrected_parameters: parameters(&after, &of_corrected, &[]),
-        corrected: corrected(request.base, sources, &after, diagnostics)
-            .map_err(DiscoverError::Model)?,
+        corrected: corrected(request.base, sources, &after)?,
     })
 }
 

@@ -69,6 +69,8 @@ pub enum DiscoverError {
     NothingMeasured,
     /// The base model cannot be fitted.
     BaseModel(String),
+    /// The text of the corrected model is no model.
+    Corrected(String),
 }
 
 impl fmt::Display for DiscoverError {
@@ -80,6 +82,9 @@ impl fmt::Display for DiscoverError {
                 f.write_str("no output of the model was measured often enough to tell its noise")
             }
             Self::BaseModel(reason) => write!(f, "the model cannot be fitted as it is: {reason}"),
+            Self::Corrected(reason) => {
+                write!(f, "the text of the corrected model cannot be read: {reason}")
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use dgd_compiler::diagnostics::{Diagnostics, Reported};
+use dgd_compiler::diagnostics::Diagnostics;
 use dgd_compiler::effects::write;
 use dgd_compiler::source::{Source, Sources, Span};
 use dgd_compiler::syntax::ast::{ArrayKind, Ast, Attribute, AttributeKind, ItemKind};
@@ -13,17 +13,21 @@ use dgd_runtime::System;
 use crate::fit::Fitted;
 use crate::library::BaseModel;
 use crate::plain::is_brought;
+use crate::request::DiscoverError;
 
 /// Digits of a parameter, far more than any data determines.
 const DIGITS: usize = 9;
 
 /// The base model's text with the effects of a fitted structure, and its parameters.
+///
+/// # Errors
+///
+/// [`DiscoverError::Corrected`] if that text is no model.
 pub(crate) fn corrected(
     base: &BaseModel,
     sources: &Sources,
     fitted: &Fitted,
-    diagnostics: &mut Diagnostics,
-) -> Result<String, Reported> {
+) -> Result<String, DiscoverError> {
     let structure = &fitted.structure;
     let text = if structure.id.is_base() {
         with_interpolations(
@@ -37,7 +41,11 @@ pub(crate) fn corrected(
     let mut all = sources.clone();
     let name = sources.get(base.asts[0].source).name.clone();
     let id = all.add(Source { name, text: text.clone() });
-    let ast = parse(id, &all, diagnostics)?;
+    let mut diagnostics = Diagnostics::default();
+    let ast = parse(id, &all, &mut diagnostics).map_err(|_| {
+        let messages = diagnostics.sorted().into_iter().map(|one| one.message.clone());
+        DiscoverError::Corrected(messages.collect::<Vec<_>>().join("; "))
+    })?;
     let mut declared: Vec<(String, Span)> = Vec::new();
     visit::items(&ast.items, &mut |item| {
         if let ItemKind::Parameter { name, .. }

@@ -280,7 +280,9 @@ fn failed(
         DiscoverError::NoRecording | DiscoverError::NothingMeasured => {
             WorkError::Found(error.to_string())
         }
-        DiscoverError::BaseModel(_) => WorkError::Computation(error.to_string()),
+        DiscoverError::BaseModel(_) | DiscoverError::Corrected(_) => {
+            WorkError::Computation(error.to_string())
+        }
     }
 }
 
