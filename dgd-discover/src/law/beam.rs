@@ -3,6 +3,8 @@
 //! All columns are whitened: the sum of squares that a set of them leaves is −2 times its log-likelihood, up to a
 //! constant. Sets grow by one column at a time, from the best few of each size.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use dgd_runtime::parallel::in_parallel_stateless;
 use nalgebra::{DMatrix, DVector};
 
@@ -67,27 +69,16 @@ impl Level {
         self.columns = kept.iter().map(|i| std::mem::take(&mut self.columns[*i])).collect();
     }
 
-    fn basis(&self, columns: &[usize]) -> Option<Vec<Vec<f64>>> {
-        let mut basis: Vec<Vec<f64>> = Vec::new();
-        for column in &self.always {
-            basis.extend(normalised(column.clone(), &basis));
-        }
-        for i in columns {
-            let own = normalised(self.columns[*i].clone(), &basis)?;
-            basis.push(own);
-        }
-        Some(basis)
-    }
-
     /// The sets of up to `most` columns that leave least, of each size.
     pub(super) fn search(&self, most: usize, price: &[f64], threads: usize) -> Vec<Set> {
         let mut all: Vec<Set> = Vec::new();
-        let squares: Vec<f64> = self.columns.iter().map(|column| dot(column, column)).collect();
+        let mut products = Products::new(self, threads);
         let cost = |set: &Set| set.left + 2.0 * set.columns.iter().map(|i| price[*i]).sum::<f64>();
         let mut frontier = vec![Set { columns: Vec::new(), left: 0.0 }];
         for _ in 0..most {
+            products.extend(frontier.iter().flat_map(|set| set.columns.iter().copied()), threads);
             let grown = in_parallel_stateless(frontier.len(), threads, |k| {
-                self.grown(&frontier[k].columns, &squares)
+                products.grown(&frontier[k].columns)
             });
             let mut next: Vec<Set> = grown.into_iter().flatten().collect();
             next.sort_by(|a, b| {
@@ -99,33 +90,6 @@ impl Level {
             frontier = next;
         }
         all
-    }
-
-    /// A set with each other column.
-    fn grown(&self, set: &[usize], squares: &[f64]) -> Vec<Set> {
-        let Some(basis) = self.basis(set) else { return Vec::new() };
-        let mut residuals = self.residuals.clone();
-        for b in &basis {
-            let along = dot(&residuals, b);
-            residuals.iter_mut().zip(b).for_each(|(x, b)| *x -= along * b);
-        }
-        let left = dot(&residuals, &residuals);
-        let with = |i: usize| {
-            let column = &self.columns[i];
-            let mut square = squares[i];
-            for b in &basis {
-                square -= dot(column, b).powi(2);
-            }
-            let is_new = square > DETERMINED * squares[i] && !set.contains(&i);
-            is_new.then(|| {
-                let gain = dot(&residuals, column);
-                let mut columns = set.to_vec();
-                columns.push(i);
-                columns.sort_unstable();
-                Set { columns, left: left - gain * gain / square }
-            })
-        };
-        (0..self.columns.len()).filter_map(with).collect()
     }
 
     /// Coefficients of a set of columns, and the sum of squares that it leaves; `None` if they are not determined.
@@ -146,6 +110,91 @@ impl Level {
         let left = dot(&self.residuals, &self.residuals) - solution.dot(&right);
         let coefficients = (0..columns.len()).map(|i| solution[i] / scale(i)).collect();
         Some((coefficients, left))
+    }
+}
+
+/// Products of the columns, of which those that are always in the set have taken their part.
+///
+/// A set then needs no pass over the readings: with G the products within it, g those of a further column with it and r
+/// those with the residuals, the column has left g₀ − gᵀ G⁻¹ g of its square and takes (r₀ − gᵀ G⁻¹ r)² over that.
+struct Products {
+    columns: Vec<Vec<f64>>,
+    /// Squares as they were, and as they are.
+    whole: Vec<f64>,
+    squares: Vec<f64>,
+    /// With the residuals, and the square of these.
+    residuals: Vec<f64>,
+    left: f64,
+    /// Of the columns of sets with all columns.
+    rows: BTreeMap<usize, Vec<f64>>,
+}
+
+impl Products {
+    fn new(level: &Level, threads: usize) -> Products {
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        for column in &level.always {
+            basis.extend(normalised(column.clone(), &basis));
+        }
+        let beside = |column: &[f64]| {
+            let mut column = column.to_vec();
+            for b in &basis {
+                let along = dot(&column, b);
+                column.iter_mut().zip(b).for_each(|(x, b)| *x -= along * b);
+            }
+            column
+        };
+        let residuals = beside(&level.residuals);
+        let columns: Vec<Vec<f64>> =
+            in_parallel_stateless(level.columns.len(), threads, |i| beside(&level.columns[i]));
+        Products {
+            whole: level.columns.iter().map(|column| dot(column, column)).collect(),
+            squares: columns.iter().map(|column| dot(column, column)).collect(),
+            residuals: columns.iter().map(|column| dot(column, &residuals)).collect(),
+            left: dot(&residuals, &residuals),
+            rows: BTreeMap::new(),
+            columns,
+        }
+    }
+
+    /// Adds the products of some columns with all.
+    fn extend(&mut self, columns: impl Iterator<Item = usize>, threads: usize) {
+        let new: BTreeSet<usize> = columns.filter(|i| !self.rows.contains_key(i)).collect();
+        let new: Vec<usize> = new.into_iter().collect();
+        let rows = in_parallel_stateless(new.len(), threads, |k| {
+            let own = &self.columns[new[k]];
+            self.columns.iter().map(|column| dot(own, column)).collect::<Vec<f64>>()
+        });
+        self.rows.extend(new.into_iter().zip(rows));
+    }
+
+    /// A set with each other column.
+    fn grown(&self, set: &[usize]) -> Vec<Set> {
+        let n = set.len();
+        let rows: Vec<&Vec<f64>> = set.iter().filter_map(|i| self.rows.get(i)).collect();
+        // In units of the columns' sizes, as they differ by orders of magnitude.
+        let size = |i: usize| self.squares[i].sqrt();
+        let matrix = DMatrix::from_fn(n, n, |a, b| rows[a][set[b]] / (size(set[a]) * size(set[b])));
+        let Some(matrix) = matrix.cholesky() else { return Vec::new() };
+        let of_set =
+            |values: &dyn Fn(usize) -> f64| DVector::from_fn(n, |a, _| values(a) / size(set[a]));
+        let right = of_set(&|a| self.residuals[set[a]]);
+        let solution = matrix.solve(&right);
+        let left = self.left - solution.dot(&right);
+        let with = |i: usize| {
+            if set.contains(&i) {
+                return None;
+            }
+            let own = of_set(&|a| rows[a][i]);
+            let square = self.squares[i] - own.dot(&matrix.solve(&own));
+            (square > DETERMINED * self.whole[i]).then(|| {
+                let gain = self.residuals[i] - own.dot(&solution);
+                let mut columns = set.to_vec();
+                columns.push(i);
+                columns.sort_unstable();
+                Set { columns, left: left - gain * gain / square }
+            })
+        };
+        (0..self.columns.len()).filter_map(with).collect()
     }
 }
 
