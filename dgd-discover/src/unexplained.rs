@@ -227,7 +227,7 @@ fn lift(all: &mut Vec<(Class, Unexplained)>, follows: bool) {
     }
 }
 
-/// Whether a formula or a curve at another place leaves so much less that the place comes before the most likely one.
+/// Whether the residuals at one place are so much smaller that it comes before the likeliest one.
 fn is_clearly_less(left: f64, of_first: f64) -> bool {
     left < 0.5 * of_first
 }

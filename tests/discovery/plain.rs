@@ -231,7 +231,7 @@ fn an_input_that_is_a_line_between_rows_is_not_held() {
     assert!(discovery.corrected.contains("input u [V] linear"), "{}", discovery.corrected);
 }
 
-/// What is found in two training recordings and one that is held out.
+/// The discovery from two training recordings and a validation recording.
 fn found_in(model: &str, motors: [Motor; 3], units: [f64; 2]) -> Discovery {
     let recorded = |k: usize| motors[k].record(k as u64 + 1, units);
     found_in_recordings(model, &[recorded(0), recorded(1)], &recorded(2))

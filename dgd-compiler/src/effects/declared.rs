@@ -79,8 +79,8 @@ impl Declarations {
         all
     }
 
-    /// Gives equations the unit in which the model's are added up, and a `let` without a unit one of what it stands
-    /// for: that of an unknown or an unknown's rate, or in SI units as the model spells them.
+    /// Gives each equation the unit of its terms in the model, and a `let` without a unit that of an unknown or of its
+    /// rate with the same dimension; otherwise its SI unit as the model spells it.
     pub(super) fn give_units(&mut self, model: &Model) {
         let second = Dimension::of([0, 0, 1, 0, 0, 0, 0]);
         let measured = |dimension: Dimension| {

@@ -156,6 +156,12 @@ impl Fitted {
         kept(data.keeping.journal, key, || counts_from(&problem, &correlations))
     }
 
+    /// Mean square of the residuals of the training recordings relative to the noise.
+    pub(crate) fn mean_square(&self) -> f64 {
+        let (sum, n) = self.error;
+        sum / n as f64
+    }
+
     /// Σ ε² + k ln N of the training recordings, the Bayesian information criterion.
     pub(crate) fn criterion(&self) -> f64 {
         let (sum, n) = self.error;

@@ -196,8 +196,8 @@ impl Guessing<'_> {
         let prices = self.in_parallel(all.len(), |own, k| {
             let (place, form) = all[k];
             let Followed { site, values, .. } = places[place];
-            let (sum, n) = own.in_the_model(site, values, form, COMPARED)?.after.error;
-            Some((sum / n as f64).ln() + form.cost)
+            let after = own.in_the_model(site, values, form, COMPARED)?.after;
+            Some(after.mean_square().ln() + form.cost)
         });
         let best = |place: usize| {
             let own = all.iter().zip(&prices).filter(|((of, _), _)| *of == place);

@@ -130,7 +130,7 @@ impl Laws<'_> {
         };
         let from = Values { starts: starts.to_vec(), ..fitted.values.clone() };
         let alone = Fitted::new(structure, &from, &[point], &own, EVALUATIONS).ok()?;
-        if alone.error.0 > HOPEFUL * alone.error.1 as f64 {
+        if alone.mean_square() > HOPEFUL {
             return None;
         }
         own.counts_from = alone.counts_from(&own, EVALUATIONS);

@@ -206,7 +206,7 @@ impl Laws<'_> {
             Some((&proposed[k], laws.insert(places, &proposed[k])?))
         });
         let mut begun: Vec<(&Proposed, Inserted)> = begun.into_iter().flatten().collect();
-        let left = |one: &Inserted| one.fitted.error.0 / one.fitted.error.1 as f64;
+        let left = |one: &Inserted| one.fitted.mean_square();
         let least = begun.iter().map(|(_, one)| left(one)).fold(f64::INFINITY, f64::min);
         begun.retain(|(_, one)| left(one) <= HOPEFUL * least.max(1.0));
         let mut fits =

@@ -32,7 +32,7 @@ pub(crate) enum Fault {
     Exchanged([String; 2]),
     /// Between samples an input goes on otherwise than declared.
     Between { name: String, is: Interpolation },
-    /// A column stays at one value, and what was read meanwhile is left out: this many readings.
+    /// A column stays at one value; `lost` readings from that time are left out.
     Stuck { name: String, unit: Unit, since: Vec<Since>, lost: usize },
     /// Times are in another unit than seconds, of all recordings.
     Clock { meant_in: Unit },

@@ -78,8 +78,10 @@ impl Plain<'_> {
             (!data.is_over()).then(|| begin(&plain, &suspects[k])).flatten()
         });
         let mut begun: Vec<Cause> = begun.into_iter().flatten().collect();
-        let least = begun.iter().map(|one| left(&one.fitted)).fold(f64::INFINITY, f64::min);
-        begun.retain(|one| self.is_promising(one) && left(&one.fitted) <= HOPEFUL * least.max(1.0));
+        let least = begun.iter().map(|one| one.fitted.mean_square()).fold(f64::INFINITY, f64::min);
+        begun.retain(|one| {
+            self.is_promising(one) && one.fitted.mean_square() <= HOPEFUL * least.max(1.0)
+        });
         let mut finished = in_parallel(&begun, begun.len(), threads, |begun, k| {
             let fitted = begun[k].fitted.continued(&begun[k].data(data).not_kept(), EVALUATIONS);
             let fitted = fitted.unwrap_or_else(|_| begun[k].fitted.clone());
@@ -92,7 +94,7 @@ impl Plain<'_> {
 
     /// Whether it leaves at most half of the base model's excess over noise.
     fn is_promising(&self, one: &Cause) -> bool {
-        left(&one.fitted) - 1.0 <= PROMISING * (left(self.fitted) - 1.0)
+        one.fitted.mean_square() - 1.0 <= PROMISING * (self.fitted.mean_square() - 1.0)
     }
 
     /// Whether it is worth its numbers.
@@ -168,11 +170,6 @@ fn begun(plain: &Plain<'_>, suspect: &Suspect) -> Option<Cause> {
         _ => plain.as_declared(&structure, &data),
     };
     suspect.fitted(structure, &plain.fitted.values, &points, &data)
-}
-
-/// Mean square of what is left.
-fn left(fitted: &Fitted) -> f64 {
-    fitted.error.0 / fitted.error.1 as f64
 }
 
 impl Suspect {

@@ -36,14 +36,11 @@ pub(crate) fn rival_laws(
             |apart| format!("a measurement of `{}`", apart.name),
         ))
     };
-    let rival = |fitted: &Fitted| {
-        let (sum, n) = fitted.error;
-        RivalLaw {
-            terms: Vec::new(),
-            effects: Vec::new(),
-            left: (sum / n as f64, fitted.held_out_square(data)),
-            told_apart_by: None,
-        }
+    let rival = |fitted: &Fitted| RivalLaw {
+        terms: Vec::new(),
+        effects: Vec::new(),
+        left: (fitted.mean_square(), fitted.held_out_square(data)),
+        told_apart_by: None,
     };
     let of_law = |(k, law): (usize, &Inserted)| RivalLaw {
         terms: law.terms(&law.fitted),
