@@ -355,8 +355,10 @@ fn law(prepared: &Prepared<'_>, search: &Search<'_>, outcome: Outcome) -> Looked
     }
     // A law has to be better than templates only if they leave no more than noise.
     let explains = |fitted: &&Fitted| !named.is_base() && search.leaves_nothing(fitted);
+    let is_noise = search.is_noise(named);
     let named = search.fitted(named).filter(explains).map(|fitted| Named {
         fitted,
+        is_noise,
         targets: effects.clone().map(Candidate::target).collect(),
         effects: effects.clone().count(),
         are_sensors: effects.all(|effect| effect.kind() == "sensor"),

@@ -7,9 +7,8 @@ pub(crate) struct Form {
     pub text: &'static str,
     /// Its value for a quantity and an inner constant, SI.
     pub value: fn(f64, f64) -> f64,
-    /// Inner constants to try, relative to the size of the quantity (its largest value); empty without one. The
-    /// constant has the unit of the quantity.
-    pub inner: &'static [f64],
+    /// The inner constant, which has the unit of the quantity.
+    pub inner: Inner,
     /// Exponent of the quantity's unit in the factor: numerator and denominator.
     pub power: (i64, i64),
     /// Values for which it is defined.
@@ -20,6 +19,47 @@ pub(crate) struct Form {
     pub in_products: bool,
     /// Whether its quantity has to be a number without a unit.
     pub of_numbers: bool,
+}
+
+/// The inner constant of a [`Form`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Inner {
+    /// There is none.
+    None,
+    /// A size at which the form bends.
+    Parts,
+    /// A value at which a regime begins or ends.
+    Thresholds,
+}
+
+/// Sizes to try, relative to that of the quantity (its largest value): a bend in the first hundredth of the range is a
+/// step, and one at three times the range is a straight line.
+const PARTS: &[f64] = &[0.03, 0.1, 0.3, 1.0, 3.0];
+/// Number of parts with as many values each, between which thresholds are tried.
+const QUANTILES: usize = 20;
+
+impl Inner {
+    /// Constants to try for values of the quantity.
+    pub(crate) fn constants(self, values: &[f64]) -> Vec<f64> {
+        let finite = values.iter().copied().filter(|x| x.is_finite());
+        match self {
+            Inner::None => Vec::new(),
+            Inner::Parts => {
+                let size = finite.fold(0.0, |size: f64, x| size.max(x.abs()));
+                PARTS.iter().map(|part| part * size).filter(|constant| *constant > 0.0).collect()
+            }
+            Inner::Thresholds => {
+                let mut sorted: Vec<f64> = finite.collect();
+                sorted.sort_by(f64::total_cmp);
+                let last = sorted.len().saturating_sub(1) as f64;
+                let at =
+                    |k: usize| sorted.get((last * k as f64 / QUANTILES as f64).round() as usize);
+                let mut all: Vec<f64> = (1..QUANTILES).filter_map(at).copied().collect();
+                all.dedup();
+                all
+            }
+        }
+    }
 }
 
 /// Values for which a [`Form`] is defined.
@@ -52,323 +92,274 @@ impl Domain {
     }
 }
 
+/// The plainest form, with what most forms have.
+const PLAIN: Form = Form {
+    text: "*{}",
+    value: |x, _| x,
+    inner: Inner::None,
+    power: (1, 1),
+    domain: Domain::All,
+    complexity: 1,
+    in_products: false,
+    of_numbers: false,
+};
+
 /// All forms; of equivalent ones, such as x² and x|x| for positive x, the first is used.
-pub(crate) static FORMS: [Form; 31] = [
-    Form {
-        text: "*{}",
-        value: |x, _| x,
-        inner: &[],
-        power: (1, 1),
-        domain: Domain::All,
-        complexity: 1,
-        in_products: true,
-        of_numbers: false,
-    },
+pub(crate) static FORMS: [Form; 35] = [
+    Form { text: "*{}", value: |x, _| x, in_products: true, ..PLAIN },
     Form {
         text: "*{}^2",
         value: |x, _| x * x,
-        inner: &[],
         power: (2, 1),
-        domain: Domain::All,
         complexity: 2,
         in_products: true,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "*{}*abs({})",
         value: |x, _| x * x.abs(),
-        inner: &[],
         power: (2, 1),
-        domain: Domain::All,
         complexity: 2,
         in_products: true,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "*sqrt({})",
         value: |x, _| x.sqrt(),
-        inner: &[],
         power: (1, 2),
         domain: Domain::Positive,
         complexity: 2,
         in_products: true,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "/{}",
         value: |x, _| x.recip(),
-        inner: &[],
         power: (-1, 1),
         domain: Domain::OneSign,
         complexity: 2,
         in_products: true,
-        of_numbers: false,
+        ..PLAIN
     },
-    Form {
-        text: "*abs({})",
-        value: |x, _| x.abs(),
-        inner: &[],
-        power: (1, 1),
-        domain: Domain::All,
-        complexity: 2,
-        in_products: false,
-        of_numbers: false,
-    },
-    Form {
-        text: "*max({}, 0)",
-        value: |x, _| x.max(0.0),
-        inner: &[],
-        power: (1, 1),
-        domain: Domain::All,
-        complexity: 2,
-        in_products: false,
-        of_numbers: false,
-    },
-    Form {
-        text: "*min({}, 0)",
-        value: |x, _| x.min(0.0),
-        inner: &[],
-        power: (1, 1),
-        domain: Domain::All,
-        complexity: 2,
-        in_products: false,
-        of_numbers: false,
-    },
+    Form { text: "*abs({})", value: |x, _| x.abs(), complexity: 2, ..PLAIN },
+    Form { text: "*max({}, 0)", value: |x, _| x.max(0.0), complexity: 2, ..PLAIN },
+    Form { text: "*min({}, 0)", value: |x, _| x.min(0.0), complexity: 2, ..PLAIN },
     Form {
         text: "*sign({})*sqrt(abs({}))",
         value: |x, _| x.signum() * x.abs().sqrt(),
-        inner: &[],
         power: (1, 2),
-        domain: Domain::All,
         complexity: 3,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "/{}^2",
         value: |x, _| (x * x).recip(),
-        inner: &[],
         power: (-2, 1),
         domain: Domain::OneSign,
         complexity: 3,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "/sqrt({})",
         value: |x, _| x.sqrt().recip(),
-        inner: &[],
         power: (-1, 2),
         domain: Domain::Positive,
         complexity: 3,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
-    Form {
-        text: "*{}^3",
-        value: |x, _| x * x * x,
-        inner: &[],
-        power: (3, 1),
-        domain: Domain::All,
-        complexity: 3,
-        in_products: false,
-        of_numbers: false,
-    },
+    Form { text: "*{}^3", value: |x, _| x * x * x, power: (3, 1), complexity: 3, ..PLAIN },
     Form {
         text: "*{}*sqrt(abs({}))",
         value: |x, _| x * x.abs().sqrt(),
-        inner: &[],
         power: (3, 2),
-        domain: Domain::All,
         complexity: 3,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "*{}^(1/3)",
         value: |x, _| x.cbrt(),
-        inner: &[],
         power: (1, 3),
         domain: Domain::Positive,
         complexity: 3,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "*{}^(2/3)",
         value: |x, _| x.cbrt() * x.cbrt(),
-        inner: &[],
         power: (2, 3),
         domain: Domain::Positive,
         complexity: 3,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "/{}^(3/2)",
         value: |x, _| (x * x.sqrt()).recip(),
-        inner: &[],
         power: (-3, 2),
         domain: Domain::Positive,
         complexity: 4,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "*{}/({b} + abs({}))",
         value: |x, b| x / (b + x.abs()),
-        inner: PARTS,
+        inner: Inner::Parts,
         power: (0, 1),
-        domain: Domain::All,
         complexity: 4,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "/({b} + abs({}))",
         value: |x, b| (b + x.abs()).recip(),
-        inner: PARTS,
+        inner: Inner::Parts,
         power: (-1, 1),
-        domain: Domain::All,
         complexity: 4,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "*tanh({}/{b})",
         value: |x, b| (x / b).tanh(),
-        inner: PARTS,
+        inner: Inner::Parts,
         power: (0, 1),
-        domain: Domain::All,
         complexity: 4,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "*exp({}/{b})",
         value: |x, b| (x / b).exp(),
-        inner: PARTS,
+        inner: Inner::Parts,
         power: (0, 1),
-        domain: Domain::All,
         complexity: 4,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "*exp(-{}/{b})",
         value: |x, b| (-x / b).exp(),
-        inner: PARTS,
+        inner: Inner::Parts,
         power: (0, 1),
-        domain: Domain::All,
         complexity: 4,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "*{}^2/({b}^2 + {}^2)",
         value: |x, b| x * x / (b * b + x * x),
-        inner: PARTS,
+        inner: Inner::Parts,
         power: (0, 1),
-        domain: Domain::All,
         complexity: 5,
-        in_products: false,
-        of_numbers: false,
+        ..PLAIN
     },
     Form {
         text: "*sin({})",
         value: |x, _| x.sin(),
-        inner: &[],
         power: (0, 1),
-        domain: Domain::All,
         complexity: 2,
         in_products: true,
         of_numbers: true,
+        ..PLAIN
     },
     Form {
         text: "*cos({})",
         value: |x, _| x.cos(),
-        inner: &[],
         power: (0, 1),
-        domain: Domain::All,
         complexity: 2,
         in_products: true,
         of_numbers: true,
+        ..PLAIN
     },
     Form {
         text: "*log({})",
         value: |x, _| x.ln(),
-        inner: &[],
         power: (0, 1),
         domain: Domain::Positive,
         complexity: 2,
         in_products: true,
         of_numbers: true,
+        ..PLAIN
     },
     Form {
         text: "*exp(-{})",
         value: |x, _| (-x).exp(),
-        inner: &[],
         power: (0, 1),
-        domain: Domain::All,
         complexity: 3,
         in_products: true,
         of_numbers: true,
+        ..PLAIN
     },
     Form {
         text: "*exp({})",
         value: |x, _| x.exp(),
-        inner: &[],
         power: (0, 1),
-        domain: Domain::All,
         complexity: 3,
         in_products: true,
         of_numbers: true,
+        ..PLAIN
     },
     Form {
         text: "/tan({})",
         value: |x, _| x.tan().recip(),
-        inner: &[],
         power: (0, 1),
-        domain: Domain::All,
         complexity: 3,
         in_products: true,
         of_numbers: true,
+        ..PLAIN
     },
     Form {
         text: "*tan({})",
         value: |x, _| x.tan(),
-        inner: &[],
         power: (0, 1),
-        domain: Domain::All,
         complexity: 3,
         in_products: true,
         of_numbers: true,
+        ..PLAIN
     },
     Form {
         text: "*sin({})^2",
         value: |x, _| x.sin() * x.sin(),
-        inner: &[],
         power: (0, 1),
-        domain: Domain::All,
         complexity: 3,
         in_products: true,
         of_numbers: true,
+        ..PLAIN
     },
     Form {
         text: "*cos({})^2",
         value: |x, _| x.cos() * x.cos(),
-        inner: &[],
         power: (0, 1),
-        domain: Domain::All,
         complexity: 3,
         in_products: true,
         of_numbers: true,
+        ..PLAIN
+    },
+    Form {
+        text: "*max({} - {b}, 0)",
+        value: |x, b| (x - b).max(0.0),
+        inner: Inner::Thresholds,
+        complexity: 4,
+        ..PLAIN
+    },
+    Form {
+        text: "*min({} - {b}, 0)",
+        value: |x, b| (x - b).min(0.0),
+        inner: Inner::Thresholds,
+        complexity: 4,
+        ..PLAIN
+    },
+    Form {
+        text: "*(if {} > {b} then 1 else 0)",
+        value: |x, b| f64::from(x > b),
+        inner: Inner::Thresholds,
+        power: (0, 1),
+        complexity: 4,
+        ..PLAIN
+    },
+    Form {
+        text: "*(if {} < {b} then 1 else 0)",
+        value: |x, b| f64::from(x < b),
+        inner: Inner::Thresholds,
+        power: (0, 1),
+        complexity: 4,
+        ..PLAIN
     },
 ];
-
-/// Inner constants relative to the size of a quantity: a bend in the first hundredth of the range is a step, and one at
-/// three times the range is a straight line.
-const PARTS: &[f64] = &[0.03, 0.1, 0.3, 1.0, 3.0];
 
 /// Position of the form with this text.
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! A formula of a model's names, in the language.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use dgd_compiler::model::{Declared, Model};
 use dgd_compiler::units::{Dimension, Exponent, Unit, describe, parse_unit};
 
-use super::forms::{FORMS, Form};
+use super::forms::{FORMS, Form, Inner};
 
 /// A name of the model that a formula may contain.
 #[derive(Debug, Clone)]
@@ -13,19 +14,45 @@ pub(crate) struct Factor {
     pub name: String,
     /// The unit of its differences.
     pub unit: Unit,
+    /// Positions of the names whose difference it is.
+    pub difference: Option<[usize; 2]>,
 }
 
-/// Names that a formula may contain: inputs, time, unknowns.
+/// Names that a formula may contain: inputs, time, unknowns, then the differences of those that have the same dimension.
+/// Of numbers there are no differences.
 pub(crate) fn names(model: &Model) -> Vec<Factor> {
     let factor = |declared: &Declared| Factor {
         name: declared.name.clone(),
         unit: declared.unit.of_differences(),
+        difference: None,
     };
     let second = parse_unit("s").unwrap_or_else(|_| Unit::one());
-    let time = Factor { name: "time".to_owned(), unit: second };
+    let time = Factor { name: "time".to_owned(), unit: second, difference: None };
     let inputs = model.inputs.iter().map(|input| factor(&input.declared));
     let unknowns = model.unknowns.iter().map(|unknown| factor(&unknown.declared));
-    inputs.chain([time]).chain(unknowns).collect()
+    let mut all: Vec<Factor> = inputs.chain([time]).chain(unknowns).collect();
+    let time = model.inputs.len();
+    let plain = all.len();
+    // An unknown first: a loss is due to the difference of a state from its surroundings.
+    for (i, j) in (0..plain).rev().flat_map(|i| (0..i).map(move |j| (i, j))) {
+        let [a, b] = [i, j].map(|k| &all[k]);
+        let dimension = a.unit.dimension;
+        let is_plain = i != time && j != time && (i > time || j > time);
+        if is_plain && dimension != Dimension::ONE && dimension == b.unit.dimension {
+            let name = format!("({} - {})", a.name, b.name);
+            let unit = a.unit.clone();
+            all.push(Factor { name, unit, difference: Some([i, j]) });
+        }
+    }
+    all
+}
+
+/// Adds the values of differences behind those of the names that they are of.
+pub(crate) fn with_differences(names: &[Factor], values: &mut Vec<Vec<f64>>) {
+    for [i, j] in names.iter().filter_map(|name| name.difference) {
+        let difference = values[i].iter().zip(&values[j]).map(|(a, b)| a - b).collect();
+        values.push(difference);
+    }
 }
 
 /// The factors after a coefficient: forms of at most two names, none for a constant.
@@ -51,6 +78,20 @@ impl Shape {
         self.forms().map(|(_, form)| form.complexity).sum()
     }
 
+    /// Positions of the model's names that it reads.
+    pub(crate) fn reads(&self, names: &[Factor]) -> BTreeSet<usize> {
+        let plain = |(name, _): (usize, _)| match names[name].difference {
+            Some(both) => both.to_vec(),
+            None => vec![name],
+        };
+        self.forms().flat_map(plain).collect()
+    }
+
+    /// Whether its inner constant is a threshold.
+    pub(crate) fn has_threshold(&self) -> bool {
+        self.forms().any(|(_, form)| form.inner == Inner::Thresholds)
+    }
+
     /// The shape without one of several factors.
     pub(crate) fn without(&self, factor: usize) -> Option<Self> {
         if self.factors.len() < 2 {
@@ -58,8 +99,27 @@ impl Shape {
         }
         let mut factors = self.factors.clone();
         let (_, form) = factors.remove(factor);
-        let is_plain = FORMS[form].inner.is_empty();
+        let is_plain = FORMS[form].inner == Inner::None;
         Some(Self { factors, inner: self.inner.filter(|_| is_plain) })
+    }
+
+    /// The shapes with a plainer form, which has no inner constant, in place of one of its own.
+    pub(crate) fn plainer(&self) -> Vec<Self> {
+        let mut all = Vec::new();
+        for (k, (name, form)) in self.factors.iter().enumerate() {
+            let own = &FORMS[*form];
+            for (position, plain) in FORMS.iter().enumerate() {
+                if plain.inner == Inner::None && plain.complexity < own.complexity {
+                    let mut factors = self.factors.clone();
+                    factors[k] = (*name, position);
+                    all.push(Self {
+                        factors,
+                        inner: self.inner.filter(|_| own.inner == Inner::None),
+                    });
+                }
+            }
+        }
+        all
     }
 
     /// Its value for given values of all names.

@@ -148,8 +148,11 @@ pub(crate) fn plain(unit: &Unit) -> dgd_runtime::Unit {
 /// a different one.
 const INNER_BOUND: f64 = 100.0;
 
-/// Bounds of an inner constant, as its declaration has them.
-pub(crate) fn bounds(value: f64, unit: &Unit) -> String {
+/// Bounds of an inner constant, as its declaration has them; a threshold has none.
+pub(crate) fn bounds(shape: &Shape, value: f64, unit: &Unit) -> String {
+    if shape.has_threshold() {
+        return String::new();
+    }
     let [low, high] =
         [1.0 / INNER_BOUND, INNER_BOUND].map(|factor| literal(factor * value / unit.factor));
     format!("  in {low} .. {high}, log")
@@ -185,7 +188,8 @@ pub(super) fn text(model: &Model, site: &Site<'_>, constants: &Constants<'_>) ->
         parameters += &declared(&term.name, term.value, term.unit, "", term.std);
         let own = term.inner.as_ref().zip(term.shape.inner_unit(&site.names));
         if let Some(((name, unit), value)) = own.zip(term.shape.inner) {
-            parameters += &declared(name, value, unit, &bounds(value, unit), term.std_of_inner);
+            parameters +=
+                &declared(name, value, unit, &bounds(term.shape, value, unit), term.std_of_inner);
         }
         // Writing to a string cannot fail.
         let _ = writeln!(nulls, "null {} = 0", term.name);
@@ -199,14 +203,14 @@ pub(super) fn text(model: &Model, site: &Site<'_>, constants: &Constants<'_>) ->
 
 /// Ranges of the names in a formula, in the training recordings.
 pub(super) fn ranges(site: &Site<'_>, ranked: &Ranked, train: &[Trace]) -> Vec<LawRange> {
-    let used = ranked.terms.iter().flat_map(|(shape, _)| shape.forms().map(|(name, _)| name));
-    let used: BTreeSet<usize> = used.collect();
+    let used: BTreeSet<usize> =
+        ranked.terms.iter().flat_map(|(shape, _)| shape.reads(&site.names)).collect();
     let range = |name: usize| {
         let values = train.iter().flat_map(|trace| trace.names[name].iter().copied());
         let (low, high) = values
             .filter(|value| value.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let Factor { name, unit } = &site.names[name];
+        let Factor { name, unit, .. } = &site.names[name];
         LawRange { name: name.clone(), unit: plain(unit), low, high }
     };
     used.into_iter().map(range).collect()

@@ -35,8 +35,8 @@ use crate::library::{BaseModel, Candidate, StructureId, Values};
 use crate::missing_input::{
     self, FoundPlace, MissingTerms, PlaceKind, PlaceTrace, inputs_with, place_of,
 };
-pub(crate) use forms::{FORMS, Form};
-pub(crate) use formula::{Factor, Shape, formula, literal, names};
+pub(crate) use forms::{FORMS, Form, Inner};
+pub(crate) use formula::{Factor, Shape, formula, literal, names, with_differences};
 use law::{Constants, FittedTerm, law, ranges, text};
 pub use law::{LawParameter, LawRange};
 pub(crate) use law::{bounds, change, plain, read_effect};
@@ -242,7 +242,9 @@ impl Guessing<'_> {
                 own == Unit::one().dimension || known.any(|dimension| dimension == own)
             })
         };
-        let names = [(model.inputs.len() + 1).min(site.names.len()), site.names.len()];
+        let plain = site.names.iter().filter(|name| name.difference.is_none()).count();
+        let plain = plain.min(NAMES);
+        let names = [(model.inputs.len() + 1).min(plain), plain];
         ranked(train, held_out, names, &is_preferred)
     }
 
@@ -282,8 +284,7 @@ impl Guessing<'_> {
                 own.declared.unit.of_differences()
             }
         };
-        let names = names(model).into_iter().take(NAMES).collect();
-        Some(Site { name: &place.name, kind: place.kind, unit, names })
+        Some(Site { name: &place.name, kind: place.kind, unit, names: names(model) })
     }
 
     /// Values of names and of the equation's parameters along the trajectory with what is missing.
@@ -319,7 +320,9 @@ impl Guessing<'_> {
             .map(|(i, input)| (&*input.name, i))
             .collect();
         let n_inputs = self.model.inputs.len();
-        let mut names = vec![Vec::with_capacity(trajectory.len()); site.names.len()];
+        let plain: Vec<&Factor> =
+            site.names.iter().filter(|name| name.difference.is_none()).collect();
+        let mut names = vec![Vec::with_capacity(trajectory.len()); plain.len()];
         let free: Vec<usize> = (fitted.estimates.iter())
             .filter(|estimate| estimate.recording.is_none())
             .filter_map(|e| signature.parameters.iter().position(|p| p.name == e.name))
@@ -335,7 +338,7 @@ impl Guessing<'_> {
         let mut by_p = vec![0.0; signature.parameter_jacobian.len()];
         for k in 0..trajectory.len() {
             let at = at(&trajectory, k, &inputs, p, &mut u);
-            for (i, (values, factor)) in names.iter_mut().zip(&site.names).enumerate() {
+            for (i, (values, factor)) in names.iter_mut().zip(&plain).enumerate() {
                 let value = match i.cmp(&n_inputs) {
                     Ordering::Less => at.u[*positions.get(factor.name.as_str())?],
                     Ordering::Equal => at.t,
@@ -364,6 +367,7 @@ impl Guessing<'_> {
                 values.push(by_own.unwrap_or(f64::NAN));
             }
         }
+        with_differences(&site.names, &mut names);
         Some(Trace {
             times: found.times.clone(),
             value: found.d.clone(),

@@ -36,7 +36,7 @@ use nalgebra::DMatrix;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-use super::forms::{FORMS, Form};
+use super::forms::{FORMS, Inner};
 use super::formula::Shape;
 use super::moments::{FOLDS, Moments, Trace};
 
@@ -103,8 +103,8 @@ pub(crate) fn ranked(
         COMPLEXITY * f64::from(complexity)
     };
     let one = |name: usize, form: usize| Shape::new(vec![(name, form)]);
-    let plain =
-        (0..FORMS.len()).filter(|form| FORMS[*form].inner.is_empty() && !FORMS[*form].of_numbers);
+    let plain = (0..FORMS.len())
+        .filter(|form| FORMS[*form].inner == Inner::None && !FORMS[*form].of_numbers);
     let plain: Vec<usize> = plain.collect();
     let mut shapes = vec![Shape::new(Vec::new())];
     shapes.extend((0..names).flat_map(|name| plain.iter().map(move |form| one(name, *form))));
@@ -122,14 +122,13 @@ pub(crate) fn ranked(
     by_name.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut best: Vec<usize> = by_name.iter().take(IN_PRODUCTS).map(|(_, name)| *name).collect();
     best.sort_unstable();
-    let size = |name: usize| {
-        let values = train.iter().flat_map(|trace| &trace.names[name]);
-        values.filter(|x| x.is_finite()).fold(0.0, |size: f64, x| size.max(x.abs()))
-    };
     for &name in &best {
-        for (form, Form { inner, .. }) in FORMS.iter().enumerate() {
-            let with = |part: &f64| Shape { inner: Some(part * size(name)), ..one(name, form) };
-            shapes.extend(inner.iter().map(with).filter(|shape| shape.inner > Some(0.0)));
+        let values: Vec<f64> =
+            train.iter().flat_map(|trace| trace.names[name].iter().copied()).collect();
+        let parts = Inner::Parts.constants(&values);
+        for form in (0..FORMS.len()).filter(|form| FORMS[*form].inner == Inner::Parts) {
+            let with = |constant: &f64| Shape { inner: Some(*constant), ..one(name, form) };
+            shapes.extend(parts.iter().map(with));
         }
     }
     let in_products =

@@ -6,7 +6,7 @@ use dgd_runtime::parallel::in_parallel_stateless;
 
 use super::beam::{Level, Set};
 use super::sighting::Sighting;
-use super::terms;
+use super::terms::{self, Vocabulary};
 use crate::guess::Shape;
 
 /// Largest number of terms.
@@ -20,6 +20,10 @@ const MOST_NUMBERS: usize = 20_000_000;
 const FEWEST: f64 = 8.0;
 /// Difference of −2 ln of likelihoods below which two drafts are twins.
 const TWINS: f64 = 0.5;
+/// Number of plainer forms that are tried in place of one …
+const PLAINER: usize = 2;
+/// … and the fraction of its square that each of them has to explain along the recordings.
+const ALIKE: f64 = 0.9;
 /// Relative difference below which two columns are the same.
 const SAME: f64 = 1e-9;
 
@@ -51,30 +55,53 @@ impl Draft {
         (self.left - other.left).abs() < TWINS && places(self) == places(other)
     }
 
-    /// The drafts that lack one of its terms, or a factor of one: its coefficient then makes up for the factor's mean.
+    /// The drafts that lack one of its terms, or have a plainer one in its place, with the coefficient that comes closest
+    /// to it: a factor may make up for its mean, and a bend outside the recorded range for a straight line.
     pub(super) fn simpler(&self, sighting: &Sighting) -> Vec<Draft> {
+        let values = sighting.all_values();
         let mut all = Vec::new();
-        for (i, (_, shape, coefficient)) in self.terms.iter().enumerate() {
+        for (i, (place, shape, coefficient)) in self.terms.iter().enumerate() {
             if self.terms.len() > 1 {
                 let mut less = self.clone();
                 less.terms.remove(i);
                 all.push(less);
             }
             let whole = sighting.formed(shape).concat();
-            for k in 0..shape.factors.len() {
-                let Some(simpler) = shape.without(k) else { continue };
-                let part = sighting.formed(&simpler).concat();
-                let both = whole.iter().zip(&part).map(|(a, b)| a * b).sum::<f64>();
-                let share = both / part.iter().map(|b| b * b).sum::<f64>();
-                if share != 0.0 && share.is_finite() {
-                    let mut less = self.clone();
-                    (less.terms[i].1, less.terms[i].2) = (simpler, share * coefficient);
-                    all.push(less);
+            let simpler = |simpler: Shape| {
+                let is_there = |(own, of, _): &(usize, Shape, f64)| own == place && *of == simpler;
+                if self.terms.iter().any(is_there) {
+                    return None;
                 }
-            }
+                let Along { share, explained } = along(&whole, &sighting.formed(&simpler).concat());
+                let mut less = self.clone();
+                (less.terms[i].1, less.terms[i].2) = (simpler, share * coefficient);
+                (share != 0.0 && share.is_finite()).then_some((explained, less))
+            };
+            let without = (0..shape.factors.len()).filter_map(|k| shape.without(k));
+            all.extend(without.filter_map(simpler).map(|(_, less)| less));
+            let plainer = shape.plainer().into_iter();
+            let plainer = plainer.filter(|one| terms::is_defined(one, &sighting.names, &values));
+            let mut plainer: Vec<(f64, Draft)> = plainer.filter_map(simpler).collect();
+            plainer.retain(|(explained, _)| *explained > ALIKE);
+            plainer.sort_by(|a, b| b.0.total_cmp(&a.0));
+            all.extend(plainer.into_iter().take(PLAINER).map(|(_, less)| less));
         }
         all
     }
+}
+
+/// One course along another.
+struct Along {
+    /// The factor of the other that comes closest.
+    share: f64,
+    /// The fraction of the square that it explains.
+    explained: f64,
+}
+
+fn along(whole: &[f64], part: &[f64]) -> Along {
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (both, square) = (product(whole, part), product(part, part));
+    Along { share: both / square, explained: both * both / (square * product(whole, whole)) }
 }
 
 /// A term in an equation.
@@ -86,8 +113,8 @@ struct Column {
 }
 
 /// Sets of terms that explain the readings, the best first.
-pub(super) fn drafts(sighting: &Sighting, threads: usize) -> Vec<Draft> {
-    let columns = columns(sighting);
+pub(super) fn drafts(sighting: &Sighting, vocabulary: Vocabulary, threads: usize) -> Vec<Draft> {
+    let columns = columns(sighting, vocabulary);
     // One level at a time: all columns of one may take much memory.
     let mut kept: Option<Vec<usize>> = None;
     let mut sets: Vec<Vec<usize>> = Vec::new();
@@ -134,13 +161,13 @@ pub(super) fn drafts(sighting: &Sighting, threads: usize) -> Vec<Draft> {
 }
 
 /// All terms at all places.
-fn columns(sighting: &Sighting) -> Vec<Column> {
+fn columns(sighting: &Sighting, vocabulary: Vocabulary) -> Vec<Column> {
     let values = sighting.all_values();
     let names = &sighting.names;
     let is_of_many = |shape: &Shape| is_of_many(&sighting.formed(shape));
-    let mut shapes = terms::single(names, &values);
+    let mut shapes = terms::single(names, &values, vocabulary);
     shapes.retain(is_of_many);
-    let mut products = terms::products(names, &values, &in_products(sighting, &shapes));
+    let mut products = terms::products(names, &values, &in_products(sighting, &shapes), vocabulary);
     products.retain(is_of_many);
     shapes.extend(products);
     let number = (shapes.len() * sighting.places.len()) as f64;
@@ -159,11 +186,14 @@ fn columns(sighting: &Sighting) -> Vec<Column> {
     all
 }
 
-/// The names that products have: those that explain most by themselves.
+/// The names, and the differences, that products have: those that explain most by themselves.
 fn in_products(sighting: &Sighting, single: &[Shape]) -> Vec<usize> {
     let names = &sighting.names;
-    let mut all: Vec<usize> = (0..names.len()).filter(|i| names[*i].name != "time").collect();
-    if all.len() <= terms::IN_PRODUCTS {
+    let (differences, mut all): (Vec<usize>, Vec<usize>) = (0..names.len())
+        .filter(|i| names[*i].name != "time")
+        .partition(|i| names[*i].difference.is_some());
+    if all.len() <= terms::IN_PRODUCTS && differences.len() <= terms::DIFFERENCES {
+        all.extend(differences);
         return all;
     }
     let plain: Vec<&Shape> = single.iter().filter(|shape| shape.complexity() == 1).collect();
@@ -178,9 +208,13 @@ fn in_products(sighting: &Sighting, single: &[Shape]) -> Vec<usize> {
         let left = own.filter_map(|i| Some(level.fit(&[i])?.1));
         left.fold(f64::INFINITY, f64::min)
     };
-    let mut by_name: Vec<(f64, usize)> = all.iter().map(|name| (left(*name), *name)).collect();
-    by_name.sort_by(|a, b| a.0.total_cmp(&b.0));
-    all = by_name.into_iter().take(terms::IN_PRODUCTS).map(|(_, name)| name).collect();
+    let best = |of: &[usize], most: usize| -> Vec<usize> {
+        let mut by_name: Vec<(f64, usize)> = of.iter().map(|name| (left(*name), *name)).collect();
+        by_name.sort_by(|a, b| a.0.total_cmp(&b.0));
+        by_name.into_iter().take(most).map(|(_, name)| name).collect()
+    };
+    all = best(&all, terms::IN_PRODUCTS);
+    all.extend(best(&differences, terms::DIFFERENCES));
     all.sort_unstable();
     all
 }

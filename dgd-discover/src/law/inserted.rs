@@ -95,11 +95,11 @@ impl Laws<'_> {
                 Fitted::new(structure, &from, &[point], &data, evaluations).ok()?
             }
         };
-        let reads =
-            |i: &usize| written.iter().any(|own| own.shape.forms().any(|(name, _)| name == *i));
+        let reads: BTreeSet<usize> =
+            written.iter().flat_map(|own| own.shape.reads(&names)).collect();
         let recorded = proposed.sighting.ranges();
-        let ranges = (0..names.len()).filter(reads).map(|i| {
-            let Factor { name, unit } = &names[i];
+        let ranges = reads.into_iter().map(|i| {
+            let Factor { name, unit, .. } = &names[i];
             let [low, high] = recorded[i];
             LawRange { name: name.clone(), unit: plain(unit), low, high }
         });
@@ -194,6 +194,12 @@ impl Inserted {
         self.fitted.criterion() + 2.0 * f64::from(complexity)
     }
 
+    /// Complexity for a reader: that of its forms, and each constant.
+    pub(super) fn complexity(&self) -> u32 {
+        let constants = |own: &Written| 1 + u32::from(own.inner.is_some());
+        self.written.iter().map(|own| own.shape.complexity() + constants(own)).sum()
+    }
+
     /// Whether it has the same terms as another law, with any constants.
     pub(super) fn has_terms_of(&self, other: &Self) -> bool {
         let is_same =
@@ -266,7 +272,7 @@ fn text(model: &str, names: &[Factor], written: &[Written]) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(nulls, "null {} = 0", coefficient.name);
         if let Some(inner) = inner {
-            parameters += &declared(inner, &bounds(inner.value, &inner.unit));
+            parameters += &declared(inner, &bounds(shape, inner.value, &inner.unit));
         }
         let inner = inner.as_ref().map_or("", |inner| &inner.name);
         let term = format!("{}{}", coefficient.name, shape.text_with(names, inner));

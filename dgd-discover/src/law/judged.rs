@@ -30,9 +30,23 @@ pub(crate) struct Named<'a> {
     pub(crate) effects: usize,
     /// Whether all are faults of sensors.
     pub(crate) are_sensors: bool,
+    /// Whether they leave white noise in the training recordings.
+    pub(crate) is_noise: bool,
 }
 
 impl Named<'_> {
+    /// Whether a law of a model with these equations may be a better answer or a rival, see [`answer`]. Where only noise
+    /// is left, a law is not better by much.
+    pub(super) fn is_open(&self, equations: &[&str], is_hidden: bool) -> bool {
+        let may_tie = self.are_sensors || self.effects > 1;
+        !self.is_noise || may_tie || (is_hidden && self.are_terms(equations))
+    }
+
+    /// Whether all change one of these equations.
+    fn are_terms(&self, equations: &[&str]) -> bool {
+        self.targets.iter().all(|target| equations.contains(&&**target))
+    }
+
     /// Σ ε² + k ln N of the training recordings, after a fit as long as that of a law.
     fn cost(&self, data: &Data<'_>) -> f64 {
         let finished = self.fitted.continued(&data.not_kept(), EVALUATIONS);
@@ -83,14 +97,14 @@ pub(super) fn answer(
     equations: &[&str],
     is_hidden: bool,
 ) -> Answer {
-    let mut laws = laws.into_iter();
-    let Some(best) = laws.next() else { return Answer::Nothing };
-    let rest: Vec<Inserted> = laws.collect();
+    let Some(least) = laws.first().map(Inserted::cost) else { return Answer::Nothing };
+    let mut rest = plainest_first(laws, data);
+    let best = rest.remove(0);
     let named = named.map(|named| (named, named.cost(data)));
     let beats = |(named, cost): &(&Named<'_>, f64)| {
         let is_tied = named.are_sensors && !is_hidden;
         let is_plainer = best.targets().len() < named.effects;
-        best.cost()
+        least
             < cost
                 + if is_tied {
                     RIVAL
@@ -105,22 +119,45 @@ pub(super) fn answer(
             law.cost() < cost + RIVAL
                 && law.targets().iter().any(|target| !named.targets.contains(*target))
         };
-        let are_terms = named.targets.iter().all(|target| equations.contains(&&**target));
         let all = || std::iter::once(&best).chain(&rest);
-        let may_be_elsewhere = is_hidden && (are_terms || named.are_sensors);
+        let may_be_elsewhere = is_hidden && (named.are_terms(equations) || named.are_sensors);
         let is_doubted = may_be_elsewhere && all().any(is_elsewhere);
         return if is_doubted { Answer::Doubt(rivals(all(), cost)) } else { Answer::Nothing };
     }
     let is_rival = |other: &Inserted| {
-        other.cost() - best.cost() < RIVAL && !best.targets().is_subset(&other.targets())
+        other.cost() - least < RIVAL && !best.targets().is_subset(&other.targets())
     };
     if rest.iter().any(is_rival) {
-        return Answer::Doubt(rivals(std::iter::once(&best).chain(&rest), best.cost()));
+        return Answer::Doubt(rivals(std::iter::once(&best).chain(&rest), least));
     }
     let error = |one: &Inserted| one.fitted.error.0;
     let near = rest.iter().take(NEAR);
     let near = near.map(|other| (other.formula(), (error(other) / error(&best)).sqrt())).collect();
     Answer::Law(Box::new(Law { inserted: best, near }))
+}
+
+/// Laws, the best first, with the plainest of those that the recordings hardly distinguish before the others of the same
+/// equations. Validation recordings count as well: the factor that a law has too much follows the training recordings.
+fn plainest_first(laws: Vec<Inserted>, data: &Data<'_>) -> Vec<Inserted> {
+    let mut left: Vec<(f64, Inserted)> =
+        laws.into_iter().map(|law| (law.cost() + law.fitted.held_out_error(data), law)).collect();
+    let mut all = Vec::new();
+    while !left.is_empty() {
+        let targets: BTreeSet<String> =
+            left[0].1.targets().into_iter().map(ToOwned::to_owned).collect();
+        let is_there =
+            |law: &Inserted| law.targets().into_iter().eq(targets.iter().map(String::as_str));
+        let (mut own, others): (Vec<_>, Vec<_>) =
+            left.into_iter().partition(|(_, law)| is_there(law));
+        let least = own.iter().map(|(cost, _)| *cost).fold(f64::INFINITY, f64::min);
+        let alike = own.iter().enumerate().filter(|(_, (cost, _))| *cost <= least + RIVAL);
+        let plainest = alike.min_by_key(|(_, (_, law))| law.complexity());
+        let plainest = plainest.map_or(0, |(position, _)| position);
+        all.push(own.remove(plainest).1);
+        all.extend(own.into_iter().map(|(_, law)| law));
+        left = others;
+    }
+    all
 }
 
 /// The best law in each set of equations, of those that explain the recordings as well as the best answer does.
@@ -136,7 +173,7 @@ fn rivals<'a>(laws: impl Iterator<Item = &'a Inserted>, cost: f64) -> Vec<Insert
 
 impl Inserted {
     /// Whether it is not one of the many sums that follow any recording.
-    fn is_plain(&self) -> bool {
+    pub(super) fn is_plain(&self) -> bool {
         self.terms(&self.fitted).len() <= PLAIN
     }
 

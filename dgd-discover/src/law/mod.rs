@@ -37,6 +37,7 @@ pub(crate) use inserted::Inserted;
 pub use inserted::LawTerm;
 pub(crate) use judged::Named;
 use sighting::Sighting;
+use terms::Vocabulary;
 
 /// Number of sets of each size that are fitted by simulation; half as many each if places are looked at alone, too.
 const OF_EACH_SIZE: [usize; MOST_TERMS] = [8, 4, 4, 4];
@@ -149,11 +150,15 @@ impl Laws<'_> {
         let physical: Vec<usize> = equations.iter().copied().filter(|i| !is_kinematic(i)).collect();
         let free = free_places(&terms, self.fitted);
         let is_hidden = self.data.noise.iter().flatten().count() < equations.len();
+        let labels: Vec<&str> = equations.iter().map(|i| &*places[*i].name).collect();
+        if named.is_some_and(|named| !named.is_open(&labels, is_hidden)) {
+            return Looked::NOTHING;
+        }
         let all = 0..self.data.train.len();
         let mut is_unconfirmed = false;
         let mut lacking: Option<Vec<String>> = None;
-        let mut seen = |suspected: Vec<Vec<usize>>, recordings: Range<usize>| {
-            let (proposed, first) = self.proposed(&terms, suspected, recordings);
+        let mut seen = |suspected: Vec<Vec<usize>>, recordings: Range<usize>, vocabulary| {
+            let (proposed, first) = self.proposed(&terms, suspected, recordings, vocabulary);
             let name = |place: usize| places[place].name.clone();
             lacking.get_or_insert_with(|| first.into_iter().map(name).collect());
             let Explaining { laws, is_unconfirmed: own } =
@@ -161,22 +166,28 @@ impl Laws<'_> {
             is_unconfirmed |= own;
             laws
         };
-        let mut laws = seen(self.together(&physical), all.clone());
+        let mut laws = seen(self.together(&physical), all.clone(), Vocabulary::Smooth);
         // Between recordings, states that are not read may differ by anything; within one, they go on.
         if is_hidden && all.len() > 1 {
             for r in all.clone().take(ALONE) {
                 if laws.is_empty() {
-                    laws = seen(self.together(&physical), r..r + 1);
+                    laws = seen(self.together(&physical), r..r + 1, Vocabulary::Smooth);
                 }
             }
         }
         // A free parameter may be a law.
         if laws.is_empty() && named.is_none() {
-            laws = seen(free.iter().map(|free| vec![free.place]).collect(), all.clone());
+            let places = free.iter().map(|free| vec![free.place]).collect();
+            laws = seen(places, all.clone(), Vocabulary::Smooth);
         }
         // Kinematic equations hold by definition, unless nothing else helps.
         if laws.is_empty() && named.is_none() && physical.len() < equations.len() {
-            laws = seen(self.together(&equations), all);
+            laws = seen(self.together(&equations), all.clone(), Vocabulary::Smooth);
+        }
+        // Terms that act in one regime only, which a sum of smooth ones follows less plainly.
+        if laws.iter().all(|law| !law.is_plain()) {
+            laws.extend(seen(vec![physical], all, Vocabulary::Regimes));
+            laws.sort_by(|a, b| a.cost().total_cmp(&b.cost()));
         }
         // Effects that leave more than a law does are not named, even if recordings do not confirm the law.
         if laws.is_empty() && named.is_none() && is_hidden && is_unconfirmed {
@@ -185,7 +196,6 @@ impl Laws<'_> {
                 lacking: lacking.unwrap_or_default(),
             };
         }
-        let labels: Vec<&str> = equations.iter().map(|i| &*places[*i].name).collect();
         let answer = judged::answer(laws, named, self.data, &labels, is_hidden);
         Looked { answer, lacking: lacking.unwrap_or_default() }
     }
@@ -275,6 +285,7 @@ impl Laws<'_> {
         terms: &MissingTerms,
         suspected: Vec<Vec<usize>>,
         recordings: Range<usize>,
+        vocabulary: Vocabulary,
     ) -> (Vec<Proposed>, Vec<usize>) {
         let mut first = None;
         let mut all: Vec<Proposed> = Vec::new();
@@ -291,7 +302,7 @@ impl Laws<'_> {
                 sighting.as_ref().map_or_else(Vec::new, |sighting| sighting.places.clone())
             });
             let Some(sighting) = sighting else { continue };
-            let own = chosen(drafts(&sighting, self.threads), of_each_size);
+            let own = chosen(drafts(&sighting, vocabulary, self.threads), of_each_size);
             let sighting = Arc::new(sighting);
             all.extend(own.into_iter().map(|draft| Proposed {
                 draft,

@@ -7,7 +7,7 @@ use dgd_identify::Recording;
 use dgd_runtime::{Direction, System};
 
 use super::Laws;
-use crate::guess::{Factor, Shape, names};
+use crate::guess::{Factor, Shape, names, with_differences};
 use crate::library::Values;
 use crate::missing_input::{Joint, MissingTerms, Path, Recorded, free_places};
 
@@ -98,8 +98,13 @@ impl Sighting {
             };
             (0..solution.times.len()).map(value).collect()
         };
-        let values =
-            (paths.iter()).map(|path| (0..names.len()).map(|i| along(path, i)).collect()).collect();
+        let plain = names.iter().filter(|name| name.difference.is_none()).count();
+        let all = |path: &Path| {
+            let mut values = (0..plain).map(|i| along(path, i)).collect();
+            with_differences(&names, &mut values);
+            values
+        };
+        let values = paths.iter().map(all).collect();
         let starts = (paths.iter())
             .map(|path| {
                 let y = path.trajectory.y(0);
@@ -144,10 +149,14 @@ impl Sighting {
             let stride = path.u.len() / count.max(1);
             // Inputs come before time; weights of readings are behind them.
             let n_inputs = self.names.iter().position(|name| name.name == "time").unwrap_or(0);
+            let plain = |name: usize, k: usize, at: usize| match name {
+                _ if name < n_inputs => path.u_between[k * stride + name],
+                _ => values[name][at],
+            };
             let end = |k: usize, at: usize| {
-                shape.value(|name| match name {
-                    _ if name < n_inputs => path.u_between[k * stride + name],
-                    _ => values[name][at],
+                shape.value(|name| match self.names[name].difference {
+                    Some([a, b]) => plain(a, k, at) - plain(b, k, at),
+                    None => plain(name, k, at),
                 })
             };
             (0..count.saturating_sub(1)).map(|k| f64::midpoint(end(k, k), end(k, k + 1))).collect()

@@ -2,24 +2,42 @@
 
 use dgd_compiler::units::Dimension;
 
-use crate::guess::{FORMS, Factor, Form, Shape};
+use crate::guess::{FORMS, Factor, Form, Inner, Shape};
 
 /// Number of names in products; the best by themselves if there are more.
 pub(super) const IN_PRODUCTS: usize = 6;
+/// Number of differences in products, chosen alike.
+pub(super) const DIFFERENCES: usize = 3;
+
+/// Which inner constants terms have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Vocabulary {
+    /// Sizes at which they bend.
+    Smooth,
+    /// Thresholds at which a regime begins or ends.
+    Regimes,
+}
+
+impl Vocabulary {
+    fn has(self, form: &Form) -> bool {
+        match form.inner {
+            Inner::None => true,
+            Inner::Parts => self == Vocabulary::Smooth,
+            Inner::Thresholds => self == Vocabulary::Regimes,
+        }
+    }
+}
 
 /// Shapes of one name, and the constant.
-pub(super) fn single(names: &[Factor], values: &[Vec<f64>]) -> Vec<Shape> {
+pub(super) fn single(names: &[Factor], values: &[Vec<f64>], vocabulary: Vocabulary) -> Vec<Shape> {
     let mut all = vec![Shape::new(Vec::new())];
     for name in 0..names.len() {
-        for (i, form) in FORMS.iter().enumerate() {
-            if form.inner.is_empty() {
+        for (i, form) in FORMS.iter().enumerate().filter(|(_, form)| vocabulary.has(form)) {
+            if form.inner == Inner::None {
                 all.push(Shape::new(vec![(name, i)]));
-            } else {
-                all.extend(
-                    with_inner(form, values, name)
-                        .map(|inner| Shape { inner: Some(inner), ..Shape::new(vec![(name, i)]) }),
-                );
             }
+            let with = |inner: f64| Shape { inner: Some(inner), ..Shape::new(vec![(name, i)]) };
+            all.extend(form.inner.constants(&values[name]).into_iter().map(with));
         }
     }
     all.retain(|shape| is_defined(shape, names, values));
@@ -27,11 +45,18 @@ pub(super) fn single(names: &[Factor], values: &[Vec<f64>]) -> Vec<Shape> {
 }
 
 /// Products of functions of some names.
-pub(super) fn products(names: &[Factor], values: &[Vec<f64>], chosen: &[usize]) -> Vec<Shape> {
+pub(super) fn products(
+    names: &[Factor],
+    values: &[Vec<f64>],
+    chosen: &[usize],
+    vocabulary: Vocabulary,
+) -> Vec<Shape> {
     let of = |is: fn(&Form) -> bool| -> Vec<usize> {
         (0..FORMS.len()).filter(|form| is(&FORMS[*form])).collect()
     };
-    let (plain, inner) = (of(|form| form.in_products), of(|form| !form.inner.is_empty()));
+    let plain = of(|form| form.in_products);
+    let mut inner = of(|form| form.inner != Inner::None);
+    inner.retain(|form| vocabulary.has(&FORMS[*form]));
     let powers = of(|form| form.in_products && !form.of_numbers && form.power.0 > 0);
     let numbers = of(|form| form.in_products && form.of_numbers);
     let mut all: Vec<Vec<(usize, usize)>> = Vec::new();
@@ -65,11 +90,16 @@ pub(super) fn products(names: &[Factor], values: &[Vec<f64>], chosen: &[usize]) 
             FORMS[*form].power.0 < 0 || FORMS[*form].text.starts_with('/')
         });
     }
+    // The product with a threshold is one of the quantity that the regime opens.
+    let beside: &[usize] = match vocabulary {
+        Vocabulary::Smooth => &powers,
+        Vocabulary::Regimes => &plain[..1],
+    };
     for &a in chosen {
         for &form in &inner {
-            for constant in with_inner(&FORMS[form], values, a) {
+            for constant in FORMS[form].inner.constants(&values[a]) {
                 for &b in chosen {
-                    for &g in &powers {
+                    for &g in beside {
                         let factors = vec![(a, form), (b, g)];
                         shapes.push(Shape { inner: Some(constant), ..Shape::new(factors) });
                     }
@@ -86,17 +116,8 @@ const MOST_COMPLEX: u32 = 7;
 /// The same of three names.
 const MOST_OF_THREE: u32 = 4;
 
-fn with_inner<'a>(
-    form: &'a Form,
-    values: &[Vec<f64>],
-    name: usize,
-) -> impl Iterator<Item = f64> + use<'a> {
-    let size =
-        values[name].iter().filter(|x| x.is_finite()).fold(0.0, |size: f64, x| size.max(x.abs()));
-    form.inner.iter().map(move |part| part * size).filter(|inner| *inner > 0.0)
-}
-
-fn is_defined(shape: &Shape, names: &[Factor], values: &[Vec<f64>]) -> bool {
+/// Whether the names have values and units for all its forms.
+pub(super) fn is_defined(shape: &Shape, names: &[Factor], values: &[Vec<f64>]) -> bool {
     shape.forms().all(|(name, form)| {
         let is_number =
             names[name].unit.dimension == Dimension::ONE && names[name].unit.factor == 1.0;
@@ -114,6 +135,7 @@ mod tests {
         let factor = |name: &str, unit: &str| Factor {
             name: name.to_owned(),
             unit: parse_unit(unit).expect("a unit"),
+            difference: None,
         };
         vec![factor("q", "lpm"), factor("a", "1"), factor("h", "m")]
     }
@@ -129,7 +151,7 @@ mod tests {
 
     #[test]
     fn only_numbers_have_sines() {
-        let single = texts(&single(&names(), &values()));
+        let single = texts(&single(&names(), &values(), Vocabulary::Smooth));
         assert!(single.contains(&" * sin(a)".to_owned()));
         assert!(!single.iter().any(|text| text.contains("sin(q)") || text.contains("exp(q)")));
         // A quantity has one of its ratio to a constant.
@@ -138,8 +160,8 @@ mod tests {
 
     #[test]
     fn nothing_divides_by_what_passes_zero() {
-        let mut all = single(&names(), &values());
-        all.extend(products(&names(), &values(), &[0, 1, 2]));
+        let mut all = single(&names(), &values(), Vocabulary::Smooth);
+        all.extend(products(&names(), &values(), &[0, 1, 2], Vocabulary::Smooth));
         let texts = texts(&all);
         assert!(texts.contains(&" * q/h".to_owned()), "{texts:?}");
         assert!(!texts.iter().any(|text| text.contains("/a") || text.contains("sqrt(a)")));
@@ -147,7 +169,7 @@ mod tests {
 
     #[test]
     fn products_have_up_to_three_names() {
-        let texts = texts(&products(&names(), &values(), &[0, 1, 2]));
+        let texts = texts(&products(&names(), &values(), &[0, 1, 2], Vocabulary::Smooth));
         for expected in [" * q*a", " * q*a*h", " * a*sin(a)", " * sin(a)*cos(a)", " * q*a^2*h"] {
             assert!(texts.contains(&expected.to_owned()), "{expected}: {texts:?}");
         }
