@@ -7,7 +7,6 @@ use crate::{Error, Problem, Solution, simulate};
 
 /// Runs all problems on all cores, and returns their solutions in order, each with its own error. Results do not depend
 /// on the number of cores. All problems should have the same model; one that differs from the first is run by itself.
-/// is run by itself.
 pub fn ensemble<M: Solved + Clone + Send>(
     problems: &[Problem<'_, M>],
     times: &[f64],

@@ -42,7 +42,7 @@ impl<R: BufRead> Records<R> {
         Records { reader, in_lines: false, offset, line, bytes: Vec::new(), cells: Vec::new() }
     }
 
-    /// The same with one record per line, so that a growing text is only read up to the next line.
+    /// The same with one record per line, so that a growing text is never read beyond the next line.
     pub(crate) fn in_lines(self) -> Self {
         Records { in_lines: true, ..self }
     }

@@ -15,7 +15,7 @@ use super::draft::{Draft, Kind};
 ///
 /// # Errors
 ///
-/// The folder does not exist, `path` is a folder, or writing failed, in `content` too.
+/// The folder does not exist, `path` is a folder, or writing failed, possibly in `content`.
 pub fn write_whole(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,

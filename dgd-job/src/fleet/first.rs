@@ -142,7 +142,7 @@ fn reasons(
     reasons
 }
 
-/// "`c0` is 250 ± 3 m, in the middle of all 275 m".
+/// ``most in `c0`, which is 250 ± 3 m; the median is 275 m``.
 fn how_unlike(
     well: &WellFound,
     distance: Distance,

@@ -248,19 +248,19 @@ mod tests {
         };
         let replicates = |from| Kind::Replicates { from, count: 20 };
         let mut results = vec![(replicates(0), part(1)), (replicates(20), part(21))];
-        let found = Found::read("now", &results);
-        assert_eq!(found.estimates[0].1.by, By::Replicates(40));
+        let findings = Found::read("now", &results);
+        assert_eq!(findings.estimates[0].1.by, By::Replicates(40));
         // 1 … 40: the quantiles 1/40.98 and its mirror.
-        let (low, high) = found.estimates[0].1.band.expect("a band");
+        let (low, high) = findings.estimates[0].1.band.expect("a band");
         assert!((low - 1.025).abs() < 1e-9 && (high - 39.975).abs() < 1e-9, "{low} {high}");
         let profiles = json!({ "c": { "interval": [18.5, 22.0] } });
         let parameters = json!({ "c": { "value": 20.0, "unit": "m", "std": 1.0 } });
         let result = json!({ "parameters": parameters, "converged": true, "profiles": profiles });
         let text = json!({ "state": "done", "result": result }).to_string();
         results.push((Kind::Profile { of: "c".into() }, Some(text)));
-        let found = Found::read("now", &results);
+        let findings = Found::read("now", &results);
         assert_eq!(
-            (found.estimates[0].1.by, found.estimates[0].1.band),
+            (findings.estimates[0].1.by, findings.estimates[0].1.band),
             (By::Profile, Some((18.5, 22.0)))
         );
     }

@@ -13,12 +13,12 @@
 //! two to five.
 //!
 //! # Sources
+//!
 //! R. Maronna, R. Zamar, Robust estimates of location and dispersion for high-dimensional datasets, Technometrics 44
 //! (2002) 307, with medians and median deviations; J. Hardin, D. Rocke, The distribution of robust distances, J.
 //! Comput. Graph. Stat. 14 (2005) 928; the factor for covariances of a truncated normal as in C. Croux, G. Haesbroeck,
 //! Influence function and efficiency of the minimum covariance determinant scatter matrix estimator, J. Multivar. Anal.
 //! 71 (1999) 161.
-//! and efficiency of the minimum covariance determinant scatter matrix estimator, J. Multivar. Anal. 71 (1999) 161.
 
 use nalgebra::DVector;
 

@@ -250,7 +250,7 @@ impl Discovered {
         report::page(&self.subject())
     }
 
-    /// Measured less simulated, before and after, on validation data if there is any.
+    /// Residuals before and after the correction, on validation data if there is any.
     pub fn figure(&self) -> Figure {
         report::gap_figure(&self.discovery)
     }

@@ -106,7 +106,7 @@ fn declared_by_effects(request: &DiscoverRequest, files: &dyn FileSystem) -> BTr
     names
 }
 
-/// Whether a column has a value everywhere, and not the same one throughout the training recordings.
+/// Whether a column has no missing values, and varies in the training recordings.
 fn is_signal(of_all: &[&Column], training: usize) -> bool {
     let is_whole = |column: &&Column| {
         column.fault.is_none() && column.values.iter().all(|value| value.is_finite())
@@ -143,7 +143,7 @@ pub(super) fn with_inputs(
         .map_err(|_| WorkError::diagnosed(&compilation.diagnostics, compilation.sources.clone()))
 }
 
-/// The text of a model with declarations behind its inputs, or behind its first line.
+/// The text of a model with declarations added after its inputs, or after its first line.
 fn with(ast: &Ast, text: &str, declarations: &[Declaration]) -> String {
     let header = ast.model.as_ref().map_or(0, |header| header.name.span.end);
     // Declarations inside a variant belong to one choice only.

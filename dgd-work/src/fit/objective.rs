@@ -191,7 +191,7 @@ impl Objective {
         Ok((residuals, rows))
     }
 
-    /// Outputs that are compared, with σ.
+    /// Compared outputs, with σ.
     fn compared(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.noise.iter().enumerate().filter_map(|(i, sigma)| Some((i, (*sigma)?)))
     }
@@ -217,7 +217,7 @@ impl Objective {
         }
     }
 
-    /// Parameters and start values of each recording, SI.
+    /// Parameters and initial values of each recording, SI.
     fn point(&self, theta: &[f64]) -> Result<(Vec<f64>, Vec<Starts>), WorkError> {
         let (given, needed) = (theta.len(), self.variables.len());
         if given != needed {
@@ -252,7 +252,7 @@ fn samples(recording: &Recording, output: usize) -> impl Iterator<Item = (usize,
     values.iter().copied().enumerate().filter(|(_, value)| value.is_finite())
 }
 
-/// σ of each output that is compared, SI.
+/// σ of each compared output, SI.
 fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>, WorkError> {
     let outputs = &task.system.signature().outputs;
     let names: Vec<&str> = outputs.iter().map(|output| &*output.name).collect();
@@ -296,7 +296,7 @@ fn noise_of(task: &Task<'_>, given: &[(String, f64)]) -> Result<Vec<Option<f64>>
     Ok(sigma)
 }
 
-/// All parameters that are free, then the start values of each recording.
+/// All free parameters, then the initial values of each recording.
 fn variables(
     system: &Loaded,
     p: &[f64],

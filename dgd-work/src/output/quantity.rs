@@ -152,7 +152,7 @@ pub(crate) fn stretches(windows: impl IntoIterator<Item = [f64; 2]>) -> String {
     listed.join(", ") + summary.as_deref().unwrap_or_default()
 }
 
-/// A moment in seconds, of three digits or more.
+/// A time in seconds, with three digits or more.
 pub(crate) fn moment(t: f64) -> String {
     format!("{} s", fixed(t, decimals(t)))
 }

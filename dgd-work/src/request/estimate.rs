@@ -82,7 +82,7 @@ impl AdoptRequest {
     }
 }
 
-/// Tracks states and parameters row by row.
+/// Tracking of states and parameters, row by row.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct TrackRequest {

@@ -129,7 +129,7 @@ impl LinearizeRequest {
     }
 }
 
-/// Computes the missing term of an equation from measurements.
+/// The missing term of an equation, from measurements.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct InvertRequest {

@@ -33,7 +33,7 @@ pub(super) struct Columns {
     pub outputs: Vec<Option<Vec<f64>>>,
 }
 
-/// Allowed dependence of the model's output on the sensors, as a share of the difference between them.
+/// Largest uncertainty of the model's prediction, as a share of the difference between sensors.
 const DEPENDS: f64 = 0.1;
 /// Sensors agree with the model within this share of the difference between them.
 const AGREES: f64 = 0.2;

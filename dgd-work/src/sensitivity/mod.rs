@@ -322,7 +322,7 @@ impl Of {
         (0..solution.len()).map(value).collect()
     }
 
-    /// Its derivatives to the j-th direction, SI.
+    /// Its derivatives in the j-th direction, SI.
     fn derivatives(self, solution: &Solution, observations: &Observations, j: usize) -> Vec<f64> {
         let derivative = |k| match self {
             Of::Unknown(i) => solution.s(k)[j * solution.n + i],

@@ -270,7 +270,7 @@ impl Simulated {
         })
     }
 
-    /// Its figures over time: outputs with their residuals; other unknowns; inputs. An empty figure has no panels.
+    /// Its figures over time: outputs; their residuals; other unknowns and inputs. An empty figure has no panels.
     pub fn figures(&self) -> [Figure; 3] {
         let (mut outputs, mut unknowns, mut inputs) = (Vec::new(), Vec::new(), Vec::new());
         for (kind, subject) in self.subjects(&fields::arrays_of(&self.table)) {

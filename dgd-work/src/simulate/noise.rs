@@ -68,7 +68,7 @@ mod tests {
         assert!((variance - 1.0).abs() < 5.0 * (2.0 / f64::from(n)).sqrt(), "variance {variance}");
     }
 
-    /// Shares beyond quantiles that tables of Student's distribution have.
+    /// Tail probabilities at tabulated quantiles of Student's distribution.
     #[test]
     fn student_s_deviates_have_its_tails() {
         for (freedom, quantile, beyond) in [(4.0, 2.776_445, 0.05), (1.0, 12.706_205, 0.05)] {

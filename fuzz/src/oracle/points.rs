@@ -38,7 +38,7 @@ pub(super) fn sizes(signature: &Signature, start: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Points near the start values, in every mode.
+/// Points near the initial values, in every mode.
 pub(super) fn places(prepared: &Prepared, random: &mut Random) -> Vec<At> {
     let signature = prepared.signature();
     let system = &prepared.system;

@@ -133,7 +133,7 @@ fn run(
     )
 }
 
-/// States, then sensitivities to θ = p/p_nominal: ∂y/∂θ = p_nominal ∂y/∂p.
+/// States, then sensitivities with respect to θ = p/p_nominal: ∂y/∂θ = p_nominal ∂y/∂p.
 fn rows(solution: &Solution, p: &[f64]) -> Vec<f64> {
     let mut rows = Vec::new();
     for k in 0..solution.times.len() {

@@ -89,7 +89,7 @@ pub(super) fn result_json(subject: &Subject<'_>) -> Value {
     result_json::value(subject)
 }
 
-/// Measured less simulated, before and after, on validation data if there is any.
+/// Residuals before and after the correction, on validation data if there is any.
 pub(crate) fn gap_figure(discovery: &Discovery) -> Figure {
     let traces = &discovery.traces;
     let Some(trace) = traces.iter().find(|trace| trace.held_out).or(traces.first()) else {

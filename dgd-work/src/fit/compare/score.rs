@@ -54,7 +54,7 @@ pub(super) struct Common {
 pub struct Score {
     /// −2 ln L; none if an output is matched without any error.
     pub deviance: Option<f64>,
-    /// Parameters, start values and noises that were estimated and are not at a bound.
+    /// Estimated parameters, initial values and noises that are not at a bound.
     pub estimates: usize,
     /// Estimates at a bound.
     pub at_bounds: usize,

@@ -21,7 +21,7 @@ const TRANSIENT: usize = 0;
 /// A kind of samples with more than this share of the information on a parameter determines it.
 const MUCH: f64 = 0.1;
 
-/// With fewer samples of a kind than this, its information per time is not extrapolated.
+/// Kinds with fewer samples than this are not considered for further tests.
 const ENOUGH: usize = 20;
 
 /// Below this share, steady samples carry no information on a parameter; above its complement, all of it.
