@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!   job file ─ Job ─► pieces ─ Names ─► names ─┬─ run ──► child processes ─► Store: a result for each piece
-//!                                             ├─ status: which have one
 //!                                             ├─ status: which pieces have a result
+//!                                             └─ fleet ─► Fleet: tables and pages over all wells
 //! ```
 //!
 //! A piece is one command line: a fit, a fit from one starting point, a few refits to resampled data, a profile, a

@@ -10,8 +10,8 @@
 //!   LinearizeRequest ─ linearize ─► Linearised   A, B, C, D, poles
 //!   InvertRequest   ─ invert ───► Missing        missing term of an equation, from measurements
 //!   ScreenRequest   ─ screen ───► Screenings     faults of recordings
-//!   FitRequest      ─ fit ──────► Fitted         parameters and start values from recordings
-//!                                       objective ─► Objective     objective of a fit, for external optimisers
+//!   FitRequest      ─ fit ──────► Fitted         parameters and initial values from recordings
+//!                     objective ─► Objective     objective of a fit, for external optimisers
 //!   CompareRequest  ─ compare ──► Comparison     fits of several models side by side
 //!   TrackRequest    ─ track ────► Tracked        states and parameters row by row, as data comes in
 //!   DiscoverRequest ─ discover ─► Discovered     missing terms of a model

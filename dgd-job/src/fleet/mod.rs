@@ -2,7 +2,7 @@
 //! wells, and what to look at first.
 //!
 //! ```text
-//!   results of pieces ─ reading ─► findings of each occasion ────────┬─ lacks ───► missing terms of a well, since when
+//!   results of pieces ─ reading ─► findings of each occasion ───────┬─ lacks ───► missing terms of a well, since when
 //!                                                                   ├─ changes ─► parameters that changed
 //!                                                                   └─ unlike ──► outliers among the wells
 //!                                                 all of them ─ first ─► what to look at first ─► text, tables, pages
